@@ -1,0 +1,75 @@
+# Every target, one line each: make help
+
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+VENV := .venv/bin
+UV_VERSION := 0.13.8
+PYTEST_WORKERS ?= 2
+PYTEST_OPTIONS ?=
+MUTATIONS ?=
+REGISTERS := $(wildcard rtl/registers/*.rdl)
+VHDL = $(shell find rtl tb -name '*.vhd' | sort)
+
+.PHONY: help setup generate demo test lint format docs mutate lock ci clean distclean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+
+setup: ## install what is missing: system packages (root or sudo) and .venv from requirements.lock
+	@scripts/setup.sh
+
+generate: build/generated/.made ## registers (VHDL, C, Python, HTML) and number formats from their source
+
+# When the Python half has been removed, the stamp of the other half says nothing.
+ifeq ($(wildcard sim/arctrue/generated/number_formats.py),)
+.PHONY: build/generated/.made
+endif
+build/generated/.made: scripts/generate.py rtl/formats/number_formats_pkg.vhd $(REGISTERS) requirements.lock | setup
+	$(VENV)/python scripts/generate.py
+	@touch $@
+
+demo: generate ## the main job: simulated table, VHDL in GHDL, calibration, error before and after
+	$(VENV)/arctrue demo
+
+test: generate lint ## every check and test; JUnit report in build/reports/
+	@mkdir -p build/reports
+	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
+
+lint: generate ## style and types: ruff, mypy, vsg; and documents that are out of date
+	$(VENV)/ruff check --quiet
+	$(VENV)/ruff format --check --quiet
+	$(VENV)/mypy --no-error-summary
+	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
+	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)
+	$(VENV)/python -m scripts.make_docs --check
+
+format: setup ## mend the style of Python and VHDL files
+	$(VENV)/ruff check --fix --quiet
+	$(VENV)/ruff format --quiet
+	$(VENV)/vsg -c vsg.yaml -p 2 -of summary --fix -f $(VHDL)
+
+docs: generate ## write entity pages, registers, formats and pictures anew (README's: from the last demo)
+	$(VENV)/python -m scripts.make_docs
+	@if test -f build/demo/error_before_after.svg; then cp build/demo/error_before_after.svg docs/images/; fi
+
+mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
+	$(VENV)/python -m scripts.mutate $(MUTATIONS)
+
+lock: setup ## work out requirements.lock anew from pyproject.toml (LOCK_OPTIONS=--upgrade: the newest)
+	@test -x build/lock/bin/uv || { $(VENV)/python -m venv build/lock && build/lock/bin/pip install --quiet uv==$(UV_VERSION); }
+	build/lock/bin/uv pip compile --quiet --universal --generate-hashes --python-version 3.11 --extra dev \
+	    --custom-compile-command "make lock" $(LOCK_OPTIONS) pyproject.toml -o requirements.lock
+
+ci: ## what the hosted workflow runs: all tests, then the demo
+	@$(MAKE) test
+	@$(MAKE) demo
+
+clean: ## remove everything that was made here, but not .venv
+	@rm -rf build sim/arctrue/generated sim/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@find . -path ./.venv -prune -o -name __pycache__ -prune -exec rm -rf {} +
+
+distclean: clean ## remove .venv too
+	@rm -rf .venv

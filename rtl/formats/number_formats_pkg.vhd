@@ -1,0 +1,63 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- The number formats of the data's way, each in this one place. scripts/generate.py reads the
+-- integer constants below and writes them as a Python module and a C header.
+--
+-- Notation: u I.F is unsigned with I integer and F fraction bits (I + F bits);
+-- s I.F is signed with a sign, I integer and F fraction bits (1 + I + F bits).
+--
+--   angle             u24.0   counts, 0 <= angle < counts_per_rev
+--   counts_per_rev    u25.0   counts, 4 .. 2**24
+--   position          s31.0   counts, multi-turn, wraps modulo 2**32
+--   lane order        u16.0   harmonic order n, 0 .. 65535
+--   phase step K      u0.48   turn a count, K = round(n * 2**48 / counts_per_rev) mod 2**48
+--   phase             u0.24   turn
+--   cosine            s1.16   b = 18 bits (section 4.2 and appendix of the paper)
+--   amplitude         s13.11  counts, 2 * A_n of equation (8); 25 bits, the DSP48E1's A port
+--   pair sum          s15.27  counts, two lanes' amplitude * cosine with every bit of the products
+--   correction        s19.11  counts, the sum over up to 64 lanes
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+package number_formats_pkg is
+
+  constant ANGLE_WIDTH                : positive := 24;
+  constant COUNTS_PER_REV_WIDTH       : positive := 25;
+  constant COUNTS_PER_REV_MIN         : positive := 4;
+  constant COUNTS_PER_REV_MAX         : positive := 16777216;
+  constant POSITION_WIDTH             : positive := 32;
+  constant ORDER_WIDTH                : positive := 16;
+  constant PHASE_STEP_WIDTH           : positive := 48;
+  constant PHASE_WIDTH                : positive := 24;
+  constant COSINE_WIDTH               : positive := 18;
+  constant COSINE_FRACTION            : positive := 16;
+  constant CORDIC_ITERATIONS          : positive := 16;
+  constant AMPLITUDE_WIDTH            : positive := 25;
+  constant AMPLITUDE_FRACTION         : positive := 11;
+  constant PAIR_WIDTH                 : positive := 43;
+  constant PAIR_FRACTION              : positive := 27;
+  constant CORRECTION_WIDTH           : positive := 31;
+  constant CORRECTION_FRACTION        : positive := 11;
+
+  -- Latencies in clocks (Table 1 of the paper).
+  constant PHASE_LATENCY              : positive := 5;
+  constant HARMONIC_LATENCY           : positive := 20;
+  constant COMPENSATION_LATENCY       : positive := 4;
+  constant DELAY_LINE_LATENCY         : positive := 25;
+  constant PIPELINE_LATENCY           : positive := 29;
+
+  -- Clocks from a phase at the harmonic unit to its amplitude there: it is needed when the cosine is.
+  constant AMPLITUDE_CLOCK            : positive := 16;
+
+  constant LANES_MAX                  : positive := 64;
+  constant LANES_DEFAULT              : positive := 32;
+
+  -- Samples of both heads in one capture bank: 12,000 a turn at 30 deg/s and 1 kHz, and a margin.
+  constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
+
+  constant TIMESTAMP_WIDTH            : positive := 64;
+  constant CLOCK_HZ                   : positive := 100000000;
+
+end package number_formats_pkg;

@@ -1,0 +1,138 @@
+"""Breaks the VHDL on purpose, one mutation at a time, and sees whether the named test notices.
+
+``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them. It works in a copy of
+the tree; the tree itself is not touched. Exit code 1 when a mutation survives, 2 when the list
+does not fit the tree or a test fails without any mutation.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from scripts.mutations import MUTATIONS, Mutation
+
+ROOT = Path(__file__).resolve().parents[1]
+COPIED = ("rtl", "tb", "sim", "scripts", "build/generated", "pyproject.toml", "conftest.py")
+TIMEOUT_S = 600
+BUILD_FAILED = "in _built"  # the function of tb/support/simulation.py in a traceback
+
+
+def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
+    """What of the list does not fit the tree: texts that are not there exactly once, tests."""
+    faults: list[str] = []
+    for mutation in mutations:
+        path = root / mutation.file
+        found = path.read_text(encoding="utf-8").count(mutation.old) if path.exists() else 0
+        if found != 1:
+            faults.append(
+                f"{mutation.name}: {mutation.file} holds the old text {found} times, not 1"
+            )
+        if mutation.old == mutation.new:
+            faults.append(f"{mutation.name}: old and new text are the same")
+        file, _, function = mutation.test.partition("::")
+        test = root / file
+        if not test.exists():
+            faults.append(f"{mutation.name}: there is no {file}")
+        elif function and f"def {function.split('[')[0]}(" not in test.read_text(encoding="utf-8"):
+            faults.append(f"{mutation.name}: {file} has no {function}")
+    names = [mutation.name for mutation in mutations]
+    faults += [
+        f"{name}: two mutations of this name" for name in set(names) if names.count(name) > 1
+    ]
+    return faults
+
+
+def copy_tree(root: Path, copy: Path) -> None:
+    """Copy what a test needs."""
+    for name in COPIED:
+        source = root / name
+        if source.is_dir():
+            shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif source.exists():
+            shutil.copy2(source, copy / name)
+
+
+def run_test(copy: Path, test: str) -> tuple[int, str]:
+    """Exit code and output of one pytest run in the copy; a test that hangs counts as failed."""
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-x",
+        "--tb=native",
+        "-p",
+        "no:cacheprovider",
+        test,
+    ]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(copy), str(copy / "sim")])}
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
+        )
+    except subprocess.TimeoutExpired:
+        return 1, f"no end after {TIMEOUT_S} s"
+    return done.returncode, done.stdout + done.stderr
+
+
+def say(words: str) -> None:
+    """Print at once, so that a long run shows where it is."""
+    print(words, flush=True)
+
+
+def main(names: list[str]) -> int:
+    """Run the named mutations, or all; returns the exit code."""
+    unknown = sorted(set(names) - {mutation.name for mutation in MUTATIONS})
+    mutations = tuple(one for one in MUTATIONS if not names or one.name in names)
+    faults = [f"{name}: no mutation of this name" for name in unknown]
+    faults += faults_of_list(ROOT, mutations)
+    if faults:
+        print("\n".join(faults), file=sys.stderr)
+        return 2
+    survived: list[str] = []
+    with tempfile.TemporaryDirectory(prefix="arctrue-mutate-") as folder:
+        copy = Path(folder)
+        copy_tree(ROOT, copy)
+        tests = sorted({mutation.test for mutation in mutations})
+        say(f"{len(tests)} tests without a mutation must pass")
+        for test in tests:
+            code, output = run_test(copy, test)
+            if code:
+                print(output, file=sys.stderr)
+                print(f"{test}: fails without any mutation", file=sys.stderr)
+                return 2
+        say(f"{len(mutations)} mutations")
+        for mutation in mutations:
+            path = copy / mutation.file
+            text = path.read_text(encoding="utf-8")
+            start = time.monotonic()
+            path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
+            code, output = run_test(copy, mutation.test)
+            path.write_text(text, encoding="utf-8")
+            # A mutation that GHDL refuses, or a test that cannot start, proves nothing.
+            if code not in (0, 1) or (code and BUILD_FAILED in output):
+                print(output, file=sys.stderr)
+                print(f"{mutation.name}: no test ran on the mutated file", file=sys.stderr)
+                return 2
+            result = "caught" if code else "SURVIVED"
+            say(
+                f"  {result:9} {time.monotonic() - start:5.0f} s  {mutation.name}: {mutation.fault}"
+            )
+            if not code:
+                survived.append(
+                    f"{mutation.name} in {mutation.file}; {mutation.test} should see it"
+                )
+    for line in survived:
+        print(f"survived: {line}", file=sys.stderr)
+    say(f"{len(mutations) - len(survived)} of {len(mutations)} mutations caught")
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,186 @@
+"""Ways to break the VHDL, and the test that must notice each; see scripts/mutate.py.
+
+``old`` stands exactly once in ``file``. A mutation is worth its place when it is a slip that a
+person could make and that another test would not show at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One wrong text in one file, and the pytest test that fails because of it."""
+
+    name: str
+    fault: str
+    file: str
+    old: str
+    new: str
+    test: str
+
+
+MUTATIONS: Final[tuple[Mutation, ...]] = (
+    Mutation(
+        "index_before_step",
+        "the index passed downwards is latched behind the step instead of before it",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "zero_now := position_before;",
+        "zero_now := position;",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
+        "turn_of_2_to_24",
+        "the angle counts modulo 2**24 whatever counts_per_rev says",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);",
+        "last_angle := (others => '1');",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
+        "illegal_counts",
+        "A and B changing together count as a step",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "moves        := (a_changes xor b_changes) and not preload;",
+        "moves        := (a_changes or b_changes) and not preload;",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
+        "filter_one_longer",
+        "the glitch filter asks for one sample more",
+        "rtl/decoder/glitch_filter.vhd",
+        "lasted(i) >= filter_length",
+        "lasted(i) > filter_length",
+        "tb/decoder/test_glitch_filter.py",
+    ),
+    Mutation(
+        "phase_cut_off",
+        "the phase is cut off instead of rounded",
+        "rtl/phase/phase_lane.vhd",
+        "(phase_offset & turns(0))",
+        "(phase_offset & '0')",
+        "tb/phase/test_phase_lane.py",
+    ),
+    Mutation(
+        "sign_of_the_paper",
+        "y turns the wrong way, as equation (10) is printed",
+        "rtl/harmonic/cordic_rotation.vhd",
+        "shift_right(x(i) & '0', i), not left)",
+        "shift_right(x(i) & '0', i), left)",
+        "tb/harmonic/test_cordic_rotation.py",
+    ),
+    Mutation(
+        "wrong_quadrant",
+        "the cosine is negative in the wrong half of the turn",
+        "rtl/harmonic/quadrant_fold.vhd",
+        "negative <= phase(PHASE_WIDTH - 1) xor phase(PHASE_WIDTH - 2);",
+        "negative <= phase(PHASE_WIDTH - 1);",
+        "tb/harmonic/test_harmonic_lane.py",
+    ),
+    Mutation(
+        "capture_before_ready",
+        "the capture window answers without a ready bank",
+        "rtl/registers/access_guard.vhd",
+        "return ready = '0' or sample > CAPTURE_DEPTH - 1;",
+        "return sample > CAPTURE_DEPTH - 1;",
+        "tb/registers/test_arctrue_registers.py::test_register_block",
+    ),
+    Mutation(
+        "turn_without_fold",
+        "a corrected angle below zero is not folded into the turn",
+        "rtl/compensation/error_compensation.vhd",
+        "if straight(FOLD_WIDTH - 1) = '1' then",
+        "if straight(FOLD_WIDTH - 1) = 'U' then",
+        "tb/compensation/test_error_compensation.py",
+    ),
+    Mutation(
+        "truncated_correction",
+        "the total is cut off instead of rounded",
+        "rtl/compensation/error_compensation.vhd",
+        "round_up  := not total(PAIR_FRACTION - 1);",
+        "round_up  := '1';",
+        "tb/compensation/test_error_compensation.py",
+    ),
+    Mutation(
+        "late_position",
+        "the reading is one clock older than its correction",
+        "rtl/compensation/delay_line.vhd",
+        "delayed <= stages(CLOCKS);",
+        "delayed <= stages(CLOCKS - 1);",
+        "tb/compensation/test_delay_line.py",
+    ),
+    Mutation(
+        "ramp_past_zero",
+        "the remainder swings through zero instead of ending there",
+        "rtl/compensation/correction_ramp.vhd",
+        "if decayed(WIDTH - 1) /= remainder(WIDTH - 1) then",
+        "if decayed(WIDTH - 1) = 'U' then",
+        "tb/compensation/test_correction_ramp.py",
+    ),
+    Mutation(
+        "step_at_swap",
+        "the difference to the correction before is not caught",
+        "rtl/compensation/correction_ramp.vhd",
+        "remainder   := held - unramped;",
+        "remainder   := (others => '0');",
+        "tb/compensation/test_correction_ramp.py",
+    ),
+    Mutation(
+        "mixed_banks",
+        "phases of the new bank meet phase steps of the old one",
+        "rtl/coefficients/coefficient_memory.vhd",
+        "if copying(PHASE_OFFSET_DELAY) = '1' then",
+        "if swap = '1' then",
+        "tb/coefficients/test_coefficient_memory.py",
+    ),
+    Mutation(
+        "write_during_copy",
+        "a write reaches the idle bank while it is being copied",
+        "rtl/coefficients/coefficient_memory.vhd",
+        "and not swap and not (or copying) and not reset;",
+        "and not reset;",
+        "tb/coefficients/test_coefficient_memory.py",
+    ),
+    Mutation(
+        "bank_taken_back",
+        "a bank of the processor counts as free when the other is full",
+        "rtl/sampler/sampler.vhd",
+        "if owned = '1' then",
+        "if owned = 'U' then",
+        "tb/sampler/test_sampler.py",
+    ),
+    Mutation(
+        "heads_of_two_clocks",
+        "head 2 is latched one clock after head 1",
+        "rtl/sampler/sampler.vhd",
+        "std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);",
+        "std_ulogic_vector(turn_position2) & std_ulogic_vector(position1_then);",
+        "tb/sampler/test_sampler.py",
+    ),
+    Mutation(
+        "turn_one_way",
+        "a turn closes only when the table turns up",
+        "rtl/sampler/sampler.vhd",
+        "(above(above'high) = '0' or below(below'high) = '0')",
+        "(above(above'high) = '0')",
+        "tb/sampler/test_sampler.py",
+    ),
+    Mutation(
+        "no_hysteresis",
+        "a position that trembles by one count makes edges",
+        "rtl/quadrature_output/quadrature_output.vhd",
+        "if remaining >= 2 or (remaining = 1 and last_was_up = '1') then",
+        "if remaining >= 1 then",
+        "tb/quadrature_output/test_quadrature_output.py",
+    ),
+    Mutation(
+        "z_after_one_turn",
+        "Z is not found again behind the end of the turn",
+        "rtl/quadrature_output/quadrature_output.vhd",
+        'angles(-1)  := angles(0) - signed("00" & counts_per_rev);',
+        "angles(-1)  := angles(0);",
+        "tb/quadrature_output/test_quadrature_output.py",
+    ),
+)

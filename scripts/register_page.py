@@ -1,0 +1,76 @@
+"""Makes docs/registers.md, the register map as a page to read, from the SystemRDL file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from systemrdl.node import FieldNode, MemNode, RegfileNode, RegNode
+
+from scripts.generate import compile_registers, memories_of, path_below, registers_of
+
+REGISTERS = Path("rtl/registers/arctrue_registers.rdl")
+
+
+def _words(node: FieldNode | MemNode | RegNode | RegfileNode) -> str:
+    """The description of a node in one line."""
+    return " ".join((node.get_property("desc") or "").split())
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _access(node: FieldNode | MemNode) -> str:
+    return ("r" if node.is_sw_readable else "") + ("w" if node.is_sw_writable else "")
+
+
+def _field_row(field: FieldNode) -> str:
+    bits = str(field.low) if field.low == field.high else f"{field.high}..{field.low}"
+    reset = field.get_property("reset")
+    value = "" if reset is None else str(reset)
+    return f"| {bits} | `{field.inst_name}` | {_access(field)} | {value} | {_cell(_words(field))} |"
+
+
+def register_page(root: Path) -> str:
+    """The markdown page of the register map."""
+    top = compile_registers(root / REGISTERS)
+    lines = [
+        f"<!-- Made by scripts/register_page.py from {REGISTERS}. Do not edit: make docs -->",
+        "",
+        "# Register map",
+        "",
+        f"From [{REGISTERS}](../{REGISTERS}), the one source. `make generate` makes of it the VHDL",
+        "block, the C header `build/generated/c/arctrue_registers.h`, the Python module",
+        "`arctrue.generated.registers` and a page to browse,",
+        "`build/generated/html/registers/index.html`.",
+        "",
+        (top.get_property("desc") or "").strip(),
+        "",
+        "## Memory windows",
+        "",
+        "| Address | Window | Words | Access | |",
+        "|---|---|---|---|---|",
+    ]
+    for memory in memories_of(top):
+        lines.append(
+            f"| 0x{memory.absolute_address:05X} | `{memory.inst_name}` "
+            f"| {memory.get_property('mementries')} of {memory.get_property('memwidth')} bits "
+            f"| {_access(memory)} | {_cell(_words(memory))} |"
+        )
+    group = ""
+    for register in registers_of(top):
+        parent = register.parent
+        if isinstance(parent, RegfileNode) and parent.inst_name != group:
+            group = parent.inst_name
+            lines += ["", f"## Group {group}", "", _words(parent)]
+        lines += [
+            "",
+            f"## 0x{register.absolute_address:05X} {path_below(top, register)}",
+            "",
+            _words(register),
+            "",
+            "| Bits | Field | Access | Reset | |",
+            "|---|---|---|---|---|",
+        ]
+        lines += [_field_row(field) for field in register.fields()]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,162 @@
+#!/usr/bin/env bash
+# Makes ready what the Makefile's targets need, and touches nothing else of the machine:
+#   1. system packages (GHDL, Python's venv and shared library, gcc), only those that are missing;
+#   2. the Python environment .venv, exactly as requirements.lock says (with hashes).
+# Run as often as you like: when all is there it says nothing and takes a blink.
+#
+# PYTHON=/usr/bin/python3.12 scripts/setup.sh takes another Python. It must be 3.11 or newer and
+# have a shared libpython, because GHDL loads it; Pythons that pyenv or conda build have none.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+PYTHON=${PYTHON:-/usr/bin/python3}
+OS_RELEASE=${OS_RELEASE:-/etc/os-release}
+PACKAGES=(gcc ghdl-llvm ghdl-mcode make python3-dev python3-venv zlib1g-dev)
+LOG=build/logs/setup.log
+
+say() { printf '[setup] %s\n' "$*" >&2; }
+
+give_up() {
+    {
+        printf '\n[setup] %s\n\n' "$1"
+        shift
+        printf '  %s\n' "$@"
+        printf '\n'
+    } >&2
+    exit 1
+}
+
+log_tail() {
+    say "the last lines of $LOG:"
+    tail -n 12 "$LOG" >&2
+}
+
+system_name() (
+    ID=unknown VERSION_ID=
+    # shellcheck disable=SC1090
+    [ -r "$OS_RELEASE" ] && . "$OS_RELEASE"
+    printf '%s' "$ID${VERSION_ID:+ $VERSION_ID}"
+)
+
+is_installed() {
+    [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+install_packages() {
+    local missing=() as_root=() package
+    for package in "${PACKAGES[@]}"; do
+        is_installed "$package" || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return
+    local by_hand=("apt-get update && apt-get install --no-install-recommends ${missing[*]}")
+    if [ "$(id -u)" -ne 0 ]; then
+        if command -v sudo >/dev/null && { [ -t 0 ] || sudo -n true 2>/dev/null; }; then
+            as_root=(sudo)
+        else
+            give_up "System packages are missing, and there is neither root nor sudo to install them." \
+                "Ask an administrator to run, then start again:" "" "${by_hand[@]}"
+        fi
+    fi
+    say "installing system packages: ${missing[*]}"
+    mkdir -p "$(dirname "$LOG")"
+    local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -y -q
+        -o Acquire::Retries=2 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=300)
+    # A broken foreign source makes `update` fail although ours is fine: the install decides.
+    "${apt[@]}" update >"$LOG" 2>&1 || true
+    if ! "${apt[@]}" install --no-install-recommends "${missing[@]}" >>"$LOG" 2>&1; then
+        log_tail
+        give_up "The system packages could not be installed (is there a network?)." \
+            "Run by hand and see what is in the way, then start again" \
+            "(on Ubuntu the component 'universe' must be enabled):" "" "${by_hand[@]}"
+    fi
+}
+
+has_ghdl() {
+    local version
+    version=$(GHDL_BACKEND=$1 ghdl --version 2>/dev/null) && grep -qi "$1.* code generator" <<<"$version"
+}
+
+# On a system whose packages this script does not know: are the tools there all the same?
+check_tools() {
+    local missing=()
+    command -v gcc >/dev/null || missing+=("gcc, and the development files of zlib")
+    has_ghdl mcode || missing+=("GHDL 2.0 or newer with the mcode code generator")
+    has_ghdl llvm || missing+=("GHDL 2.0 or newer with the LLVM code generator (GHDL_BACKEND=llvm)")
+    "$PYTHON" -c 'import ensurepip, sysconfig, venv
+raise SystemExit(not sysconfig.get_config_var("Py_ENABLE_SHARED"))' 2>/dev/null ||
+        missing+=("Python 3.11 or newer with venv and a shared libpython, as $PYTHON or PYTHON=...")
+    [ ${#missing[@]} -eq 0 ] && return
+    give_up "This system ($(system_name)) is none of Debian 12, Debian 13 and Ubuntu 24.04." \
+        "Install these, then start again:" "" "${missing[@]/#/- }" "" \
+        "(Debian's names of the packages: ${PACKAGES[*]})"
+}
+
+check_python() {
+    "$PYTHON" -c 'import sys; raise SystemExit(sys.version_info < (3, 11))' 2>/dev/null ||
+        give_up "$PYTHON is not Python 3.11 or newer." \
+            "Install python3 and python3-venv from the system's packages, or name another:" "" \
+            "PYTHON=/usr/bin/python3.12 make setup"
+}
+
+checksum() { sha256sum "$1" | cut -d ' ' -f 1; }
+
+# Made with this Python, in this folder?
+venv_fits() {
+    [ "$(.venv/bin/python -c "$VERSION" 2>/dev/null)" = "$("$PYTHON" -c "$VERSION")" ] &&
+        head -n 1 .venv/bin/pip 2>/dev/null | grep -qF "$PWD/.venv/bin/"
+}
+
+VERSION='import sys; print(*sys.version_info[:2], sep=".")'
+
+install_python_packages() {
+    local stamp=.venv/.setup-lock
+    local wanted
+    wanted="$(checksum requirements.lock) $("$PYTHON" -c "$VERSION") $PWD"
+    if [ -x .venv/bin/python ] && [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ]; then
+        return
+    fi
+    # Without a stamp, what is there may be a start that was broken off: it is completed.
+    if [ -e .venv ] && { [ -e "$stamp" ] || ! venv_fits; }; then
+        say "making .venv anew: the lock file, the Python or the folder has changed"
+        rm -rf .venv
+    fi
+    mkdir -p "$(dirname "$LOG")"
+    if [ ! -e .venv ] && ! "$PYTHON" -m venv .venv >"$LOG" 2>&1; then
+        log_tail
+        rm -rf .venv
+        give_up "$PYTHON could not make .venv." "Install the system package python3-venv."
+    fi
+    say "installing the Python packages of requirements.lock into .venv (a minute or two)"
+    if ! .venv/bin/python -m pip install --no-input --disable-pip-version-check --only-binary :all: \
+        --require-hashes -r requirements.lock >"$LOG" 2>&1; then
+        log_tail
+        give_up "The Python packages could not be installed (is there a network?)." \
+            "They come from pypi.org or from the index that pip is configured for. Start again, or:" \
+            "" ".venv/bin/python -m pip install --require-hashes -r requirements.lock"
+    fi
+    printf '%s\n' "$wanted" >"$stamp"
+    rm -f .venv/.setup-package
+}
+
+# The package itself, editable; needs no network.
+install_package() {
+    local stamp=.venv/.setup-package
+    local wanted
+    wanted=$(checksum pyproject.toml)
+    [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ] && return
+    if ! .venv/bin/python -m pip install --no-input --disable-pip-version-check --no-deps --no-index \
+        --no-build-isolation --editable . >"$LOG" 2>&1; then
+        log_tail
+        give_up "The package arctrue could not be installed into .venv; see $LOG."
+    fi
+    printf '%s\n' "$wanted" >"$stamp"
+    say "ready"
+}
+
+case $(system_name) in
+"debian 12" | "debian 13" | "ubuntu 24.04") install_packages ;;
+*) check_tools ;;
+esac
+check_python
+install_python_packages
+install_package

@@ -1,0 +1,1 @@
+"""ArcTrue: the true angle of a rotary table from two read heads."""

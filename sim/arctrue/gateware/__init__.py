@@ -1,0 +1,1 @@
+"""Bit-true models of the gateware: numpy integers, one module an entity, same names."""

@@ -1,0 +1,22 @@
+"""Units of angle: arcseconds, radians, counts.
+
+Angles are radians inside the package; a name that holds another unit says so.
+"""
+
+from __future__ import annotations
+
+import math
+
+ARCSEC_PER_TURN = 1_296_000
+ARCSEC_PER_RAD = ARCSEC_PER_TURN / (2.0 * math.pi)
+RAD_PER_ARCSEC = 2.0 * math.pi / ARCSEC_PER_TURN
+
+
+def arcsec_per_count(counts_per_rev: int) -> float:
+    """Arcseconds of one count: 0.0772″ at 2²⁴ counts a turn (the paper prints 0.772″)."""
+    return ARCSEC_PER_TURN / counts_per_rev
+
+
+def rad_per_count(counts_per_rev: int) -> float:
+    """Radians of one count."""
+    return 2.0 * math.pi / counts_per_rev

@@ -1,0 +1,87 @@
+"""The figures of docs/errata.md and docs/calibration.md, worked out from their equations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+ARCSEC = 180 * 3600 / math.pi
+ITERATIONS = 16
+BITS = 18
+
+
+def rounding_bound(unit: float) -> float:
+    """Equation (A.5) for one rounding error of ``unit``."""
+    products = (
+        math.prod(math.sqrt(1 + 4.0**-i) for i in range(j, ITERATIONS))
+        for j in range(1, ITERATIONS)
+    )
+    return unit * (1 + sum(products))
+
+
+def test_resolution() -> None:
+    assert pytest.approx(0.0772, abs=5e-5) == 1_296_000 / (16384 * 1024)
+
+
+def test_scale_of_the_rotation() -> None:
+    gain = math.prod(math.sqrt(1 + 4.0**-i) for i in range(ITERATIONS))
+    assert 1 / gain == pytest.approx(0.60725, abs=5e-6)
+
+
+def test_sign_of_equation_10() -> None:
+    # With the sign as printed the pair (x, y) does not rotate and the cosine is lost.
+    for sign, right in ((1, True), (-1, False)):
+        x, y, z = 0.6072529, 0.0, 1.0
+        for i in range(ITERATIONS):
+            d = -1 if z < 0 else 1
+            x, y, z = x - y * d * 2.0**-i, y + sign * x * d * 2.0**-i, z - d * math.atan(2.0**-i)
+        assert (abs(x - math.cos(1.0)) < 1e-4) is right
+
+
+def test_bounds_of_the_appendix() -> None:
+    approximation = math.atan(2.0 ** -(ITERATIONS - 1))
+    printed = approximation + rounding_bound(2.0 ** (0.5 - BITS))
+    mended = approximation + rounding_bound(math.hypot(1, 1) * 2.0 ** -(BITS - 1))
+    assert printed == pytest.approx(1.18e-4, abs=5e-7)
+    assert mended == pytest.approx(2.06e-4, abs=5e-7)
+
+
+def test_remainder_of_equation_8() -> None:
+    amplitude = 150 / ARCSEC
+    theta = np.arange(4096) * (2 * math.pi / 4096)
+    reading = theta + amplitude * np.cos(theta)
+    remainder = (reading - amplitude * np.cos(reading) - theta) * ARCSEC
+    second = 2 * abs(np.fft.rfft(remainder)[2]) / len(theta)
+    assert second == pytest.approx(0.055, abs=5e-4)
+
+
+def test_head_separation_from_the_mean_over_readings() -> None:
+    # Exact geometry, no series: the disc's centre goes round the axis at a distance of
+    # ``eccentricity`` radii, each head sees the direction from there to itself.
+    alpha = math.radians(33)
+    eccentricity = 0.030 / (107.95 / 2)
+    theta = np.arange(65536) * (2 * math.pi / 65536)
+    error1 = -np.angle(1 - eccentricity * np.exp(1j * theta))
+    error2 = -np.angle(1 - eccentricity * np.exp(1j * (theta + alpha)))
+    difference = error2 - error1
+    weight = 1 + np.gradient(error1, theta)  # uniform in the reading, not in the true angle
+    offset = np.average(difference, weights=weight) - np.average(difference)
+    assert abs(offset) * ARCSEC == pytest.approx(0.017, abs=5e-4)
+
+
+def test_share_of_the_uncertainty() -> None:
+    combined = 2 * math.sqrt(0.1**2 + 0.05**2 + 0.2**2 + 0.0005**2 + 0.0001**2)
+    assert combined == pytest.approx(0.46, abs=5e-3)
+    assert pytest.approx(0.29, abs=5e-3) == 0.46 / 1.6
+
+
+@pytest.mark.parametrize(("order", "gain"), [(1, 1.8), (11, 19), (109, 19)])
+def test_noise_gain(order: int, gain: float) -> None:
+    factor = abs(np.exp(1j * order * math.radians(33)) - 1)
+    assert 1 / factor == pytest.approx(gain, rel=0.03)
+
+
+def test_unseen_order() -> None:
+    assert abs(np.exp(1j * 120 * math.radians(33)) - 1) < 1e-12

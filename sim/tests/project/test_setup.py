@@ -1,0 +1,169 @@
+"""scripts/setup.sh on machines that lack something: what it says, and that it stops."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@dataclass
+class Machine:
+    """A tree and a PATH in which every command that would change the machine is replaced."""
+
+    tree: Path
+    commands: Path
+
+    def command(self, name: str, script: str) -> None:
+        file = self.commands / name
+        file.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+        file.chmod(0o755)
+
+    def setup(self, os_release: str) -> subprocess.CompletedProcess[str]:
+        release = self.tree / "os-release"
+        release.write_text(os_release, encoding="utf-8")
+        environment = {
+            "PATH": str(self.commands),
+            "OS_RELEASE": str(release),
+            "PYTHON": str(self.commands / "python3"),
+            "HOME": str(self.tree),
+        }
+        return subprocess.run(
+            ["/bin/bash", "scripts/setup.sh"],
+            cwd=self.tree,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+
+DEBIAN_12 = "ID=debian\nVERSION_ID=12\n"
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    tree = tmp_path / "tree"
+    commands = tmp_path / "commands"
+    (tree / "scripts").mkdir(parents=True)
+    commands.mkdir()
+    shutil.copy(ROOT / "scripts" / "setup.sh", tree / "scripts" / "setup.sh")
+    for name in ("requirements.lock", "pyproject.toml"):
+        (tree / name).write_text("", encoding="utf-8")
+    for tool in (
+        "dirname",
+        "cat",
+        "tail",
+        "head",
+        "cut",
+        "seq",
+        "sha256sum",
+        "grep",
+        "rm",
+        "mkdir",
+        "env",
+    ):
+        found = shutil.which(tool)
+        assert found
+        (commands / tool).symlink_to(found)
+    made = Machine(tree, commands)
+    made.command("dpkg-query", "printf installed")
+    made.command("id", "echo 0")
+    made.command("apt-get", f'echo "$@" >> {tree}/apt.log')
+    made.command("python3", "exit 0")
+    return made
+
+
+def apt_log(machine: Machine) -> str:
+    file = machine.tree / "apt.log"
+    return file.read_text(encoding="utf-8") if file.exists() else ""
+
+
+def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
+    done = machine.setup("ID=fedora\nVERSION_ID=41\n")
+    assert done.returncode == 1
+    for words in ("fedora 41", "Debian 12, Debian 13 and Ubuntu 24.04", "GHDL", "ghdl-llvm", "gcc"):
+        assert words in done.stderr
+    assert apt_log(machine) == ""
+
+
+def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
+    # Both forms of GHDL's version: 2.0 and 5.0.
+    machine.command(
+        "ghdl",
+        'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
+        'llvm) echo " llvm code generator";; esac; seq 10000',
+    )
+    machine.command("gcc", "exit 0")
+    done = machine.setup("ID=arch\n")
+    assert "Debian 12, Debian 13" not in done.stderr
+    assert "installing the Python packages" in done.stderr
+    assert apt_log(machine) == ""
+
+
+def test_without_root_and_sudo_it_names_the_packages(machine: Machine) -> None:
+    machine.command("id", "echo 1000")
+    machine.command("dpkg-query", 'case "$*" in *ghdl-llvm*) exit 1;; *) printf installed;; esac')
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 1
+    assert "apt-get install --no-install-recommends ghdl-llvm\n" in done.stderr
+    assert apt_log(machine) == ""
+
+
+def test_only_what_is_missing_is_installed(machine: Machine) -> None:
+    machine.command("dpkg-query", 'case "$*" in *ghdl-mcode*) exit 1;; *) printf installed;; esac')
+    machine.setup(DEBIAN_12)
+    install = [line for line in apt_log(machine).splitlines() if " install " in line]
+    assert len(install) == 1
+    assert install[0].endswith("install --no-install-recommends ghdl-mcode")
+
+
+def test_packages_that_cannot_be_had_stop_the_set_up(machine: Machine) -> None:
+    machine.command("dpkg-query", "exit 1")
+    machine.command("apt-get", "echo 'E: Unable to fetch some archives'; exit 100")
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 1
+    assert "network" in done.stderr
+    assert "Unable to fetch some archives" in done.stderr
+    assert "ghdl-llvm ghdl-mcode" in done.stderr
+
+
+def test_python_that_is_too_old_stops_the_set_up(machine: Machine) -> None:
+    machine.command("python3", "exit 1")
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 1
+    assert "not Python 3.11 or newer" in done.stderr
+
+
+def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machine) -> None:
+    # venv makes an environment whose pip has no network.
+    machine.command(
+        "python3",
+        'if [ "$2" = venv ]; then mkdir -p .venv/bin; '
+        "printf '#!/bin/sh\\necho no route to host; exit 1\\n' > .venv/bin/python; "
+        "chmod 755 .venv/bin/python; fi",
+    )
+    chmod = shutil.which("chmod")
+    assert chmod
+    (machine.commands / "chmod").symlink_to(chmod)
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 1
+    assert "network" in done.stderr
+    assert "no route to host" in done.stderr
+    assert not (machine.tree / ".venv" / ".setup-lock").exists()
+
+
+def test_workflow_and_readme_name_the_same_systems() -> None:
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+    script = (ROOT / "scripts" / "setup.sh").read_text(encoding="utf-8")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name, number in (("debian", "12"), ("debian", "13"), ("ubuntu", "24.04")):
+        assert f'"{name}:{number}"' in workflow
+        assert f'"{name} {number}"' in script
+        assert f"{name.capitalize()} {number}" in readme

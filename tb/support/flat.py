@@ -1,0 +1,22 @@
+"""Flat ports: words side by side, the first in the low bits."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def flat(values: NDArray[np.integer], width: int) -> int:
+    """``values``, each in ``width`` bits (two's complement), as one whole number."""
+    return sum((int(word) % 2**width) << (width * place) for place, word in enumerate(values))
+
+
+def words(value: int, count: int, width: int) -> list[int]:
+    """``count`` words of ``width`` bits without a sign."""
+    return [(value >> (width * place)) & (2**width - 1) for place in range(count)]
+
+
+def signed_words(value: int, count: int, width: int) -> list[int]:
+    """``count`` words of ``width`` bits in two's complement."""
+    half = 1 << (width - 1)
+    return [(word ^ half) - half for word in words(value, count, width)]

@@ -1,0 +1,118 @@
+"""Runs one cocotb test module against one VHDL top level in GHDL.
+
+A pytest function calls :func:`simulate`; what the cocotb tests of the module find wrong
+fails that pytest function. VHDL assertions of severity ``error`` or worse fail it too.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+
+from cocotb_tools.runner import Ghdl, get_runner
+
+ROOT = Path(__file__).resolve().parents[2]
+GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
+
+Backend = Literal["mcode", "llvm"]
+"""mcode analyses fast, llvm runs a heavy design three times as fast."""
+
+
+@functools.cache
+def _files_by_entity() -> dict[str, Path]:
+    folders = (GENERATED_VHDL, ROOT / "rtl", ROOT / "tb")
+    return {path.stem: path for folder in folders for path in folder.rglob("*.vhd")}
+
+
+@functools.cache
+def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
+    """The VHDL files that ``toplevel`` needs: one entity or package a file, named like it."""
+    files = _files_by_entity()
+    needed: set[str] = set()
+    waiting = [toplevel]
+    while waiting:
+        name = waiting.pop()
+        if name in needed:
+            continue
+        if name not in files:
+            raise FileNotFoundError(f"{name}: no file {name}.vhd in rtl/, tb/ or {GENERATED_VHDL}")
+        needed.add(name)
+        used = re.findall(r"\bwork\.(\w+)", files[name].read_text(encoding="utf-8"))
+        waiting += [unit.lower() for unit in used]
+    return tuple(files[name] for name in sorted(needed))
+
+
+def _work_folder(toplevel: str, backend: Backend) -> Path:
+    # One folder a pytest worker: two workers never write the same library.
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
+    return ROOT / "build" / "tb" / f"{toplevel}-{backend}-{worker}"
+
+
+@functools.cache
+def _built(toplevel: str, backend: Backend) -> Ghdl:
+    runner = get_runner("ghdl")
+    assert isinstance(runner, Ghdl)
+    os.environ["GHDL_BACKEND"] = backend
+    folder = _work_folder(toplevel, backend)
+    runner.build(
+        sources=list(vhdl_sources(toplevel)),
+        hdl_toplevel=toplevel,
+        build_args=["--std=08"],
+        build_dir=folder,
+        always=True,
+        log_file=folder.with_suffix(".build.log"),
+    )
+    return runner
+
+
+def simulate(
+    toplevel: str,
+    test_module: str,
+    *,
+    generics: Mapping[str, int | str] | None = None,
+    testcase: str | None = None,
+    environment: Mapping[str, str] | None = None,
+    backend: Backend = "mcode",
+    waves: bool = False,
+) -> Path:
+    """Build ``toplevel`` and run the cocotb tests of ``test_module`` (a dotted name) on it.
+
+    ``generics`` are integers, enumerations or strings. ``environment`` reaches the cocotb
+    process as variables. Returns the folder in which the simulation ran.
+    Raises AssertionError with the names of the cocotb tests that failed.
+    """
+    os.environ["GHDL_BACKEND"] = backend
+    # A run that crashes can leave the previous run's results behind: remove them first.
+    folder = _work_folder(toplevel, backend)
+    runner = _built(toplevel, backend)
+    results = runner.test(
+        hdl_toplevel=toplevel,
+        test_module=test_module,
+        testcase=testcase,
+        parameters=dict(generics or {}),
+        test_args=["--std=08"],
+        plusargs=["--assert-level=error", "--max-stack-alloc=0"],
+        build_dir=folder,
+        test_dir=folder,
+        extra_env={
+            "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")]),
+            "GHDL_BACKEND": backend,
+            **(environment or {}),
+        },
+        waves=waves,
+        results_xml=str(folder / f"{test_module}.results.xml"),
+    )
+    cases = ElementTree.parse(results).getroot().iter("testcase")
+    outcomes = {
+        str(case.get("name")): not any(case.iter("failure")) and not any(case.iter("error"))
+        for case in cases
+    }
+    failed = [name for name, passed in outcomes.items() if not passed]
+    assert outcomes, f"{test_module}: no cocotb test ran; see {folder}"
+    assert not failed, f"{test_module}: failed in the simulation: {', '.join(failed)}"
+    return folder
