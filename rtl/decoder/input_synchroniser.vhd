@@ -1,0 +1,54 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # input_synchroniser
+--
+-- Brings asynchronous pins into the clock's domain: STAGES registers in a row for each, so that a
+-- pin caught while it changes has STAGES - 1 clocks to settle.
+--
+-- **Latency.** STAGES clocks from `asynchronous` to `synchronised`.
+--
+-- **Number formats.** None: bits.
+--
+-- **Limits.** Pins that change together may come out one clock apart, since each is caught on its
+-- own. The attribute `async_reg` asks the placer to keep the registers of a pin side by side; tools
+-- that do not know it ignore it.
+--
+-- **Reset** does not touch the registers: they follow the pins at any time.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity input_synchroniser is
+  generic (
+    WIDTH  : positive              := 3; -- pins
+    STAGES : positive range 2 to 4 := 2  -- registers a pin
+  );
+  port (
+    clock        : in    std_ulogic;
+    asynchronous : in    std_ulogic_vector(WIDTH - 1 downto 0); -- pins
+    synchronised : out   std_ulogic_vector(WIDTH - 1 downto 0)  -- the same, STAGES clocks later
+  );
+end entity input_synchroniser;
+
+architecture rtl of input_synchroniser is
+
+  -- The youngest stage in the low bits.
+  signal stage_registers : std_ulogic_vector(WIDTH * STAGES - 1 downto 0) := (others => '0');
+
+  attribute async_reg : string;
+  attribute async_reg of stage_registers : signal is "true";
+
+begin
+
+  synchronised <= stage_registers(WIDTH * STAGES - 1 downto WIDTH * (STAGES - 1));
+
+  synchronise : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      stage_registers <= stage_registers(WIDTH * (STAGES - 1) - 1 downto 0) & asynchronous;
+    end if;
+
+  end process synchronise;
+
+end architecture rtl;

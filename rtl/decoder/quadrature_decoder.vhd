@@ -1,0 +1,369 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # quadrature_decoder
+--
+-- Counts every edge of an incremental encoder's A and B (x4) into a multi-turn position and, beside
+-- it, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the
+-- distance of the index marks, the order of the edges and their spacing. Source: section 4.1 and
+-- figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+--
+-- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
+-- 5 with the filter off. position, angle, turn_position, index_seen, direction, step, step_up,
+-- last_edge_time, illegal and illegal_count belong to one clock. index_strobe, index_position,
+-- index_direction, index_interval, overspeed and overspeed_count follow 1 clock after it,
+-- index_error and index_error_count 2 clocks after it.
+--
+-- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts;
+-- angle u24.0 counts; counts_per_rev u25.0 counts; filter_length u8.0 and minimum_edge_spacing
+-- u16.0 clocks; timestamp and last_edge_time u64.0 clocks; counters u16.0.
+--
+-- **Position** starts at RESET_POSITION with the reset and is never changed but by edges. It wraps modulo 2**32:
+-- readers use differences, which are right while they stay within +-2**31 counts. The angle is a
+-- counter of its own, so it stays right for any turn when the position wraps. `turn_position` is
+-- position - position of the zero, and wraps likewise. While nothing wraps, angle is
+-- turn_position modulo counts_per_rev in every clock, before the first index too.
+--
+-- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
+-- while counting down. Up, the position after that clock's step is latched, down the one before
+-- it, so both directions give the same count. Without a step in the same clock the direction is
+-- that of the last step. The first index after reset or rearm defines the zero of angle and
+-- turn_position; later ones do not change them. Each later index must lie 0 or
+-- +-counts_per_rev from the one before it, otherwise `index_error`: counts were lost or added, or an
+-- index was. `index_interval` reads 0 while there are fewer than two.
+-- Pins are caught one by one: where Z is meant to change with A or B, catch them a clock apart and
+-- the index is one count off, once. Where Z changes between two edges of A and B, a reversal
+-- between them is not seen, and beside the other edge of Z it can pass for an index.
+-- A Z edge before the first step after reset is ignored, since its direction is unknown.
+--
+-- **Faults.** `illegal`: A and B changed in one clock; nothing is counted, since the direction is
+-- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
+-- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
+-- An illegal transition is no edge in this sense, nor in that of last_edge_time.
+--
+-- **Clear semantics.** index_error, illegal and overspeed stay set, and their counters stop at
+-- 65,535, until `clear` or reset. A fault in the very clock of a clear is kept: flag set, counter 1.
+-- Clear touches nothing else, rearm none of these.
+--
+-- **Rearm.** While `rearm` is high, angle and turn_position are 0, and the index is forgotten (index_seen
+-- and index_interval are 0; index_position keeps its value). The position counts on. Angle and
+-- turn_position count from 0 with the first step after it, and the next index defines the zero
+-- anew.
+-- `counts_per_rev` (4 to 2**24, any integer) is taken over while rearm or reset is high, and for
+-- SYNCHRONISER_STAGES + 1 clocks after reset; at other times a change of it has no effect.
+--
+-- **Reset** may be as short as one clock. The levels of the pins in its last clock are where counting
+-- starts: whatever they are, they make no edge; every later change counts.
+-- filter_length and minimum_edge_spacing may change at any time.
+--
+-- **last_edge_time** is the timestamp of the clock in which the edge was counted, the one before the
+-- position shows it: SYNCHRONISER_STAGES + filter_length + 1 after that of the pin's change. With
+-- position, read in the same clock, it gives the velocity.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity quadrature_decoder is
+  generic (
+    SYNCHRONISER_STAGES : positive range 2 to 4 := 2; -- registers a pin
+    RESET_POSITION      : integer               := 0  -- counts; near +-2**31 to meet the wrap in a test
+  );
+  port (
+    clock                : in    std_ulogic;
+    reset                : in    std_ulogic;
+    -- Pins, asynchronous
+    a                    : in    std_ulogic;
+    b                    : in    std_ulogic;
+    z                    : in    std_ulogic;                                          -- index
+    -- Settings
+    counts_per_rev       : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts, 4 to 2**24
+    filter_length        : in    u_unsigned(7 downto 0);                              -- clocks, 1 is off
+    minimum_edge_spacing : in    u_unsigned(15 downto 0);                             -- clocks, 0 is off
+    timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
+    clear                : in    std_ulogic;                                          -- pulse: clears the faults
+    rearm                : in    std_ulogic;                                          -- level: forgets the index
+    -- Position
+    position             : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, multi-turn
+    angle                : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts, below counts_per_rev
+    turn_position        : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the first index
+    direction            : out   std_ulogic;                                          -- of the last step, '1' up
+    step                 : out   std_ulogic;                                          -- strobe: position changed
+    step_up              : out   std_ulogic;                                          -- strobe: it rose
+    last_edge_time       : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
+    -- Index
+    index_seen           : out   std_ulogic;                                          -- level
+    index_strobe         : out   std_ulogic;                                          -- strobe: the four below are new
+    index_position       : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, of the last index
+    index_direction      : out   std_ulogic;                                          -- of the last index, '1' up
+    index_interval       : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, from the index before
+    -- Faults
+    index_error          : out   std_ulogic;                                          -- sticky
+    index_error_count    : out   u_unsigned(15 downto 0);                             -- saturates
+    illegal              : out   std_ulogic;                                          -- sticky
+    illegal_count        : out   u_unsigned(15 downto 0);                             -- saturates
+    overspeed            : out   std_ulogic;                                          -- sticky
+    overspeed_count      : out   u_unsigned(15 downto 0)                              -- saturates
+  );
+end entity quadrature_decoder;
+
+architecture rtl of quadrature_decoder is
+
+  constant LARGEST : positive := 2 ** 16 - 1;
+
+  signal pins     : std_ulogic_vector(2 downto 0);
+  signal levels   : std_ulogic_vector(2 downto 0);
+  signal filtered : std_ulogic_vector(2 downto 0);
+  signal preload  : std_ulogic;
+
+  -- Reset and the clocks after it in which the synchroniser still holds older levels of the pins.
+  signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
+
+  -- +1 or -1, made of its bits so that both directions share one adder.
+  function one_step (up : std_ulogic; width : positive) return u_unsigned is
+
+    variable amount : u_unsigned(width - 1 downto 0);
+
+  begin
+
+    amount    := (others => not up);
+    amount(0) := '1';
+    return amount;
+
+  end function one_step;
+
+  function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
+  begin
+
+    if (count = LARGEST) then
+      return count;
+    end if;
+    return count + 1;
+
+  end function saturating_increment;
+
+begin
+
+  pins    <= a & b & z;
+  preload <= settling(settling'high);
+
+  synchroniser : entity work.input_synchroniser
+    generic map (
+      WIDTH  => 3,
+      STAGES => SYNCHRONISER_STAGES
+    )
+    port map (
+      clock        => clock,
+      asynchronous => pins,
+      synchronised => levels
+    );
+
+  filter : entity work.glitch_filter
+    generic map (
+      WIDTH => 3
+    )
+    port map (
+      clock         => clock,
+      reset         => preload,
+      filter_length => filter_length,
+      unfiltered    => levels,
+      filtered      => filtered
+    );
+
+  decode : process (clock) is
+
+    -- Levels of A, B and Z one clock ago
+    variable before          : std_ulogic_vector(2 downto 0)           := (others => '0');
+    variable a_changes       : std_ulogic;
+    variable b_changes       : std_ulogic;
+    -- Stage 1: what the levels say. `up` stays until the next step.
+    variable moves           : std_ulogic                              := '0';
+    variable up              : std_ulogic                              := '1';
+    variable direction_known : std_ulogic                              := '0';
+    variable breaks_order    : std_ulogic                              := '0';
+    variable meets_index     : std_ulogic                              := '0';
+    -- Stage 2: position, beside the registers of the ports
+    variable position_before : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
+    variable spacing         : natural range 0 to LARGEST              := LARGEST;
+    variable too_near        : std_ulogic                              := '0';
+    variable passed_index    : std_ulogic                              := '0';
+    variable passed_up       : std_ulogic                              := '1';
+    -- Stage 3: index
+    variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable index_before    : std_ulogic                              := '0';
+    variable to_judge        : std_ulogic                              := '0';
+    variable misplaced       : std_ulogic;
+    variable turn_up         : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable turn_down       : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      -- Faults, each with its event of the clock before.
+      misplaced := '0';
+      if (to_judge = '1' and index_interval /= 0 and index_interval /= turn_up and index_interval /= turn_down) then
+        misplaced := '1';
+      end if;
+
+      if (clear = '1') then
+        index_error       <= misplaced;
+        index_error_count <= (0 => misplaced, others => '0');
+        illegal           <= breaks_order;
+        illegal_count     <= (0 => breaks_order, others => '0');
+        overspeed         <= too_near;
+        overspeed_count   <= (0 => too_near, others => '0');
+      else
+        if (misplaced = '1') then
+          index_error       <= '1';
+          index_error_count <= saturating_increment(index_error_count);
+        end if;
+        if (breaks_order = '1') then
+          illegal       <= '1';
+          illegal_count <= saturating_increment(illegal_count);
+        end if;
+        if (too_near = '1') then
+          overspeed       <= '1';
+          overspeed_count <= saturating_increment(overspeed_count);
+        end if;
+      end if;
+
+      -- Stage 3: latch the index of the clock before.
+      zero_now := position_before;
+      if (passed_up = '1') then
+        zero_now := position;
+      end if;
+
+      index_strobe <= '0';
+      to_judge     := '0';
+      if (passed_index = '1' and rearm = '0') then
+        index_strobe    <= '1';
+        to_judge        := index_before;
+        index_position  <= zero_now;
+        index_direction <= passed_up;
+        index_interval  <= (others => '0');
+        if (index_before = '1') then
+          index_interval <= zero_now - index_position;
+        end if;
+        index_before := '1';
+      end if;
+
+      -- Stage 2: take the step.
+      position_before := position;
+      direction       <= up;
+      step            <= moves;
+      step_up         <= moves and up;
+
+      too_near := '0';
+      if (moves = '1') then
+        position      <= position + signed(one_step(up, POSITION_WIDTH));
+        turn_position <= turn_position + signed(one_step(up, POSITION_WIDTH));
+        angle         <= angle + one_step(up, ANGLE_WIDTH);
+        if (up = '1' and angle = last_angle) then
+          angle <= (others => '0');
+        elsif (up = '0' and angle = 0) then
+          angle <= last_angle;
+        end if;
+
+        last_edge_time <= timestamp;
+        if (spacing < minimum_edge_spacing) then
+          too_near := '1';
+        end if;
+        spacing := 1;
+      elsif (spacing /= LARGEST) then
+        spacing := spacing + 1;
+      end if;
+
+      passed_index := meets_index;
+      passed_up    := up;
+      if (meets_index = '1' and index_seen = '0') then
+        index_seen    <= '1';
+        angle         <= (others => '0');
+        turn_position <= (others => '0');
+        -- The zero lies before a step down.
+        if (moves = '1' and up = '0') then
+          angle         <= last_angle;
+          turn_position <= (others => '1');
+        end if;
+      end if;
+
+      -- Stage 1: compare the levels with those of the clock before.
+      a_changes    := filtered(2) xor before(2);
+      b_changes    := filtered(1) xor before(1);
+      breaks_order := a_changes and b_changes and not preload;
+      moves        := (a_changes xor b_changes) and not preload;
+      if (moves = '1') then
+        up              := filtered(2) xor before(1);
+        direction_known := '1';
+      end if;
+      meets_index := '0';
+      if (filtered(0) /= before(0) and filtered(0) = up) then
+        meets_index := direction_known and not preload;
+      end if;
+      before := filtered;
+
+      -- Only where nothing counts by them.
+      if (reset = '1' or preload = '1' or rearm = '1') then
+        turn_up    := signed(resize(counts_per_rev, POSITION_WIDTH));
+        turn_down  := -signed(resize(counts_per_rev, POSITION_WIDTH));
+        last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);
+      end if;
+
+      if (rearm = '1') then
+        angle          <= (others => '0');
+        turn_position  <= (others => '0');
+        index_seen     <= '0';
+        index_interval <= (others => '0');
+        passed_index   := '0';
+        index_before   := '0';
+      end if;
+
+      if (reset = '1') then
+        moves             := '0';
+        up                := '1';
+        direction_known   := '0';
+        breaks_order      := '0';
+        meets_index       := '0';
+        spacing           := LARGEST;
+        too_near          := '0';
+        passed_index      := '0';
+        index_before      := '0';
+        to_judge          := '0';
+        position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
+        angle             <= (others => '0');
+        turn_position     <= (others => '0');
+        direction         <= '1';
+        step              <= '0';
+        step_up           <= '0';
+        last_edge_time    <= (others => '0');
+        index_seen        <= '0';
+        index_strobe      <= '0';
+        index_position    <= (others => '0');
+        index_direction   <= '1';
+        index_interval    <= (others => '0');
+        index_error       <= '0';
+        index_error_count <= (others => '0');
+        illegal           <= '0';
+        illegal_count     <= (others => '0');
+        overspeed         <= '0';
+        overspeed_count   <= (others => '0');
+      end if;
+    end if;
+
+  end process decode;
+
+  settle : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      settling <= settling(settling'high - 1 downto 0) & '0';
+      if (reset = '1') then
+        settling <= (others => '1');
+      end if;
+    end if;
+
+  end process settle;
+
+end architecture rtl;

@@ -1,0 +1,32 @@
+"""Bit-true model of ``rtl/decoder/glitch_filter.vhd``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.gateware.latest import latest, value_at
+
+
+def glitch_filter(
+    unfiltered: ArrayLike, filter_length: ArrayLike = 1, reset: ArrayLike = False
+) -> NDArray[np.int64]:
+    """Filtered level of one signal in every clock, shape (clocks + 1,).
+
+    Element t is the output during clock t, 0 in clock 0; the last one follows the last input.
+    ``unfiltered`` is the level (0 or 1) in each clock, shape (clocks,); ``filter_length`` in
+    clocks (0 acts as 1) and ``reset`` are one value a clock, or one for all.
+    Raises ValueError when the shapes do not fit.
+    """
+    level, length, loads = np.broadcast_arrays(
+        np.atleast_1d(np.asarray(unfiltered, dtype=np.int64)), filter_length, reset
+    )
+    if level.size == 0:
+        return np.zeros(1, dtype=np.int64)
+    # A level is taken over once its run is long enough. One that equals the output already is
+    # taken over without effect, so runs need not be told apart by what the output was.
+    changes = np.diff(level, prepend=level[0]) != 0
+    run_start = np.maximum(latest(changes), 0)
+    lasted = np.arange(level.size) - run_start + 1
+    taken_over = (lasted >= length) | loads.astype(bool)
+    return np.concatenate([[0], value_at(latest(taken_over), level, 0)])

@@ -1,0 +1,22 @@
+"""Bit-true model of ``rtl/decoder/input_synchroniser.vhd``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+STAGES_DEFAULT = 2
+"""Registers a pin."""
+
+
+def input_synchroniser(asynchronous: ArrayLike, stages: int = STAGES_DEFAULT) -> NDArray[Any]:
+    """Levels ``stages`` clocks later, 0 before; the first axis is the clock, the shape is kept.
+
+    Raises ValueError for ``stages`` outside 2 to 4.
+    """
+    if not 2 <= stages <= 4:
+        raise ValueError(f"stages is {stages}; expected 2 to 4")
+    levels = np.asarray(asynchronous)
+    return np.concatenate([np.zeros_like(levels[:1])] * stages + [levels])[: len(levels)]

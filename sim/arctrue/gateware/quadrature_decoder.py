@@ -1,0 +1,241 @@
+"""Bit-true model of ``rtl/decoder/quadrature_decoder.vhd``: every output in every clock.
+
+The registers are sums and latest values over whole arrays, not a walk from clock to clock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.gateware.glitch_filter import glitch_filter
+from arctrue.gateware.input_synchroniser import STAGES_DEFAULT, input_synchroniser
+from arctrue.gateware.latest import latest, value_at
+
+COUNTER_MAX = 2**16 - 1
+"""The fault counters stop here."""
+
+SPACING_MAX = 2**16 - 1
+"""The spacing of edges is measured up to here, clocks."""
+
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+def latency_clocks(filter_length: int = 1, stages: int = STAGES_DEFAULT) -> int:
+    """Clocks from a change of a pin to the position."""
+    return stages + max(filter_length, 1) + 2
+
+
+@dataclass(frozen=True)
+class DecoderInputs:
+    """What the decoder sees, one value a clock or one for all clocks."""
+
+    a: ArrayLike
+    b: ArrayLike
+    z: ArrayLike = 0
+    counts_per_rev: ArrayLike = 2**24
+    """Counts, 4 to 2**24."""
+    filter_length: ArrayLike = 1
+    """Clocks, 1 is off."""
+    minimum_edge_spacing: ArrayLike = 0
+    """Clocks, 0 is off."""
+    timestamp: ArrayLike = 0
+    """Clocks, 0 to 2**64 - 1."""
+    clear: ArrayLike = False
+    rearm: ArrayLike = False
+    reset: ArrayLike = False
+
+
+@dataclass(frozen=True)
+class DecoderTrace:
+    """Every output in every clock, shape (clocks + 1,), counts unless said otherwise.
+
+    Element t is the output during clock t; the last one follows the last input.
+    """
+
+    position: Ints
+    angle: Ints
+    turn_position: Ints
+    direction: Ints
+    step: Ints
+    step_up: Ints
+    last_edge_time: NDArray[np.uint64]
+    """Clocks."""
+    index_seen: Ints
+    index_strobe: Ints
+    index_position: Ints
+    index_direction: Ints
+    index_interval: Ints
+    index_error: Ints
+    index_error_count: Ints
+    illegal: Ints
+    illegal_count: Ints
+    overspeed: Ints
+    overspeed_count: Ints
+
+
+@dataclass(frozen=True)
+class _Events:
+    """Stage 1: what the filtered levels say. Shape (clocks,), known after that clock."""
+
+    step: Ints
+    up: Bools
+    illegal: Bools
+    index: Bools
+
+
+def _wrapped(value: Ints) -> Ints:
+    return (value + 2**31) % 2**32 - 2**31
+
+
+def _earlier(values: Ints) -> Ints:
+    """Values one clock ago, 0 in the first clock."""
+    return np.concatenate([np.zeros_like(values[:1]), values[:-1]])
+
+
+def _clock_before(clock: Ints) -> Ints:
+    """The clock found one clock ago, -1 (none) in the first clock."""
+    return np.concatenate([[-1], clock[:-1]])
+
+
+def _was(event: Bools) -> Bools:
+    """Whether the event was one clock ago."""
+    return np.concatenate([[False], event[:-1]])
+
+
+def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
+    a_before, b_before, z_before = _earlier(a), _earlier(b), _earlier(z)
+    valid = ~preload & ~reset
+    a_changes, b_changes = a != a_before, b != b_before
+    moves = (a_changes != b_changes) & valid
+    # A leads B upwards: whichever of them changed, A now differs from the earlier B.
+    step = np.where(moves, np.where(a != b_before, 1, -1), 0)
+    last_move = latest(moves)
+    known = last_move > latest(reset)
+    up = ~known | (value_at(last_move, step, 1) > 0)
+    index = (z != z_before) & ((z == 1) == up) & known & valid
+    return _Events(step, up, a_changes & b_changes & valid, index)
+
+
+def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
+    """Flag and counter after each clock; an event in the clock of a clear is kept."""
+    total = np.cumsum(event)
+    gone = np.where(reset, total, total - event)
+    count = total - value_at(latest(clear | reset), gone, 0)
+    return (count > 0).astype(np.int64), np.minimum(count, COUNTER_MAX)
+
+
+def quadrature_decoder(
+    inputs: DecoderInputs, synchroniser_stages: int = STAGES_DEFAULT, reset_position: int = 0
+) -> DecoderTrace:
+    """Run the decoder over all clocks of ``inputs``, from power-up on.
+
+    ``reset_position`` in counts is the position of the disc in the first clock after a reset.
+
+    Raises ValueError when the shapes of the inputs do not fit, when there is no clock, or for a
+    ``counts_per_rev`` outside 4 to 2**24 that is taken over.
+    """
+    columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}
+    columns = dict(zip(columns, np.broadcast_arrays(*columns.values()), strict=True))
+    timestamp = columns.pop("timestamp").astype(np.uint64)
+    clear, rearm, reset = (columns.pop(name) != 0 for name in ("clear", "rearm", "reset"))
+    if clear.size == 0:
+        raise ValueError("the inputs hold no clock; expected one value a clock")
+    column = {name: values.astype(np.int64) for name, values in columns.items()}
+    clocks = np.arange(clear.size)
+
+    # Until the synchroniser holds levels of the clock of the last reset.
+    last_reset = latest(reset)
+    preload = clocks - _clock_before(last_reset) <= synchroniser_stages + 1
+    a, b, z = (
+        glitch_filter(
+            input_synchroniser(column[pin], synchroniser_stages), column["filter_length"], preload
+        )[:-1]
+        for pin in ("a", "b", "z")
+    )
+    seen = _events(a, b, z, preload, reset)
+
+    taken_over = reset | preload | rearm
+    turn = value_at(latest(taken_over), column["counts_per_rev"], 0)
+    illegal_turn = np.flatnonzero(taken_over & ((turn < 4) | (turn > 2**24)))
+    if illegal_turn.size:
+        at = illegal_turn[0]
+        raise ValueError(f"counts_per_rev is {turn[at]} in clock {at}; expected 4 to {2**24}")
+
+    # Stage 2: position. A step counts one clock after it was seen.
+    moved = np.where(reset, 0, _earlier(seen.step))
+    moves = moved != 0
+    total = np.cumsum(moved)
+    from_reset = reset_position + total - value_at(last_reset, total, 0)
+    last_move = latest(moves)
+    last_edge_time = np.where(
+        last_move > last_reset, value_at(last_move, timestamp, 0), np.uint64(0)
+    )
+
+    # The zero: where the last reset or rearm was, or the first index after it.
+    forgotten = reset | rearm
+    index = _was(seen.index) & ~forgotten
+    index_up = _was(seen.up)
+    # Upwards the zero lies behind this clock's step, downwards before it.
+    behind_zero = np.where(index & ~index_up, moved, 0)
+    last_forgotten = latest(forgotten)
+    index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
+    first_index = index & (index_number == 1)
+    from_zero = total - value_at(latest(forgotten | first_index), total - behind_zero, 0)
+    turn_in_force = np.maximum(_earlier(turn), 1)
+
+    # Stage 3: the index, one clock after the position.
+    strobe = _was(index) & ~forgotten
+    latched = _wrapped(_earlier(from_reset - behind_zero))
+    last_strobe = latest(strobe)
+    index_valid = last_strobe > last_reset
+    repeated = strobe & (_earlier(index_number) > 1)
+    latched_before = value_at(_clock_before(last_strobe), latched, 0)
+    interval = np.where(repeated, _wrapped(latched - latched_before), 0)
+    misplaced = repeated & (interval != 0) & (np.abs(interval) != turn_in_force)
+
+    # Spacing of edges, one clock after the position.
+    move_before = _clock_before(last_move)
+    spacing = np.minimum(clocks - move_before, SPACING_MAX)
+    spacing = np.where(move_before > last_reset, spacing, SPACING_MAX)
+    too_near = moves & (spacing < column["minimum_edge_spacing"])
+
+    illegal, illegal_count = _sticky(_was(seen.illegal) & ~reset, clear, reset)
+    overspeed, overspeed_count = _sticky(_was(too_near) & ~reset, clear, reset)
+    index_error, index_error_count = _sticky(_was(misplaced) & ~reset, clear, reset)
+
+    direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))
+    direction[0] = 1
+    after = {
+        "position": _wrapped(from_reset),
+        "angle": from_zero % turn_in_force,
+        "turn_position": _wrapped(from_zero),
+        "direction": direction,
+        "step": moves,
+        "step_up": moved > 0,
+        "index_seen": index_number > 0,
+        "index_strobe": strobe,
+        "index_position": np.where(index_valid, value_at(last_strobe, latched, 0), 0),
+        "index_direction": np.where(
+            index_valid, value_at(last_strobe, _earlier(index_up.astype(np.int64)), 1), 1
+        ),
+        "index_interval": np.where(
+            last_strobe > last_forgotten, value_at(last_strobe, interval, 0), 0
+        ),
+        "index_error": index_error,
+        "index_error_count": index_error_count,
+        "illegal": illegal,
+        "illegal_count": illegal_count,
+        "overspeed": overspeed,
+        "overspeed_count": overspeed_count,
+    }
+    power_up = {"direction": 1, "index_direction": 1}
+    trace = {
+        name: np.concatenate([[power_up.get(name, 0)], values]).astype(np.int64)
+        for name, values in after.items()
+    }
+    edge_time = np.concatenate([np.zeros(1, dtype=np.uint64), last_edge_time])
+    return DecoderTrace(last_edge_time=edge_time, **trace)

@@ -1,0 +1,353 @@
+"""The decoder model against the true place of the disc, which no pin was decoded for."""
+
+import itertools
+
+import numpy as np
+import pytest
+from tb.decoder.quadrature_decoder_scenarios import (
+    FAULTY,
+    LOSSLESS,
+    RANDOM_SEEDS,
+    UNITS,
+    Scenario,
+    Stimuli,
+    stimuli,
+)
+
+from arctrue.gateware.quadrature_decoder import (
+    COUNTER_MAX,
+    DecoderInputs,
+    DecoderTrace,
+    latency_clocks,
+    quadrature_decoder,
+)
+
+
+def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
+    given = stimuli(name)
+    trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
+    return (LOSSLESS | FAULTY)[name], given, trace
+
+
+def latency(given: Stimuli) -> int:
+    """Clocks from the pins to the position; the lossless scenarios keep one filter length."""
+    return latency_clocks(int(given.columns["filter_length"][-1]))
+
+
+def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarray]:
+    """Clocks in which the disc has just passed its index, and the directions (+1, -1)."""
+    index = int(scenario.index_at * UNITS)
+    turns = (given.place - index) // (scenario.counts_per_rev * UNITS)
+    passed = np.diff(turns)
+    clocks = np.flatnonzero(passed) + 1
+    return clocks, passed[clocks - 1]
+
+
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_position_is_that_of_the_disc(name: str) -> None:
+    _, given, trace = played(name)
+    delay = latency(given)
+    expected = given.count[2:-delay] - given.count[2]
+    assert trace.position[2 + delay : -1].tolist() == expected.tolist()
+    assert trace.illegal_count[-1] == 0
+
+
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_step_and_direction_are_those_of_the_disc(name: str) -> None:
+    _, given, trace = played(name)
+    delay = latency(given)
+    moved = np.diff(given.count)[2:]
+    step = trace.step[3 + delay :][: len(moved)]
+    step_up = trace.step_up[3 + delay :][: len(moved)]
+    assert (step - 2 * (step - step_up)).tolist() == moved[: len(step)].tolist()
+    way = trace.direction[3 + delay :][step == 1]
+    assert way.tolist() == step_up[step == 1].tolist()
+
+
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
+    scenario, given, trace = played(name)
+    delay = latency(given)
+    turn = scenario.counts_per_rev
+    marks, _ = true_marks(scenario, given)
+    assert marks.size >= 2, "a scenario without the index tests nothing here"
+    # From the start before the first index, from the index (in count 0) after it.
+    before = (given.count - given.count[2]) % turn
+    after = given.count % turn
+    expected = np.where(np.arange(len(after)) < marks[0], before, after)[2:-delay]
+    assert trace.angle[2 + delay : -1].tolist() == expected.tolist()
+    seen = np.arange(len(after))[2:-delay] >= marks[0]
+    assert trace.index_seen[2 + delay : -1].tolist() == seen.astype(int).tolist()
+    # turn_position is the same without the modulo; its zero is one zero of the disc.
+    zeros = (given.count[:-delay] - trace.turn_position[delay:-1])[marks[0] :]
+    assert len(set(zeros.tolist())) == 1
+    assert zeros[0] % turn == 0
+
+
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_index_is_one_place_of_the_disc_in_both_directions(name: str) -> None:
+    scenario, given, trace = played(name)
+    delay = latency(given)
+    marks, ways = true_marks(scenario, given)
+    marks, ways = marks[marks + delay + 1 < len(trace.step)], ways[: len(marks)]
+    assert np.flatnonzero(trace.index_strobe).tolist() == (marks + delay + 1).tolist()
+    at = marks + delay + 1
+    assert trace.index_direction[at].tolist() == (ways[: len(at)] > 0).astype(int).tolist()
+    place = trace.index_position[at] + given.count[2]
+    assert (place % scenario.counts_per_rev == 0).all()
+    intervals = np.diff(place)
+    assert trace.index_interval[at].tolist() == [0, *intervals.tolist()]
+    assert set(np.abs(intervals).tolist()) <= {0, scenario.counts_per_rev}
+    assert trace.index_error_count[-1] == 0
+    assert trace.index_error[-1] == 0
+
+
+def test_scenarios_meet_the_index_in_every_way() -> None:
+    ways, intervals, coincides = set(), set(), set()
+    for name in LOSSLESS:
+        scenario, given, _ = played(name)
+        marks, way = true_marks(scenario, given)
+        turns = np.diff(given.count[marks]) // scenario.counts_per_rev
+        intervals |= set(np.sign(turns).tolist())
+        ways |= set(way.tolist())
+        coincides |= set((np.diff(given.count)[marks - 1] != 0).tolist())
+    assert ways == {-1, 1}
+    assert intervals == {-1, 0, 1}
+    assert coincides == {False, True}
+
+
+@pytest.mark.parametrize("name", LOSSLESS)
+def test_time_of_the_last_edge(name: str) -> None:
+    _, given, trace = played(name)
+    delay = latency(given)
+    edges = np.flatnonzero(np.diff(given.count)[2:]) + 3
+    edges = edges[edges + delay < len(trace.step)]
+    # The time stamp delay - 1 clocks after that of the pin's change, modulo 2**64.
+    expected = given.timestamp[edges] + np.uint64(delay - 1)
+    assert (trace.last_edge_time[edges + delay] == expected).all()
+    held = trace.last_edge_time[edges[0] + delay :]
+    changes = np.flatnonzero(np.diff(held)) + 1
+    assert len(changes) == len(edges) - 1
+
+
+@pytest.mark.parametrize("stages", [2, 3, 4])
+@pytest.mark.parametrize("filter_length", [1, 2, 7])
+def test_no_edge_after_reset_with_any_levels(filter_length: int, stages: int) -> None:
+    # The pins change in the very clock of a reset that is one clock long.
+    clock = np.arange(60)
+    for before, during, at in itertools.product(range(8), range(8), (0, 20)):
+        levels = np.where(clock < at, before, during)
+        inputs = DecoderInputs(
+            a=levels >> 2,
+            b=levels >> 1 & 1,
+            z=levels & 1,
+            reset=clock == at,
+            filter_length=filter_length,
+        )
+        trace = quadrature_decoder(inputs, stages)
+        for output in ("position", "step", "illegal", "index_seen", "index_strobe", "angle"):
+            assert not getattr(trace, output)[at + 1 :].any(), (output, before, during)
+
+
+@pytest.mark.parametrize("stages", [2, 3, 4])
+@pytest.mark.parametrize("way", [-1, 1])
+def test_every_edge_after_the_last_clock_of_reset_counts(way: int, stages: int) -> None:
+    count = np.arange(100) * way
+    a, b = np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3))
+    for resets in (1, 2, 5):
+        trace = quadrature_decoder(DecoderInputs(a, b, reset=np.arange(100) < resets), stages)
+        delay = latency_clocks(1, stages)
+        expected = count[resets - 1 : -delay] - count[resets - 1]
+        assert trace.position[resets - 1 + delay : -1].tolist() == expected.tolist()
+
+
+def test_illegal_transitions_are_told_and_not_counted() -> None:
+    _, given, trace = played("illegal_in_every_clock")
+    # Thirteen jumps by half a period, eight of them before the clear.
+    assert trace.illegal_count.max() == 8
+    assert (trace.position == 0).all()
+    assert not trace.step.any()
+    cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
+    # Cleared in the clock in which a jump is counted: that one stays.
+    assert trace.illegal_count[cleared - 1 : cleared + 1].tolist() == [8, 1]
+    assert trace.illegal_count[-1] == 13 - 8
+    assert trace.illegal[cleared:].all()
+
+
+def test_lost_and_added_counts_show_at_the_next_index() -> None:
+    scenario, given, trace = played("lost_count_between_index_marks")
+    marks, _ = true_marks(scenario, given)
+    intervals = trace.index_interval[np.flatnonzero(trace.index_strobe)]
+    # A jump over two counts is counted as none or, upwards with the next step, lost.
+    wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
+    assert wrong[1:].any()
+    assert trace.index_error_count.max() == wrong.sum() == 2
+    # The error shows one clock after the strobe, and stays until the clear.
+    strobes = np.flatnonzero(trace.index_strobe)[wrong]
+    cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
+    assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 1, cleared))
+    assert not trace.index_error_count[cleared:].any()
+    assert not trace.illegal[cleared:].any()
+    # The angle of the first index is kept: the lost and added counts cancel in the end.
+    assert trace.index_strobe.sum() == marks.size
+
+
+def test_a_lost_period_shows_only_at_the_index() -> None:
+    scenario, _, trace = played("a_lost_period_shows_only_at_the_index")
+    assert not trace.illegal.any()
+    strobes = np.flatnonzero(trace.index_strobe)
+    wrong = trace.index_interval[strobes] == scenario.counts_per_rev - 4
+    assert wrong.sum() == 1
+    assert trace.index_error_count[-1] == 1
+    assert trace.index_error[strobes[wrong][0] + 1] == 1
+    assert trace.index_error[strobes[wrong][0]] == 0
+
+
+def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
+    scenario, given, trace = played("overspeed")
+    delay = latency(given)
+    edges = np.flatnonzero(np.diff(given.count)) + 1
+    distances = np.diff(edges)
+    # The settings act on the edge where it is counted, and the flag follows one clock later.
+    counted = edges[1:] + delay - 1
+    too_near = distances < given.columns["minimum_edge_spacing"][counted]
+    shown = counted[too_near] + 2
+    clears = np.flatnonzero(given.columns["clear"]) + 1
+    expected = [
+        ((shown <= t) & (shown >= max([c for c in clears if c <= t], default=0))).sum()
+        for t in range(len(trace.step))
+    ]
+    assert trace.overspeed_count.tolist() == expected
+    assert trace.overspeed.tolist() == [int(count > 0) for count in expected]
+    assert {5, 6, 1} <= set(distances[too_near].tolist())
+    assert trace.position.max() == given.count[-1] - scenario.start
+
+
+def test_spacing_up_to_its_end() -> None:
+    _, _, trace = played("edges_65535_clocks_apart")
+    # Apart by 65,534, 65,535 and 66,001 clocks, with 65,535 asked for.
+    assert trace.position[-1] == 4
+    assert trace.overspeed_count[-1] == 1
+
+
+def test_glitches_without_filter_count_up_and_down_again() -> None:
+    _, given, trace = played("glitches_are_counted_without_filter")
+    delay = latency(given)
+    moved = np.flatnonzero(np.diff(given.count)[3:])
+    assert trace.step.sum() > len(moved)
+    assert trace.position[-1] == given.count[-delay] - given.count[2]
+
+
+def rearmed(name: str) -> tuple[Stimuli, DecoderTrace, np.ndarray]:
+    _, given, trace = played(name)
+    return given, trace, given.columns["rearm"].astype(bool)
+
+
+def test_rearm_forgets_the_index_and_starts_the_angle_at_zero() -> None:
+    given, trace, rearm = rearmed("rearm_with_new_turns")
+    after = np.flatnonzero(rearm) + 1
+    for output in ("angle", "turn_position", "index_seen", "index_strobe", "index_interval"):
+        assert not getattr(trace, output)[after].any(), output
+    # The position never minds.
+    delay = latency(given)
+    expected = given.count[2:-delay] - given.count[2]
+    assert trace.position[2 + delay : -1].tolist() == expected.tolist()
+    # Each stretch counts by the turn that stood at its rearm, whatever comes later.
+    ends = [*after[np.diff(after, append=10**9) > 1], len(rearm) + 1]
+    turns = set()
+    for start, end in itertools.pairwise(ends):
+        turn = int(given.columns["counts_per_rev"][start - 1])
+        turns.add(turn)
+        stretch = slice(start, end - 1)
+        assert (trace.angle[stretch] == trace.turn_position[stretch] % turn).all()
+        assert trace.angle[stretch].max() < turn
+    assert turns == {40, 9, 2**24, 4}
+
+
+def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
+    count = np.arange(400)
+    pins = {
+        "a": np.isin(count % 4, (1, 2)),
+        "b": np.isin(count % 4, (2, 3)),
+        # The mark after the rearm lies 33 counts behind the one before it.
+        "z": np.isin(count, (100, 133, 183)),
+    }
+    rearm = count == 120
+    inputs = DecoderInputs(**pins, counts_per_rev=50, reset=count < 3, rearm=rearm)
+    trace = quadrature_decoder(inputs)
+    strobes = np.flatnonzero(trace.index_strobe)
+    assert trace.index_interval[strobes].tolist() == [0, 0, 50]
+    assert not trace.index_error.any()
+    without = quadrature_decoder(
+        DecoderInputs(**pins, counts_per_rev=50, reset=count < 3, rearm=False)
+    )
+    assert without.index_interval[strobes].tolist() == [0, 33, 50]
+    assert without.index_error_count[-1] == 1
+
+
+def test_clear_and_rearm_leave_each_other_alone() -> None:
+    name = "random_pins_0"
+    given = stimuli(name)
+    flags = ("index_error", "illegal", "overspeed")
+    quiet = dict.fromkeys(("clear", "rearm"), 0)
+    base = quadrature_decoder(DecoderInputs(**(given.columns | quiet), timestamp=given.timestamp))
+    clear = quadrature_decoder(
+        DecoderInputs(**(given.columns | {"rearm": 0}), timestamp=given.timestamp)
+    )
+    rearm = quadrature_decoder(
+        DecoderInputs(**(given.columns | {"clear": 0}), timestamp=given.timestamp)
+    )
+    for output in base.__dataclass_fields__:
+        if not output.startswith(flags):
+            assert (getattr(clear, output) == getattr(base, output)).all(), output
+    for output in ("illegal", "illegal_count", "overspeed", "overspeed_count", "position"):
+        assert (getattr(rearm, output) == getattr(base, output)).all(), output
+
+
+def test_z_before_the_first_step_is_no_index() -> None:
+    clock = np.arange(60)
+    z = (clock > 20) & (clock < 30)
+    still = quadrature_decoder(DecoderInputs(0, 0, z, reset=clock < 3))
+    assert not still.index_seen.any()
+    moved = quadrature_decoder(DecoderInputs(clock > 10, 0, z, reset=clock < 3))
+    assert moved.index_seen[-1] == 1
+
+
+def test_position_wraps_and_its_readers_do_not() -> None:
+    given = stimuli("edge_every_clock_turn_of_7")
+    inputs = DecoderInputs(**given.columns)
+    plain = quadrature_decoder(inputs)
+    wrapping = quadrature_decoder(inputs, reset_position=2**31 - 20)
+    assert np.abs(np.diff(wrapping.position)).max() == 2**32 - 1
+    for output in ("angle", "turn_position", "index_interval", "index_error"):
+        assert (getattr(wrapping, output) == getattr(plain, output)).all(), output
+    # Differences modulo 2**32 are the counts.
+    differences = (np.diff(wrapping.position) + 2**31) % 2**32 - 2**31
+    assert differences[4:].tolist() == np.diff(plain.position)[4:].tolist()
+
+
+def test_counters_stop_at_their_end() -> None:
+    clock = np.arange(COUNTER_MAX + 100)
+    both = clock % 2
+    trace = quadrature_decoder(DecoderInputs(both, both, reset=clock < 3))
+    assert trace.illegal_count[-1] == COUNTER_MAX
+    assert trace.illegal_count[COUNTER_MAX // 2] == COUNTER_MAX // 2 - 2 - latency_clocks()
+
+
+@pytest.mark.parametrize("name", RANDOM_SEEDS)
+def test_random_pins_meet_every_fault(name: str) -> None:
+    given = stimuli(name)
+    trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
+    for output in ("illegal", "index_error", "overspeed", "index_strobe"):
+        assert getattr(trace, output).any(), output
+
+
+@pytest.mark.parametrize("turn", [0, 3, 2**24 + 1])
+def test_illegal_turns_are_refused(turn: int) -> None:
+    with pytest.raises(ValueError, match="counts_per_rev is"):
+        quadrature_decoder(DecoderInputs(np.zeros(10), np.zeros(10), counts_per_rev=turn))
+
+
+def test_inputs_without_a_clock_are_refused() -> None:
+    with pytest.raises(ValueError, match="no clock"):
+        quadrature_decoder(DecoderInputs([], []))

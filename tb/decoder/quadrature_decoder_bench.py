@@ -1,0 +1,158 @@
+"""The VHDL decoder against its model, in every clock of every scenario."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import fields
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
+
+from arctrue.gateware.quadrature_decoder import (
+    COUNTER_MAX,
+    DecoderInputs,
+    DecoderTrace,
+    quadrature_decoder,
+)
+from tb.decoder.quadrature_decoder_scenarios import Stimuli, scenarios_to_run, stimuli
+
+# The generics that the design was built with.
+STAGES = int(os.environ["SYNCHRONISER_STAGES"])
+RESET_POSITION = int(os.environ["RESET_POSITION"])
+DEFAULT_GENERICS = (STAGES, RESET_POSITION) == (2, 0)
+
+OUTPUTS = [field.name for field in fields(DecoderTrace)]
+# Longer than any pipeline or filter: a design that stands so long does nothing more.
+IDLE_CLOCKS = 400
+
+
+def checked_clocks(given: Stimuli) -> np.ndarray:
+    """Clocks in which the outputs are read: all but those after IDLE_CLOCKS without a change."""
+    inputs = np.column_stack(list(given.columns.values()))
+    changes = np.concatenate([[True], (np.diff(inputs, axis=0) != 0).any(axis=1)])
+    last_change = np.maximum.accumulate(np.where(changes, np.arange(len(inputs)), 0))
+    return np.arange(len(inputs)) - last_change < IDLE_CLOCKS
+
+
+async def play(dut, given: Stimuli) -> dict[str, np.ndarray]:
+    """Drive the stimuli; returns every output and, under "clock", the clocks after which read."""
+    columns = {key: column.tolist() for key, column in given.columns.items()}
+    timestamps = given.timestamp.tolist()
+    handles = [getattr(dut, name) for name in OUTPUTS]
+    drivers = {key: getattr(dut, key) for key in columns}
+    last: dict[str, int] = {}
+    rows = []
+    idle = 0
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    await FallingEdge(dut.clock)
+    for clock, is_checked in enumerate(checked_clocks(given).tolist()):
+        if not is_checked:
+            idle += 1
+            continue
+        if idle:
+            await ClockCycles(dut.clock, idle, FallingEdge)
+            idle = 0
+        for key, column in columns.items():
+            if column[clock] != last.get(key):
+                last[key] = column[clock]
+                drivers[key].value = column[clock]
+        dut.timestamp.value = timestamps[clock]
+        await FallingEdge(dut.clock)
+        rows.append([clock, *(int(handle.value) for handle in handles)])
+    return dict(zip(["clock", *OUTPUTS], np.array(rows, dtype=np.uint64).T, strict=True))
+
+
+@cocotb.test()
+@cocotb.parametrize(name=scenarios_to_run(DEFAULT_GENERICS))
+async def follows_the_model(dut, name: str) -> None:
+    given = stimuli(name)
+    got = await play(dut, given)
+    inputs = DecoderInputs(**given.columns, timestamp=given.timestamp)
+    model = quadrature_decoder(inputs, STAGES, RESET_POSITION)
+    clock = got["clock"].astype(np.int64)
+    for output in OUTPUTS:
+        # The same bits whether signed or not.
+        bits = np.uint64(2 ** len(getattr(dut, output)) - 1)
+        expected = getattr(model, output)[clock + 1].astype(np.uint64) & bits
+        wrong = np.flatnonzero(got[output] != expected)
+        assert not wrong.size, (
+            f"{output}: first of {wrong.size} differences from the model after clock "
+            f"{clock[wrong[0]]}: {got[output][wrong[0]]}, model {expected[wrong[0]]}"
+        )
+
+
+async def wait(clocks: int) -> None:
+    """Much faster than counting the edges of the clock one by one."""
+    await Timer(10 * clocks, "ns")
+
+
+async def begin(dut, counts_per_rev: int) -> None:
+    """A clock of 10 ns and a reset; ends in the middle of a clock."""
+    inputs = ("a", "b", "z", "minimum_edge_spacing", "timestamp", "clear", "rearm")
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start(start_high=False)
+    for name in inputs:
+        getattr(dut, name).value = 0
+    dut.counts_per_rev.value = counts_per_rev
+    dut.filter_length.value = 1
+    dut.reset.value = 1
+    await ClockCycles(dut.clock, 8)
+    dut.reset.value = 0
+    await FallingEdge(dut.clock)
+    await ClockCycles(dut.clock, 8, FallingEdge)
+
+
+@cocotb.test(skip=not DEFAULT_GENERICS)
+async def illegal_count_stops_at_its_end(dut) -> None:
+    await begin(dut, 1000)
+    # Both pins change together in every clock; the simulator toggles them by itself.
+    Clock(dut.a, 20, unit="ns", impl="gpi").start()
+    Clock(dut.b, 20, unit="ns", impl="gpi").start()
+    await wait(COUNTER_MAX // 2)
+    assert COUNTER_MAX // 2 - 8 < dut.illegal_count.value.to_unsigned() <= COUNTER_MAX // 2
+    await wait(COUNTER_MAX // 2 + 100)
+    assert dut.illegal_count.value.to_unsigned() == COUNTER_MAX
+    assert dut.illegal.value == 1
+    assert dut.position.value.to_signed() == 0
+
+
+@cocotb.test(skip=not DEFAULT_GENERICS)
+async def overspeed_and_index_counts_stop_at_their_end(dut) -> None:
+    await begin(dut, 1000)
+    dut.minimum_edge_spacing.value = 2
+    # An edge in every clock, upwards, and an index mark in every second.
+    Clock(dut.z, 20, unit="ns", impl="gpi").start()
+    Clock(dut.a, 40, unit="ns", impl="gpi").start()
+    await Timer(10, "ns")
+    Clock(dut.b, 40, unit="ns", impl="gpi").start()
+    await wait(COUNTER_MAX // 2)
+    assert COUNTER_MAX // 2 - 10 < dut.overspeed_count.value.to_unsigned() < COUNTER_MAX // 2
+    assert COUNTER_MAX // 4 - 10 < dut.index_error_count.value.to_unsigned() < COUNTER_MAX // 4
+    await wait(2 * COUNTER_MAX)
+    assert dut.overspeed_count.value.to_unsigned() == COUNTER_MAX
+    assert dut.index_error_count.value.to_unsigned() == COUNTER_MAX
+    assert dut.illegal_count.value.to_unsigned() == 0
+
+
+@cocotb.test(skip=not DEFAULT_GENERICS)
+async def long_turn_at_an_edge_every_clock(dut) -> None:
+    # Neither a power of two nor a multiple of 4; two whole turns between three index marks.
+    turn = 70_001
+    await begin(dut, turn)
+    Clock(dut.a, 40, unit="ns", impl="gpi").start()
+    await Timer(10, "ns")
+    Clock(dut.b, 40, unit="ns", impl="gpi").start()
+    seen = []
+    for _ in range(3):
+        dut.z.value = 1
+        await RisingEdge(dut.index_strobe)
+        await FallingEdge(dut.clock)
+        # The position shows one step more than the latched one.
+        seen.append(dut.index_position.value.to_signed())
+        assert dut.position.value.to_signed() == seen[-1] + 1
+        assert dut.angle.value.to_unsigned() == 1
+        dut.z.value = 0
+        await wait(turn - 5 - 1)
+    assert np.diff(seen).tolist() == [turn, turn]
+    assert dut.index_error.value == 0

@@ -1,0 +1,407 @@
+"""Motions, faults and settings for the decoder, shared by the tests of the model and the VHDL.
+
+Scenarios know the true place of the disc in every clock, in fractions of a count: what the
+decoder ought to say follows from it without decoding a pin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+UNITS = 2520
+"""Parts of a count: every speed of 1 to 10 clocks a count is exact."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    clocks: int
+    clocks_a_count: int = 0
+    """0: the disc stands."""
+    down: bool = False
+    wander: bool = False
+    """Random speed that changes at random times, up to a count a clock in either direction."""
+    jitter: Fraction = Fraction(0)
+    """The disc is off by a random part of a count, up to this, anew in each clock."""
+    jump: int = 0
+    """Counts that the disc skips in the first clock."""
+    glitch_clocks: int = 0
+    """A, B or Z turns over for so many clocks, at random times, but not beside an edge."""
+    filter_length: int = 1
+    minimum_edge_spacing: int = 0
+    counts_per_rev: int = 0
+    """0: that of the scenario."""
+    clear: bool = False
+    """One clock at the start."""
+    rearm: bool = False
+    reset: bool = False
+
+
+RESET = Segment(3, reset=True)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    segments: list[Segment]
+    counts_per_rev: int
+    start: int = 0
+    """Place of the disc at the start, counts from the index."""
+    index_at: Fraction = Fraction(0)
+    """The index edge lies so far behind the edge of A or B, counts. 0: they coincide."""
+    index_width: Fraction = Fraction(1)
+    """Z is high for so many counts."""
+    first_timestamp: int = 0
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Stimuli:
+    """A scenario clock by clock; arrays of shape (clocks,)."""
+
+    columns: dict[str, NDArray[np.int64]] = field(repr=False)
+    """The entity's inputs under their names."""
+    timestamp: NDArray[np.uint64] = field(repr=False)
+    place: NDArray[np.int64] = field(repr=False)
+    """True place of the disc from the index of its turn 0, 1 / UNITS count."""
+
+    @property
+    def count(self) -> NDArray[np.int64]:
+        """The edges of A and B to the left of the true place."""
+        return self.place // UNITS
+
+
+def _there_and_back(clocks_a_count: int, counts: int, **settings: object) -> list[Segment]:
+    """Up, back beyond the start, and up to the start again: each stretch crosses the index.
+
+    It turns back in the middle of a count, unless a count lasts one clock only.
+    """
+    clocks = clocks_a_count * counts
+    return [
+        RESET,
+        Segment(10, **settings),  # type: ignore[arg-type]
+        Segment(clocks + clocks_a_count // 2, clocks_a_count, **settings),  # type: ignore[arg-type]
+        Segment(2 * clocks, clocks_a_count, down=True, **settings),  # type: ignore[arg-type]
+        Segment(clocks, clocks_a_count, **settings),  # type: ignore[arg-type]
+        Segment(20, **settings),  # type: ignore[arg-type]
+    ]
+
+
+HALF = Fraction(1, 2)
+
+LOSSLESS: dict[str, Scenario] = {
+    "edge_every_clock_turn_of_4": Scenario(_there_and_back(1, 41), 4, start=-1),
+    "edge_every_clock_turn_of_5": Scenario(_there_and_back(1, 43), 5, start=3),
+    "edge_every_clock_turn_of_7": Scenario(_there_and_back(1, 60), 7, start=-2),
+    "edge_every_clock_turn_of_64": Scenario(_there_and_back(1, 200), 64, start=-30),
+    "turn_of_12000": Scenario(
+        [RESET, Segment(10), Segment(12_400, 1), Segment(500, 1, down=True), Segment(20)],
+        12_000,
+        start=-200,
+    ),
+    "largest_turn": Scenario(_there_and_back(1, 70), 2**24, start=-30),
+    "largest_odd_turn_at_3_clocks": Scenario(_there_and_back(3, 50), 2**24 - 1, start=25),
+    "index_inside_a_count": Scenario(
+        _there_and_back(6, 60), 37, start=-3, index_at=HALF, index_width=Fraction(7, 10)
+    ),
+    "index_inside_a_count_filtered": Scenario(
+        _there_and_back(10, 60, filter_length=6), 23, index_at=Fraction(1, 10), start=5
+    ),
+    "wide_index": Scenario(_there_and_back(2, 60), 50, start=-9, index_width=Fraction(17)),
+    "index_of_half_a_turn": Scenario(_there_and_back(1, 60), 12, start=3, index_width=Fraction(6)),
+    "trembles_at_the_index": Scenario(
+        [RESET, Segment(5), *[Segment(9, 3), Segment(9, 3, down=True)] * 20, Segment(30)],
+        1000,
+        start=-1,
+    ),
+    "reverses_in_every_clock": Scenario(
+        [RESET, Segment(5), *[Segment(1, 1), Segment(1, 1, down=True)] * 60, Segment(20)],
+        5,
+        start=-1,
+    ),
+    "jitter": Scenario(
+        [
+            RESET,
+            Segment(8),
+            Segment(1000, 10, jitter=Fraction(2, 5)),
+            Segment(300, jitter=Fraction(2, 5)),
+            Segment(1500, 10, down=True, jitter=Fraction(2, 5)),
+            Segment(10),
+        ],
+        29,
+        start=-10,
+    ),
+    "glitches_are_filtered": Scenario(
+        _there_and_back(40, 25, filter_length=9, glitch_clocks=8), 11, start=-4
+    ),
+    "long_filter": Scenario(_there_and_back(300, 5, filter_length=255), 6, start=-3),
+    "filter_of_zero_is_off": Scenario(_there_and_back(2, 30, filter_length=0), 13, start=-3),
+    "wanders_turn_of_5": Scenario([RESET, Segment(3000, wander=True)], 5, start=2, seed=2),
+    "wanders_turn_of_100": Scenario([RESET, Segment(4000, wander=True)], 100, start=-20, seed=3),
+    "timestamp_wraps": Scenario(_there_and_back(3, 40), 100, start=-5, first_timestamp=2**64 - 150),
+}
+"""Not an edge is lost in these: position, angle and index are those of the disc."""
+
+FAULTY: dict[str, Scenario] = {
+    "lost_count_between_index_marks": Scenario(
+        [
+            RESET,
+            Segment(200, 1),
+            Segment(20, 2, jump=2),
+            Segment(200, 1),
+            Segment(20, 2, jump=-2),
+            Segment(300, 1),
+            Segment(100, 1, clear=True),
+            Segment(20),
+        ],
+        50,
+        start=-4,
+    ),
+    "faults_of_every_kind": Scenario(
+        [
+            RESET,
+            Segment(20, minimum_edge_spacing=2),
+            Segment(41, 1, minimum_edge_spacing=2),
+            *[Segment(40, 1, jump=2, minimum_edge_spacing=2)] * 4,
+            Segment(20, minimum_edge_spacing=2),
+        ],
+        20,
+        start=-6,
+    ),
+    "a_lost_period_shows_only_at_the_index": Scenario(
+        [RESET, Segment(100, 1), Segment(100, 1, jump=4), Segment(60, 1, down=True), Segment(10)],
+        31,
+        start=-7,
+    ),
+    "illegal_in_every_clock": Scenario(
+        [RESET, Segment(5), *[Segment(1, jump=2)] * 12, Segment(1, jump=2, clear=True), Segment(9)],
+        1000,
+        start=200,
+    ),
+    "overspeed": Scenario(
+        [
+            RESET,
+            Segment(60, 6, minimum_edge_spacing=6),
+            Segment(60, 6, minimum_edge_spacing=7),
+            Segment(60, 6, minimum_edge_spacing=6),
+            Segment(20, minimum_edge_spacing=6, clear=True),
+            Segment(40, 5, minimum_edge_spacing=6),
+            Segment(40, 1, minimum_edge_spacing=1),
+            Segment(40, 1, clear=True),
+            Segment(40, 1, minimum_edge_spacing=2),
+            Segment(40, 1, minimum_edge_spacing=2, clear=True),
+            Segment(20),
+        ],
+        1000,
+        start=200,
+    ),
+    "edges_65535_clocks_apart": Scenario(
+        [
+            RESET,
+            Segment(5, minimum_edge_spacing=65_535),
+            Segment(1, 1, minimum_edge_spacing=65_535),
+            Segment(65_533, minimum_edge_spacing=65_535),
+            Segment(1, 1, minimum_edge_spacing=65_535),
+            Segment(65_534, minimum_edge_spacing=65_535),
+            Segment(1, 1, minimum_edge_spacing=65_535),
+            Segment(66_000, minimum_edge_spacing=65_535),
+            Segment(1, 1, minimum_edge_spacing=65_535),
+            Segment(20),
+        ],
+        1000,
+        start=200,
+    ),
+    "glitches_are_counted_without_filter": Scenario(
+        _there_and_back(40, 25, glitch_clocks=2), 11, start=-4
+    ),
+    "filter_length_changes": Scenario(
+        [
+            RESET,
+            *[
+                Segment(clocks, 12, filter_length=length, glitch_clocks=3)
+                for clocks, length in ((200, 1), (217, 10), (205, 3), (118, 20), (300, 4))
+            ],
+            *[Segment(clocks, 12, filter_length=clocks % 12) for clocks in range(1, 40)],
+        ],
+        16,
+        start=-6,
+    ),
+    "rearm_with_new_turns": Scenario(
+        [
+            RESET,
+            Segment(100, 1),
+            Segment(30, 1, rearm=True),
+            Segment(70, 1),
+            Segment(1, 1, rearm=True, counts_per_rev=9),
+            Segment(80, 1, counts_per_rev=9),
+            Segment(1, 1, down=True, rearm=True, counts_per_rev=2**24),
+            Segment(80, 1, down=True, counts_per_rev=2**24),
+            Segment(80, 1, down=True, counts_per_rev=77),
+            Segment(1, 1, rearm=True, counts_per_rev=4, clear=True),
+            Segment(80, 1, counts_per_rev=4),
+        ],
+        40,
+        start=-3,
+    ),
+    "reset_of_one_clock_while_moving": Scenario(
+        [
+            Segment(1, reset=True),
+            *[
+                segment
+                for down in (False, True, False)
+                for segment in (
+                    Segment(60, 1, down=down),
+                    Segment(1, 1, down=down, reset=True),
+                    Segment(45, 2, down=down, filter_length=2),
+                    Segment(1, 1, down=down, reset=True, counts_per_rev=25),
+                    Segment(60, 1, down=down, counts_per_rev=25),
+                )
+            ],
+        ],
+        17,
+        start=-5,
+    ),
+}
+"""Here the decoder meets faults, or settings change on the way."""
+
+RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)}
+"""Pins and settings at random: only for the comparison of model and VHDL."""
+
+
+def scenarios_to_run(default_generics: bool) -> list[str]:
+    """Names for a bench: with other generics only those that show the difference."""
+    if default_generics:
+        return [*LOSSLESS, *FAULTY, *RANDOM_SEEDS]
+    return [
+        "edge_every_clock_turn_of_7",
+        "wanders_turn_of_100",
+        "reset_of_one_clock_while_moving",
+        *RANDOM_SEEDS,
+    ]
+
+
+def _moves(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
+    """Units by which the disc moves in each clock, without jitter."""
+    moves = np.zeros(segment.clocks, dtype=np.int64)
+    if segment.wander:
+        lengths = random.integers(1, 40, segment.clocks)
+        speeds = random.integers(-UNITS, UNITS + 1, segment.clocks)
+        speeds[random.random(segment.clocks) < 0.3] = UNITS
+        speeds[random.random(segment.clocks) < 0.3] = -UNITS
+        moves[:] = np.repeat(speeds, lengths)[: segment.clocks]
+    elif segment.clocks_a_count:
+        moves[:] = UNITS // segment.clocks_a_count * (-1 if segment.down else 1)
+        if UNITS % segment.clocks_a_count:
+            whole = np.arange(segment.clocks + 1) * UNITS // segment.clocks_a_count
+            moves[:] = np.diff(whole) * (-1 if segment.down else 1)
+    moves[:1] += segment.jump * UNITS
+    return moves
+
+
+def _jitter(segment: Segment, random: np.random.Generator) -> NDArray[np.int64]:
+    most = int(segment.jitter * UNITS)
+    return random.integers(-most, most + 1, segment.clocks)
+
+
+def _glitches(
+    pins: NDArray[np.int64], scenario: Scenario, random: np.random.Generator
+) -> NDArray[np.int64]:
+    """Pins to turn over in each clock, shape (clocks, 3), away from every true change."""
+    changes = np.flatnonzero((np.diff(pins, axis=0) != 0).any(axis=1)) + 1
+    turned_over = np.zeros_like(pins)
+    end = 0
+    for segment in scenario.segments:
+        clock, end = end, end + segment.clocks
+        quiet = segment.filter_length + 2
+        while segment.glitch_clocks and clock + segment.glitch_clocks + quiet < end:
+            stop = clock + segment.glitch_clocks
+            near = np.searchsorted(changes, [clock - quiet, stop + quiet])
+            if near[0] == near[1]:
+                turned_over[clock:stop, random.integers(3)] = 1
+                clock = stop + quiet
+            clock += int(random.integers(1, 4))
+    return turned_over
+
+
+def _from_scenario(scenario: Scenario) -> Stimuli:
+    random = np.random.default_rng(scenario.seed)
+    segments = scenario.segments
+    lengths = [segment.clocks for segment in segments]
+    place = scenario.start * UNITS + np.cumsum(
+        np.concatenate([_moves(s, random) for s in segments])
+    )
+    place += np.concatenate([_jitter(s, random) for s in segments])
+
+    # The disc itself keeps its turn; only the setting counts_per_rev changes within a scenario.
+    from_index = place - int(scenario.index_at * UNITS)
+    in_turn = from_index % (scenario.counts_per_rev * UNITS)
+    # (A, B) of the paper's figure 4: 00, 10, 11, 01 with the count.
+    quarter = place // UNITS % 4
+    pins = np.column_stack(
+        [
+            (quarter == 1) | (quarter == 2),
+            (quarter == 2) | (quarter == 3),
+            in_turn < int(scenario.index_width * UNITS),
+        ]
+    ).astype(np.int64)
+    pins ^= _glitches(pins, scenario, random)
+
+    def each_clock(values: list[int]) -> NDArray[np.int64]:
+        return np.repeat(np.array(values, dtype=np.int64), lengths)
+
+    clear = np.zeros(len(place), dtype=np.int64)
+    clear[np.cumsum([0, *lengths[:-1]])] = [int(s.clear) for s in segments]
+    columns = {
+        "a": pins[:, 0],
+        "b": pins[:, 1],
+        "z": pins[:, 2],
+        "counts_per_rev": each_clock(
+            [s.counts_per_rev or scenario.counts_per_rev for s in segments]
+        ),
+        "filter_length": each_clock([s.filter_length for s in segments]),
+        "minimum_edge_spacing": each_clock([s.minimum_edge_spacing for s in segments]),
+        "clear": clear,
+        "rearm": each_clock([int(s.rearm) for s in segments]),
+        "reset": each_clock([int(s.reset) for s in segments]),
+    }
+    # uint64 arithmetic wraps, as the counter does.
+    timestamp = np.uint64(scenario.first_timestamp) + np.arange(len(place), dtype=np.uint64)
+    return Stimuli(columns, timestamp, place)
+
+
+def _held(
+    random: np.random.Generator, values: list[int], clocks: int, mean: int
+) -> NDArray[np.int64]:
+    """Random values, each held for a random time of ``mean`` clocks."""
+    changes = random.random(clocks) < 1 / mean
+    return random.choice(values, clocks + 1)[np.cumsum(changes)]
+
+
+def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
+    random = np.random.default_rng(seed)
+
+    def at_times(mean: int) -> NDArray[np.int64]:
+        return (random.random(clocks) < 1 / mean).astype(np.int64)
+
+    bit_hold = [1, 2, 5, 9][seed]
+    columns = {pin: _held(random, [0, 1], clocks, bit_hold) for pin in "abz"}
+    columns |= {
+        "counts_per_rev": _held(random, [4, 5, 6, 7, 2**24], clocks, 30),
+        "filter_length": _held(random, [0, 1, 1, 1, 2, 3, 5], clocks, 100),
+        "minimum_edge_spacing": _held(random, [0, 1, 2, 3, 7], clocks, 100),
+        "clear": at_times(25),
+        "rearm": at_times(40) | _held(random, [0, 0, 0, 0, 1], clocks, 20),
+        "reset": at_times(150),
+    }
+    columns["reset"][0] = 1
+    timestamp = random.integers(0, 2**64, clocks, dtype=np.uint64)
+    return Stimuli(columns, timestamp, np.zeros(clocks, dtype=np.int64))
+
+
+def stimuli(name: str) -> Stimuli:
+    """The inputs of a scenario or of random pins, and the true place of the disc."""
+    if name in RANDOM_SEEDS:
+        return _at_random(RANDOM_SEEDS[name])
+    return _from_scenario((LOSSLESS | FAULTY)[name])
