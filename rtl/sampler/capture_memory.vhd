@@ -1,0 +1,61 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # capture_memory
+--
+-- One block RAM for both capture banks: 2 * DEPTH words of 64 bits, one write port and one read
+-- port. Bank b, sample i lies at the linear address b * DEPTH + i, so that 2 * 12,288 words fill
+-- 48 RAMB36 of the XC7Z020; an address padded to a power of two a bank would take 64.
+--
+-- **Latency.** A word is written with the clock edge that ends its clock. 2 clocks from
+-- `read_address` to `read_data`: the RAM's own register and its output register.
+--
+-- **Number formats.** A word is head 2 in bits 63..32, head 1 in bits 31..0, each s31.0 counts.
+--
+-- There is no reset and no initial content: a word is undefined until it was written. A read of the
+-- address being written gives the old word. Addresses from 2 * DEPTH on are an error.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity capture_memory is
+  generic (
+    DEPTH : positive range 2 to 16384 := CAPTURE_DEPTH_DEFAULT -- samples a bank
+  );
+  port (
+    clock         : in    std_ulogic;
+    write_enable  : in    std_ulogic;
+    write_address : in    u_unsigned(14 downto 0);                            -- bank * DEPTH + sample
+    write_data    : in    std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0); -- head 2, head 1
+    read_address  : in    u_unsigned(14 downto 0);                            -- bank * DEPTH + sample
+    read_data     : out   std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0)  -- head 2, head 1
+  );
+end entity capture_memory;
+
+architecture rtl of capture_memory is
+
+  type memory_words is array (0 to 2 * DEPTH - 1) of std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+
+begin
+
+  access_memory : process (clock) is
+
+    -- A variable: as a signal it would be 1.5 million signals to the simulator.
+    variable memory : memory_words;
+    variable word   : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      read_data <= word;
+      word      := memory(to_integer(read_address));
+      if write_enable = '1' then
+        memory(to_integer(write_address)) := write_data;
+      end if;
+    end if;
+
+  end process access_memory;
+
+end architecture rtl;

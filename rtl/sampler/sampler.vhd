@@ -1,0 +1,326 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # sampler
+--
+-- Takes both heads' turn positions on the same clock, at every trigger of `sample_trigger`, into
+-- one of two banks of `capture_memory`, turn by turn, and hands each full turn to the processor
+-- with a header. Source: section 3.2 of the paper (1 kHz, 12,000 points a turn, both heads latched
+-- on one edge).
+--
+-- **Latency.** The trigger belongs to one clock; its positions, time stamp and flags are those of
+-- that clock. The sample is in the memory 3 clocks later, and `capture_ready` with `bank_ready`
+-- follows 3 clocks after the clock of the sample that closed the turn. 4 clocks from `read_enable`
+-- with `read_address` to `read_valid` with `read_data`; a read may start in every clock.
+--
+-- **Number formats.** turn_position1/2 s31.0 counts; timestamp u64.0 clocks; counts_per_rev u25.0
+-- counts; read_address u15.0 = sample * 2 + (head - 1).
+--
+-- **A turn** starts with its first sample and ends with the first sample that lies
+-- counts_per_rev or more away from it in head 1, in either direction; that sample is stored and
+-- counted. The sample after it starts the next turn. When DEPTH samples do not make a turn, the
+-- bank is handed over all the same with `full_before_turn`.
+--
+-- **Ownership.** A bank handed over is READY: the processor's, until `release_bank` is pulsed; it
+-- is never written in that time. `bank_ready` says that there is one, `ready_bank` which,
+-- `capture_ready` pulses with its start. At most one bank is READY; the other is being filled. When
+-- its turn is finished before the release, that turn is dropped and the filling starts again in the
+-- same bank: `capture_overrun` pulses, `overrun_count` counts, and the next header carries
+-- `overrun`. A release up to the clock after that of the closing sample is in time. A release
+-- without a READY bank does nothing. Release after the last read was answered.
+--
+-- **Header.** `header_start_time` is the time stamp of the first sample, `header_sequence` counts
+-- the banks handed over, from 0; `header_sample_count` is the number of stored pairs.
+-- `header_flags`: 0 index_seen1, 1 index_seen2, 2 index_error1, 3 index_error2, 4 illegal1,
+-- 5 illegal2, 6 overspeed1, 7 overspeed2, 8 overrun, 9 full_before_turn. Flags 2 to 7 are set when
+-- the flag was high in any clock from the first to the last sample; a flag that the decoder still
+-- holds from before counts too, and one that it raises some clocks after the fault may come in the
+-- next bank only. The header keeps its value while `bank_ready` is high.
+--
+-- **Enable.** Sampling runs while `enable`, `index_seen1` and `index_seen2` are all high. When one
+-- goes low, the unfinished turn is dropped without a count; a READY bank stays READY. Change
+-- counts_per_rev only while `enable` is low. mode, sample_period and angle_step may change at any
+-- time (see `sample_trigger`); the turn under way then holds samples of both settings.
+--
+-- **Reading.** The read port shows the samples of the READY bank alone. Without one, and from sample
+-- header_sample_count on, it gives 0.
+--
+-- **Reset** frees both banks, zeroes the sequence, `overrun_count` (which wraps) and a pending
+-- overrun flag; the memory keeps its words, and the header is without meaning until `bank_ready`.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity sampler is
+  generic (
+    DEPTH : positive range 2 to 16384 := CAPTURE_DEPTH_DEFAULT -- sample pairs a bank
+  );
+  port (
+    clock               : in    std_ulogic;
+    reset               : in    std_ulogic;
+    -- Settings
+    enable              : in    std_ulogic;
+    mode                : in    std_ulogic;                                          -- '0' equal time, '1' equal angle
+    sample_period       : in    u_unsigned(31 downto 0);                             -- clocks
+    angle_step          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts
+    counts_per_rev      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts
+    -- From the decoders
+    timestamp           : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
+    turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 1
+    turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 2
+    index_seen1         : in    std_ulogic;                                          -- level
+    index_seen2         : in    std_ulogic;                                          -- level
+    index_error1        : in    std_ulogic;                                          -- level, sticky in the decoder
+    index_error2        : in    std_ulogic;                                          -- level, sticky in the decoder
+    illegal1            : in    std_ulogic;                                          -- level, sticky in the decoder
+    illegal2            : in    std_ulogic;                                          -- level, sticky in the decoder
+    overspeed1          : in    std_ulogic;                                          -- level, sticky in the decoder
+    overspeed2          : in    std_ulogic;                                          -- level, sticky in the decoder
+    -- To and from the processor
+    release_bank        : in    std_ulogic;                                          -- pulse: the READY bank is free again
+    capture_ready       : out   std_ulogic;                                          -- pulse: a bank became READY
+    capture_overrun     : out   std_ulogic;                                          -- pulse: a turn was dropped
+    capture_busy        : out   std_ulogic;                                          -- level: a turn is being captured
+    bank_ready          : out   std_ulogic;                                          -- level: a bank is the processor's
+    ready_bank          : out   std_ulogic;                                          -- which one
+    header_start_time   : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
+    header_sequence     : out   u_unsigned(31 downto 0);                             -- banks handed over before this one
+    header_sample_count : out   u_unsigned(15 downto 0);                             -- sample pairs
+    header_flags        : out   std_ulogic_vector(9 downto 0);                       -- see above
+    overrun_count       : out   u_unsigned(15 downto 0);                             -- dropped turns, wraps
+    fill_count          : out   u_unsigned(15 downto 0);                             -- sample pairs in the bank being filled
+    trigger             : out   std_ulogic;                                          -- one clock after each sample's clock
+    -- Read port, READY bank
+    read_enable         : in    std_ulogic;                                          -- start a read
+    read_address        : in    u_unsigned(14 downto 0);                             -- sample * 2 + head - 1
+    read_valid          : out   std_ulogic;                                          -- 4 clocks after read_enable
+    read_data           : out   std_ulogic_vector(POSITION_WIDTH - 1 downto 0)       -- counts
+  );
+end entity sampler;
+
+architecture rtl of sampler is
+
+  constant FLAG_COUNT : positive := 8;
+
+  signal running             : std_ulogic;
+  signal running_then        : std_ulogic := '0';
+  signal triggered           : std_ulogic;
+  signal position1_then      : u_signed(POSITION_WIDTH - 1 downto 0);
+  signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
+  signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
+  signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
+  signal write_enable        : std_ulogic := '0';
+  signal write_address       : u_unsigned(14 downto 0) := (others => '0');
+  signal write_data          : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+  signal memory_read_address : u_unsigned(14 downto 0) := (others => '0');
+  signal memory_read_data    : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
+
+begin
+
+  running <= enable and index_seen1 and index_seen2;
+  trigger <= triggered;
+
+  when_to_sample : entity work.sample_trigger
+    port map (
+      clock         => clock,
+      reset         => reset,
+      enable        => running,
+      mode          => mode,
+      sample_period => sample_period,
+      angle_step    => angle_step,
+      turn_position => turn_position1,
+      trigger       => triggered
+    );
+
+  -- The trigger comes one clock late: so do all values that are latched with it.
+  align : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      running_then   <= running and not reset;
+      position1_then <= turn_position1;
+      position2_then <= turn_position2;
+      timestamp_then <= timestamp;
+      flags_then     <= overspeed2 & overspeed1 & illegal2 & illegal1
+                        & index_error2 & index_error1 & index_seen2 & index_seen1;
+    end if;
+
+  end process align;
+
+  fill : process (clock) is
+
+    variable first         : std_ulogic := '1';                                      -- the next sample starts a turn
+    variable filling_bank  : std_ulogic := '0';
+    variable samples       : u_unsigned(14 downto 0) := (others => '0');
+    variable next_address  : u_unsigned(14 downto 0) := (others => '0');
+    variable turn_above    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0'); -- a turn up from the first sample
+    variable turn_below    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0'); -- a turn down
+    variable above         : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable below         : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable start_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
+    variable flags         : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
+    variable closed        : boolean;
+    variable is_last       : boolean;
+    variable handed_over   : u_unsigned(31 downto 0) := (others => '0');
+    variable owned         : std_ulogic := '0';
+    variable handing_over  : std_ulogic := '0';
+    variable overrun       : std_ulogic := '0';
+    variable overrun_total : u_unsigned(15 downto 0) := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      if release_bank = '1' then
+        owned := '0';
+      end if;
+
+      -- One clock after the last word went out to the memory: READY and written never overlap.
+      capture_ready   <= handing_over;
+      owned           := owned or handing_over;
+      handing_over    := '0';
+      capture_overrun <= '0';
+
+      above := position1_then - turn_above;
+      below := turn_below - position1_then;
+
+      if first = '1' then
+        flags := (others => '0');
+      end if;
+      if first = '0' or triggered = '1' then
+        flags := flags or flags_then;
+      end if;
+
+      write_enable  <= '0';
+      write_address <= next_address;
+      write_data    <= std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);
+
+      if triggered = '1' and running_then = '1' then
+        write_enable <= '1';
+        closed       := first = '0' and (above(above'high) = '0' or below(below'high) = '0');
+        is_last      := samples = DEPTH - 1;
+        samples      := samples + 1;
+        next_address := next_address + 1;
+
+        if first = '1' then
+          turn_above := position1_then + signed(resize(counts_per_rev, POSITION_WIDTH));
+          turn_below := position1_then - signed(resize(counts_per_rev, POSITION_WIDTH));
+          start_time := timestamp_then;
+          first      := '0';
+        end if;
+
+        if closed or is_last then
+          if owned = '1' then
+            overrun         := '1';
+            overrun_total   := overrun_total + 1;
+            capture_overrun <= '1';
+          else
+            handing_over        := '1';
+            ready_bank          <= filling_bank;
+            header_start_time   <= start_time;
+            header_sequence     <= handed_over;
+            header_sample_count <= resize(samples, 16);
+            header_flags        <= '0' & overrun & flags;
+            if not closed then
+              header_flags(9) <= '1';
+            end if;
+            overrun      := '0';
+            handed_over  := handed_over + 1;
+            filling_bank := not filling_bank;
+          end if;
+          first := '1';
+        end if;
+      end if;
+
+      if running_then = '0' then
+        first := '1';
+      end if;
+
+      if reset = '1' then
+        first         := '1';
+        filling_bank  := '0';
+        handed_over   := (others => '0');
+        owned         := '0';
+        handing_over  := '0';
+        overrun       := '0';
+        overrun_total := (others => '0');
+        ready_bank    <= '0';
+        write_enable    <= '0';
+        capture_ready   <= '0';
+        capture_overrun <= '0';
+      end if;
+
+      if first = '1' then
+        samples      := (others => '0');
+        next_address := (others => '0');
+        if filling_bank = '1' then
+          next_address := to_unsigned(DEPTH, next_address'length);
+        end if;
+      end if;
+
+      bank_ready    <= owned;
+      capture_busy  <= not first;
+      overrun_count <= overrun_total;
+      fill_count    <= resize(samples, 16);
+    end if;
+
+  end process fill;
+
+  banks : entity work.capture_memory
+    generic map (
+      DEPTH => DEPTH
+    )
+    port map (
+      clock         => clock,
+      write_enable  => write_enable,
+      write_address => write_address,
+      write_data    => write_data,
+      read_address  => memory_read_address,
+      read_data     => memory_read_data
+    );
+
+  read_ready_bank : process (clock) is
+
+    variable enables  : std_ulogic_vector(3 downto 0) := (others => '0');
+    variable readable : std_ulogic_vector(2 downto 0) := (others => '0');
+    variable heads    : std_ulogic_vector(2 downto 0) := (others => '0');
+    variable sample   : u_unsigned(14 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      if readable(2) = '0' then
+        read_data <= (others => '0');
+      elsif heads(2) = '0' then
+        read_data <= memory_read_data(POSITION_WIDTH - 1 downto 0);
+      else
+        read_data <= memory_read_data(2 * POSITION_WIDTH - 1 downto POSITION_WIDTH);
+      end if;
+
+      enables  := enables(2 downto 0) & read_enable;
+      heads    := heads(1 downto 0) & read_address(0);
+      readable := readable(1 downto 0) & '0';
+      sample   := resize(read_address(14 downto 1), 15);
+
+      memory_read_address <= (others => '0');
+      if bank_ready = '1' and sample < header_sample_count then
+        readable(0) := '1';
+        if ready_bank = '1' then
+          memory_read_address <= sample + DEPTH;
+        else
+          memory_read_address <= sample;
+        end if;
+      end if;
+
+      read_valid <= enables(3);
+
+      if reset = '1' then
+        enables    := (others => '0');
+        read_valid <= '0';
+      end if;
+    end if;
+
+  end process read_ready_bank;
+
+end architecture rtl;

@@ -1,0 +1,114 @@
+"""The sampler model against what a capture is, said of the whole run and of the inputs alone."""
+
+import numpy as np
+import pytest
+from tb.sampler.sampler_scenarios import SCENARIOS, Scenario, stimuli
+
+from arctrue.gateware.sampler import (
+    FLAG_NAMES,
+    FULL_BEFORE_TURN,
+    OVERRUN,
+    Capture,
+    SamplerInputs,
+    SamplerTrace,
+    sampler,
+)
+
+
+def played(scenario: Scenario, seed: int) -> tuple[dict[str, np.ndarray], SamplerTrace]:
+    columns = stimuli(scenario)
+    rate = 2 / (1 + sum(scenario.hold))
+    random = np.random.default_rng(seed)
+    columns["release_bank"] = random.random(len(columns["reset"])) < rate
+    return columns, sampler(SamplerInputs(**columns), scenario.depth)
+
+
+def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
+    """Counts that head 1 lies away from its first sample, across the wrap too."""
+    counts = columns["turn_position1"][clocks]
+    return (counts - counts[0] + 2**31) % 2**32 - 2**31
+
+
+def check_capture(
+    scenario: Scenario, columns: dict[str, np.ndarray], trace: SamplerTrace, capture: Capture
+) -> None:
+    clocks = capture.sample_clocks
+    inside = slice(clocks[0], clocks[-1] + 1)
+    # Both heads from one clock, and every trigger from the first to the last sample is there.
+    assert (capture.samples[:, 0] == columns["turn_position1"][clocks]).all()
+    assert (capture.samples[:, 1] == columns["turn_position2"][clocks]).all()
+    assert clocks.tolist() == (clocks[0] + np.flatnonzero(trace.trigger[1:][inside])).tolist()
+    assert capture.start_time == columns["timestamp"][clocks[0]]
+    # A turn ends with the first sample that is a turn away, or with the bank.
+    away = np.abs(turned(columns, clocks)) >= scenario.counts_per_rev
+    assert not away[:-1].any()
+    assert away[-1] or len(clocks) == scenario.depth
+    assert len(clocks) <= scenario.depth
+    assert bool(capture.flags & FULL_BEFORE_TURN) == (not away[-1])
+    # Sampling was enabled, both indices were there, and no fault is left out.
+    assert columns["enable"][inside].all()
+    assert (columns["flags"][inside] & 0b11 == 0b11).all()
+    assert capture.flags & 0xFF == np.bitwise_or.reduce(columns["flags"][inside])
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+@pytest.mark.parametrize("seed", range(3))
+def test_captures_are_whole_and_owned(name: str, seed: int) -> None:
+    scenario = SCENARIOS[name]
+    columns, trace = played(scenario, seed)
+    assert trace.captures
+    for capture in trace.captures:
+        check_capture(scenario, columns, trace, capture)
+        assert trace.bank_ready[capture.clock]
+        assert not trace.bank_ready[capture.clock - 1]
+        assert trace.ready_bank[capture.clock] == capture.bank
+    # A bank is filled only while it is not the processor's.
+    for earlier, later in zip(trace.captures, trace.captures[1:], strict=False):
+        if later.sequence:
+            assert later.sequence == earlier.sequence + 1
+            assert later.bank == 1 - earlier.bank
+            assert later.sample_clocks[0] > earlier.sample_clocks[-1]
+            between = slice(earlier.sample_clocks[-1] + 2, later.sample_clocks[-1] + 2)
+            assert bool(later.flags & OVERRUN) == bool(trace.capture_overrun[between].any())
+
+
+def test_next_turn_starts_with_the_next_sample() -> None:
+    columns = stimuli(SCENARIOS["up"])
+    trace = sampler(SamplerInputs(**columns, release_bank=True), depth=16)
+    clocks = np.concatenate([capture.sample_clocks for capture in trace.captures])
+    assert len(trace.captures) > 20
+    assert (np.diff(clocks) == 10).all()
+    assert not trace.capture_overrun.any()
+
+
+def test_release_is_in_time_up_to_the_clock_after_the_closing_sample() -> None:
+    columns = stimuli(SCENARIOS["up"])
+    free = sampler(SamplerInputs(**columns, release_bank=True), depth=16)
+    closing = int(free.captures[1].sample_clocks[-1])
+    for late, overruns in ((1, 0), (2, 1)):
+        release = np.zeros(len(columns["reset"]), bool)
+        release[closing + late] = True
+        trace = sampler(SamplerInputs(**columns, release_bank=release), depth=16)
+        assert trace.overrun_count[closing + 10] == overruns
+
+
+def test_unread_bank_stays_as_it_is() -> None:
+    columns = stimuli(SCENARIOS["up"])
+    trace = sampler(SamplerInputs(**columns), depth=16)
+    assert len(trace.captures) == 1
+    assert trace.bank_ready[trace.captures[0].clock :].all()
+    assert trace.overrun_count[-1] == trace.capture_overrun.sum() > 20
+
+
+def test_twelve_thousand_a_turn_fit_a_bank() -> None:
+    # 30 degrees a second at 1 kHz: 2**24 / 12,000 counts between samples; time is scaled.
+    position = np.arange(13_000) * 2**24 // 12_000
+    trace = sampler(SamplerInputs(position, position + 5, counts_per_rev=2**24, sample_period=1))
+    assert len(trace.captures) == 1
+    assert len(trace.captures[0].samples) == 12_001
+    assert trace.captures[0].flags == 0b11
+
+
+def test_flag_names_are_the_header_bits() -> None:
+    assert len(FLAG_NAMES) == 10
+    assert (OVERRUN, FULL_BEFORE_TURN) == (1 << 8, 1 << 9)

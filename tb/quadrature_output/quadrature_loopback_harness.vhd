@@ -1,0 +1,92 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- The quadrature output's pins wired into a quadrature decoder.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity quadrature_loopback_harness is
+  port (
+    clock              : in    std_ulogic;
+    reset              : in    std_ulogic;
+    enable             : in    std_ulogic;
+    corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);
+    corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
+    minimum_spacing    : in    u_unsigned(15 downto 0);
+    filter_length      : in    u_unsigned(7 downto 0);
+    position           : out   u_signed(POSITION_WIDTH - 1 downto 0);
+    angle              : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    index_seen         : out   std_ulogic;
+    index_strobe       : out   std_ulogic;
+    index_error        : out   std_ulogic;
+    illegal            : out   std_ulogic;
+    overspeed          : out   std_ulogic;
+    cannot_keep_up     : out   std_ulogic
+  );
+end entity quadrature_loopback_harness;
+
+architecture bench of quadrature_loopback_harness is
+
+  signal a : std_ulogic;
+  signal b : std_ulogic;
+  signal z : std_ulogic;
+
+begin
+
+  sender : entity work.quadrature_output
+    port map (
+      clock              => clock,
+      reset              => reset,
+      enable             => enable,
+      clear              => '0',
+      corrected_position => corrected_position,
+      corrected_angle    => corrected_angle,
+      counts_per_rev     => counts_per_rev,
+      minimum_spacing    => minimum_spacing,
+      following_limit    => to_unsigned(100, 16),
+      a                  => a,
+      b                  => b,
+      z                  => z,
+      following_error    => open,
+      cannot_keep_up     => cannot_keep_up
+    );
+
+  receiver : entity work.quadrature_decoder
+    port map (
+      clock                => clock,
+      reset                => reset,
+      a                    => a,
+      b                    => b,
+      z                    => z,
+      counts_per_rev       => counts_per_rev,
+      filter_length        => filter_length,
+      -- An edge nearer than the sender promises sets overspeed.
+      minimum_edge_spacing => minimum_spacing,
+      timestamp            => to_unsigned(0, TIMESTAMP_WIDTH),
+      clear                => '0',
+      rearm                => '0',
+      position             => position,
+      angle                => angle,
+      turn_position        => open,
+      direction            => open,
+      step                 => open,
+      step_up              => open,
+      last_edge_time       => open,
+      index_seen           => index_seen,
+      index_strobe         => index_strobe,
+      index_position       => open,
+      index_direction      => open,
+      index_interval       => open,
+      index_error          => index_error,
+      index_error_count    => open,
+      illegal              => illegal,
+      illegal_count        => open,
+      overspeed            => overspeed,
+      overspeed_count      => open
+    );
+
+end architecture bench;
