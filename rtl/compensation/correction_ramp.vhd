@@ -1,0 +1,136 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # correction_ramp
+--
+-- Makes the correction go on without a step when the coefficients are swapped or the
+-- compensation is switched on or off, so that a servo behind the output sees no jump. The
+-- correction that is used is total = ε + r. In the clock of a `marker` the total is held and the
+-- remainder r = held total − ε is caught; from then on |r| decays to 0 while ε is followed at
+-- once. ε itself is never limited in its rate: that would clip a correction that is rightly fast.
+--
+-- **Rate.** |r| falls by `ramp_rate` a clock on average. A phase accumulator, set to 0 by the
+-- marker, hands out whole units of 2⁻¹¹ count: k ≥ 2 clocks after the marker r has lost
+-- floor((k − 2)·rate) units, and it stops at 0 exactly. A rate of 0 keeps r for ever. Hence the
+-- total changes by at most |change of ε| + one clock's units, and in the clock of a marker by 0.
+-- Markers may come at any time, also while r decays and in consecutive clocks.
+--
+-- **Limit.** The total is clipped at ±`limit`; `limited` is high with a total that was clipped.
+-- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped.
+--
+-- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
+--
+-- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
+-- total is met exactly; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
+-- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz.
+--
+-- **Reset.** total and r are 0.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.carry_save_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity correction_ramp is
+  port (
+    clock      : in    std_ulogic;
+    reset      : in    std_ulogic;
+    correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
+    marker     : in    std_ulogic;                                               -- with the first ε of another origin
+    limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
+    ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
+    total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
+    limited    : out   std_ulogic                            := '0';             -- this total was clipped
+    busy       : out   std_ulogic                            := '0'              -- this total has a remainder, or is held
+  );
+end entity correction_ramp;
+
+architecture rtl of correction_ramp is
+
+  constant WIDTH     : positive := 23 + PAIR_FRACTION;
+  constant RATE_UNIT : natural  := PAIR_FRACTION - CORRECTION_FRACTION;
+
+  subtype sum is u_signed(WIDTH - 1 downto 0);
+
+begin
+
+  ramp : process (clock) is
+
+    variable remainder   : sum                    := (others => '0');
+    variable held        : sum                    := (others => '0');
+    variable accumulator : u_unsigned(32 downto 0) := (others => '0');
+    variable step        : u_unsigned(8 downto 0)  := (others => '0');
+
+    variable unramped  : sum;
+    variable unlimited : sum;
+    variable top       : sum;
+    variable above     : sum;
+    variable below     : sum;
+    variable decrement : sum;
+    variable decayed   : sum;
+    variable falling   : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      -- ε + r and its distances to both limits, side by side on a carry chain each.
+      unramped  := resize(correction, WIDTH);
+      top       := shift_left(resize(u_signed('0' & limit), WIDTH), PAIR_FRACTION);
+      unlimited := unramped + remainder;
+      above     := add_with_carry(
+        saved_sum(not unramped, not remainder, top),
+        saved_carry(not unramped, not remainder, top, '1'),
+        '1'
+      );
+      below     := saved_sum(unramped, remainder, top) + saved_carry(unramped, remainder, top);
+
+      falling   := not remainder(WIDTH - 1);
+      decrement := shift_left(resize(u_signed('0' & step), WIDTH), RATE_UNIT);
+      decayed   := add_with_carry(remainder, decrement xor (sum'range => falling), falling);
+
+      busy    <= or remainder;
+      limited <= '0';
+
+      if marker = '1' then
+        remainder   := held - unramped;
+        busy        <= '1';
+        accumulator := (others => '0');
+        step        := (others => '0');
+      else
+        if above(WIDTH - 1) = '1' then
+          held    := top;
+          limited <= '1';
+        elsif below(WIDTH - 1) = '1' then
+          held    := -top;
+          limited <= '1';
+        else
+          held := unlimited;
+        end if;
+
+        -- A change of sign ends the ramp.
+        if decayed(WIDTH - 1) /= remainder(WIDTH - 1) then
+          remainder := (others => '0');
+        else
+          remainder := decayed;
+        end if;
+
+        accumulator := resize(accumulator(23 downto 0), 33) + resize(ramp_rate, 33);
+        step        := accumulator(32 downto 24);
+      end if;
+
+      if reset = '1' then
+        remainder   := (others => '0');
+        held        := (others => '0');
+        accumulator := (others => '0');
+        step        := (others => '0');
+        limited     <= '0';
+        busy        <= '0';
+      end if;
+
+      total <= resize(held, total'length);
+    end if;
+
+  end process ramp;
+
+end architecture rtl;

@@ -1,0 +1,233 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # error_compensation
+--
+-- The compensated reading of equation (8), θ_com = R − ε(R), modulo the turn. Adds the pair sums
+-- of the harmonics and the offset to ε, passes it through the correction_ramp (no step at a swap
+-- or when `apply` changes) and subtracts it from the delayed reading.
+--
+-- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two
+-- clocks of adder tree, the ramp, the subtraction with the turn's fold.
+--
+-- **Rounding.** All fraction bits are kept up to the last clock; there the total correction is
+-- rounded once, to whole counts: corrected = R − floor(total + ½), the same number for angle and
+-- position. `correction` shows the total cut off to 11 fraction bits.
+--
+-- **Apply.** With `apply` low ε counts as 0. A change of `apply` is a marker of the ramp just as
+-- a swap is. `apply`, `swap_marker`, `angle` and `position` belong to the angle whose pair sums
+-- arrive in the same clock.
+--
+-- **Limit.** The total is clipped to whole counts strictly below half a turn, at
+-- ±min(floor((counts_per_rev − 1) / 2), 2¹⁹ − 1) counts; `correction_limited` is high with each
+-- output that was clipped. Since angle < counts_per_rev, one fold then gives
+-- 0 <= corrected_angle < counts_per_rev.
+--
+-- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; ε s20.F; total
+-- s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
+--
+-- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a
+-- ramp from no correction. Angles in the pipeline are not cleared. While `counts_per_rev` changes,
+-- all angles in the pipeline must be below the old and the new value.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.carry_save_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity error_compensation is
+  generic (
+    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT
+  );
+  port (
+    clock              : in    std_ulogic;
+    reset              : in    std_ulogic;
+    pair_sums          : in    std_ulogic_vector(((LANES + 1) / 2) * PAIR_WIDTH - 1 downto 0); -- counts, s15.F, pair 0 in the low bits
+    offset             : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                         -- counts, s13.11
+    angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                           -- counts, below counts_per_rev
+    position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
+    apply              : in    std_ulogic;                                                     -- '0': correct by nothing
+    swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
+    counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
+    ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
+    corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
+    corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
+    correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
+    correction_limited : out   std_ulogic                               := '0';                -- this output was clipped
+    ramp_busy          : out   std_ulogic                               := '0';                -- this output is held or has a remainder
+    swap_done          : out   std_ulogic                               := '0'                 -- the first output of a new bank
+  );
+end entity error_compensation;
+
+architecture rtl of error_compensation is
+
+  constant PAIRS : positive := (LANES + 1) / 2;
+  -- Up to five numbers are added in the first clock, the groups in the second.
+  constant TERMS        : positive := PAIRS + 1;
+  constant GROUPS       : positive := (TERMS + 4) / 5;
+  constant GROUP_WIDTH  : positive := PAIR_WIDTH + 3;
+  constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
+  constant FOLD_WIDTH   : positive := ANGLE_WIDTH + 3;
+  constant ALIGN_OFFSET : natural  := PAIR_FRACTION - AMPLITUDE_FRACTION;
+  constant LIMIT_MAX    : u_unsigned(18 downto 0) := (others => '1');
+
+  subtype fold is u_signed(FOLD_WIDTH - 1 downto 0);
+
+  type angles is array (1 to 3) of u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
+  type positions is array (1 to 3) of u_signed(POSITION_WIDTH - 1 downto 0);
+
+  signal unramped     : u_signed(SUM_WIDTH - 1 downto 0) := (others => '0');
+  signal marker       : std_ulogic                       := '0';
+  signal limit        : u_unsigned(18 downto 0)          := (others => '0');
+  signal total        : u_signed(19 + PAIR_FRACTION downto 0);
+  signal limited      : std_ulogic;
+  signal busy         : std_ulogic;
+
+begin
+
+  sum_and_subtract : process (clock) is
+
+    -- Registers; the number is the clock after pair_sums in which they hold.
+    variable group_sums     : std_ulogic_vector(GROUPS * GROUP_WIDTH - 1 downto 0) := (others => '0');
+    variable apply_1        : std_ulogic                                           := '0';
+    variable marker_1       : std_ulogic                                           := '0';
+    variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
+    variable angle_1_to_3   : angles                                               := (others => (others => '0'));
+    variable position_1_to_3 : positions                                           := (others => (others => '0'));
+
+    variable term       : u_signed(GROUP_WIDTH - 1 downto 0);
+    variable term_sum   : u_signed(GROUP_WIDTH - 1 downto 0);
+    variable term_carry : u_signed(GROUP_WIDTH - 1 downto 0);
+    variable saved      : u_signed(GROUP_WIDTH - 1 downto 0);
+    variable wide       : u_signed(SUM_WIDTH - 1 downto 0);
+    variable wide_sum   : u_signed(SUM_WIDTH - 1 downto 0);
+    variable wide_carry : u_signed(SUM_WIDTH - 1 downto 0);
+    variable wide_saved : u_signed(SUM_WIDTH - 1 downto 0);
+    variable half_turn  : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
+
+    variable round_up   : std_ulogic;
+    variable reading    : fold;
+    variable negative   : fold;
+    variable turn       : fold;
+    variable straight   : fold;
+    variable turn_more  : fold;
+    variable turn_less  : fold;
+
+  begin
+
+    if rising_edge(clock) then
+      -- Fourth clock. -floor(total + 1/2) = not(whole part) + not(first fraction bit).
+      round_up  := not total(PAIR_FRACTION - 1);
+      negative  := resize(not total(total'high downto PAIR_FRACTION), FOLD_WIDTH);
+      reading   := resize(u_signed('0' & angle_1_to_3(3)), FOLD_WIDTH);
+      turn      := resize(u_signed('0' & counts_per_rev), FOLD_WIDTH);
+      straight  := add_with_carry(reading, negative, round_up);
+      turn_more := add_with_carry(
+        saved_sum(reading, negative, turn),
+        saved_carry(reading, negative, turn),
+        round_up
+      );
+      turn_less := add_with_carry(
+        saved_sum(reading, negative, not turn),
+        saved_carry(reading, negative, not turn, '1'),
+        round_up
+      );
+
+      if straight(FOLD_WIDTH - 1) = '1' then
+        corrected_angle <= u_unsigned(turn_more(ANGLE_WIDTH - 1 downto 0));
+      elsif turn_less(FOLD_WIDTH - 1) = '0' then
+        corrected_angle <= u_unsigned(turn_less(ANGLE_WIDTH - 1 downto 0));
+      else
+        corrected_angle <= u_unsigned(straight(ANGLE_WIDTH - 1 downto 0));
+      end if;
+
+      corrected_position <= add_with_carry(
+        position_1_to_3(3),
+        resize(not total(total'high downto PAIR_FRACTION), POSITION_WIDTH),
+        round_up
+      );
+      correction         <= total(total'high downto PAIR_FRACTION - CORRECTION_FRACTION);
+      correction_limited <= limited;
+      ramp_busy          <= busy;
+      swap_done          <= swap_1_to_3(3);
+
+      -- Second clock: one number from the groups. The third is the ramp's.
+      wide_sum   := (others => '0');
+      wide_carry := (others => '0');
+
+      for g in 0 to GROUPS - 1 loop
+        wide       := resize(u_signed(group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH)), SUM_WIDTH);
+        wide_saved := saved_sum(wide, wide_sum, wide_carry);
+        wide_carry := saved_carry(wide, wide_sum, wide_carry);
+        wide_sum   := wide_saved;
+      end loop;
+
+      if apply_1 = '1' then
+        unramped <= wide_sum + wide_carry;
+      else
+        unramped <= (others => '0');
+      end if;
+      marker <= marker_1;
+
+      -- First clock: every GROUPS-th term into the same group.
+      for g in 0 to GROUPS - 1 loop
+        term_sum   := (others => '0');
+        term_carry := (others => '0');
+
+        for i in 0 to TERMS - 1 loop
+          if i mod GROUPS = g then
+            if i = PAIRS then
+              term := shift_left(resize(offset, GROUP_WIDTH), ALIGN_OFFSET);
+            else
+              term := resize(u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH)), GROUP_WIDTH);
+            end if;
+
+            saved      := saved_sum(term, term_sum, term_carry);
+            term_carry := saved_carry(term, term_sum, term_carry);
+            term_sum   := saved;
+          end if;
+        end loop;
+
+        group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH) := std_ulogic_vector(term_sum + term_carry);
+      end loop;
+
+      marker_1        := swap_marker or (apply xor apply_1);
+      apply_1         := apply;
+      swap_1_to_3     := swap_marker & swap_1_to_3(1 to 2);
+      angle_1_to_3    := angle & angle_1_to_3(1 to 2);
+      position_1_to_3 := position & position_1_to_3(1 to 2);
+
+      -- It stands still while angles are corrected.
+      half_turn := shift_right(counts_per_rev - 1, 1);
+      if half_turn > resize(LIMIT_MAX, half_turn'length) then
+        limit <= LIMIT_MAX;
+      else
+        limit <= half_turn(limit'range);
+      end if;
+
+      if reset = '1' then
+        apply_1  := '0';
+        marker_1 := '0';
+        marker   <= '0';
+        unramped <= (others => '0');
+      end if;
+    end if;
+
+  end process sum_and_subtract;
+
+  ramp : entity work.correction_ramp
+    port map (
+      clock      => clock,
+      reset      => reset,
+      correction => unramped,
+      marker     => marker,
+      limit      => limit,
+      ramp_rate  => ramp_rate,
+      total      => total,
+      limited    => limited,
+      busy       => busy
+    );
+
+end architecture rtl;

@@ -1,0 +1,112 @@
+"""Model of the entity ``coefficient_memory``: words in, two banks, one swap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.generated.number_formats import (
+    AMPLITUDE_WIDTH,
+    LANES_DEFAULT,
+    LANES_MAX,
+    PHASE_WIDTH,
+)
+
+WORDS_A_LANE = 4
+WORD_STEP_LOW, WORD_STEP_HIGH, WORD_PHASE_OFFSET, WORD_AMPLITUDE = range(WORDS_A_LANE)
+WORD_MASK = 2**32 - 1
+
+
+def bank_words(coefficients: Coefficients) -> Iterator[tuple[int, int]]:
+    """The writes that load a bank: address (lane * 4 + word) and 32-bit data.
+
+    The offset is not among them: it has a register of its own.
+    """
+    for lane in range(coefficients.lanes):
+        step = int(coefficients.phase_steps[lane])
+        first = lane * WORDS_A_LANE
+        yield first + WORD_STEP_LOW, step & WORD_MASK
+        yield first + WORD_STEP_HIGH, step >> 32
+        yield first + WORD_PHASE_OFFSET, int(coefficients.phase_offsets[lane])
+        yield first + WORD_AMPLITUDE, int(coefficients.amplitudes[lane]) & WORD_MASK
+
+
+class CoefficientMemory:
+    """Both banks of ``lanes`` lanes, at the level of writes, read-backs and swaps.
+
+    That every angle meets one bank only is a matter of clocks; see ``compensation_pipeline``.
+    """
+
+    def __init__(self, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> None:
+        """Start with both banks zero, as at power-up."""
+        self._counts_per_rev = counts_per_rev
+        self._words = [0] * (WORDS_A_LANE * lanes)
+        self._offset = 0
+        self._active = Coefficients.zero(counts_per_rev, lanes)
+
+    @property
+    def active(self) -> Coefficients:
+        """The bank that the pipeline reads."""
+        return self._active
+
+    def write(self, address: int, data: int) -> None:
+        """Write a word of the idle bank; a lane that is not built keeps nothing.
+
+        Raises ValueError for an address or a word that the bus cannot carry.
+        """
+        _check_address(address)
+        if not 0 <= data <= WORD_MASK:
+            raise ValueError(f"data: {data}, expected a 32-bit word")
+        if address < len(self._words):
+            self._words[address] = _stored(address % WORDS_A_LANE, data)
+
+    def write_offset(self, data: int) -> None:
+        """Write the offset of the idle bank, a 32-bit word of which s13.11 is kept."""
+        self._offset = _signed(data, AMPLITUDE_WIDTH)
+
+    def read(self, address: int) -> int:
+        """The word that the idle bank holds; 0 for a lane that is not built."""
+        _check_address(address)
+        return self._words[address] if address < len(self._words) else 0
+
+    def swap(self) -> None:
+        """Make the idle bank active; it keeps its values."""
+        words = np.array(self._words, dtype=np.int64).reshape(-1, WORDS_A_LANE)
+        self._active = Coefficients(
+            words[:, WORD_STEP_LOW] | words[:, WORD_STEP_HIGH] << 32,  # type: ignore[arg-type]
+            words[:, WORD_PHASE_OFFSET],  # type: ignore[arg-type]
+            np.array(
+                [_signed(word, AMPLITUDE_WIDTH) for word in words[:, WORD_AMPLITUDE].tolist()]
+            ),
+            self._offset,
+            self._counts_per_rev,
+        )
+
+    def load(self, coefficients: Coefficients) -> None:
+        """Write a whole bank with its offset and swap."""
+        for address, data in bank_words(coefficients):
+            self.write(address, data)
+        self.write_offset(coefficients.offset & WORD_MASK)
+        self.swap()
+
+
+def _check_address(address: int) -> None:
+    if not 0 <= address < WORDS_A_LANE * LANES_MAX:
+        raise ValueError(f"address: {address}, expected 0 to {WORDS_A_LANE * LANES_MAX - 1}")
+
+
+def _signed(data: int, width: int) -> int:
+    low = data & ((1 << width) - 1)
+    return low - (1 << width) if low >> (width - 1) else low
+
+
+def _stored(word: int, data: int) -> int:
+    if word == WORD_STEP_HIGH:
+        return data & 0xFFFF
+    if word == WORD_PHASE_OFFSET:
+        return data & (2**PHASE_WIDTH - 1)
+    if word == WORD_AMPLITUDE:
+        return _signed(data, AMPLITUDE_WIDTH) & WORD_MASK
+    return data

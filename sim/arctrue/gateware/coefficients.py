@@ -1,0 +1,241 @@
+"""The coefficients of equation (9) as the gateware holds them."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.generated.number_formats import (
+    AMPLITUDE_FRACTION,
+    AMPLITUDE_WIDTH,
+    COUNTS_PER_REV_MAX,
+    COUNTS_PER_REV_MIN,
+    LANES_DEFAULT,
+    LANES_MAX,
+    ORDER_WIDTH,
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+)
+
+ORDER_MAX = (1 << ORDER_WIDTH) - 1
+AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
+AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
+AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """One bank of the coefficient memory.
+
+    ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,),
+    Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count;
+    ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn that K was worked
+    out for.
+
+    Raises ValueError for a word that its format cannot hold.
+    """
+
+    phase_steps: NDArray[np.uint64]
+    phase_offsets: NDArray[np.uint32]
+    amplitudes: NDArray[np.int32]
+    offset: int
+    counts_per_rev: int
+
+    def __post_init__(self) -> None:
+        """Check every word against its format and make the arrays read-only."""
+        check_counts_per_rev(self.counts_per_rev)
+        for name, dtype, low, high in (
+            ("phase_steps", np.uint64, 0, 2**PHASE_STEP_WIDTH - 1),
+            ("phase_offsets", np.uint32, 0, 2**PHASE_WIDTH - 1),
+            ("amplitudes", np.int32, -AMPLITUDE_WORD_MAX - 1, AMPLITUDE_WORD_MAX),
+        ):
+            words = np.asarray(getattr(self, name))
+            if words.ndim != 1:
+                raise ValueError(f"{name}: expected one word a lane, found shape {words.shape}")
+            if words.size and words.dtype.kind not in "iu":
+                raise ValueError(f"{name}: expected integer words, found {words.dtype}")
+            outside = [lane for lane, word in enumerate(words.tolist()) if not low <= word <= high]
+            if outside:
+                raise ValueError(
+                    f"{name}: lane {outside[0]} holds {words[outside[0]]}, "
+                    f"the format holds {low} to {high}"
+                )
+            words = words.astype(dtype)
+            words.flags.writeable = False
+            object.__setattr__(self, name, words)
+        sizes = {self.phase_steps.size, self.phase_offsets.size, self.amplitudes.size}
+        if len(sizes) != 1:
+            raise ValueError(f"a phase step, phase offset and amplitude a lane: found {sizes}")
+        if not 1 <= self.lanes <= LANES_MAX:
+            raise ValueError(f"lanes: {self.lanes}, the gateware has 1 to {LANES_MAX}")
+        if not -AMPLITUDE_WORD_MAX - 1 <= self.offset <= AMPLITUDE_WORD_MAX:
+            raise ValueError(
+                f"offset: {self.offset}, the format holds "
+                f"{-AMPLITUDE_WORD_MAX - 1} to {AMPLITUDE_WORD_MAX}"
+            )
+
+    def __eq__(self, other: object) -> bool:
+        """Whether every word is the same."""
+        if not isinstance(other, Coefficients):
+            return NotImplemented
+        return (
+            self.counts_per_rev == other.counts_per_rev
+            and self.offset == other.offset
+            and np.array_equal(self.phase_steps, other.phase_steps)
+            and np.array_equal(self.phase_offsets, other.phase_offsets)
+            and np.array_equal(self.amplitudes, other.amplitudes)
+        )
+
+    @property
+    def lanes(self) -> int:
+        """Lanes of this bank."""
+        return int(self.phase_steps.size)
+
+    @property
+    def orders(self) -> NDArray[np.int64]:
+        """The order of every lane, (lanes,), modulo counts_per_rev; whole counts see no more."""
+        return np.array(
+            [
+                ((2 * step * self.counts_per_rev + 2**PHASE_STEP_WIDTH) >> (PHASE_STEP_WIDTH + 1))
+                % self.counts_per_rev
+                for step in self.phase_steps.tolist()
+            ],
+            dtype=np.int64,
+        )
+
+    @property
+    def amplitudes_counts(self) -> NDArray[np.float64]:
+        """Amplitude of every lane in counts, (lanes,)."""
+        return self.amplitudes.astype(np.float64) * AMPLITUDE_LSB_COUNTS
+
+    @property
+    def phases_rad(self) -> NDArray[np.float64]:
+        """Φ of every lane in radians, (lanes,), in [-π, π)."""
+        turn = 1 << PHASE_WIDTH
+        signed = (self.phase_offsets.astype(np.int64) + turn // 2) % turn - turn // 2
+        return signed.astype(np.float64) * (2.0 * math.pi / turn)
+
+    @property
+    def offset_counts(self) -> float:
+        """The offset in counts."""
+        return self.offset * AMPLITUDE_LSB_COUNTS
+
+    @classmethod
+    def zero(cls, counts_per_rev: int, lanes: int = LANES_DEFAULT) -> Coefficients:
+        """The bank that corrects nothing."""
+        return cls.from_harmonics((), (), (), counts_per_rev, lanes)
+
+    @classmethod
+    def from_harmonics(
+        cls,
+        orders: Sequence[int] | NDArray[np.integer],
+        amplitudes_counts: ArrayLike,
+        phases_rad: ArrayLike,
+        counts_per_rev: int,
+        lanes: int = LANES_DEFAULT,
+        offset_counts: float = 0.0,
+    ) -> Coefficients:
+        """Quantise ε(θ) = offset + Σ amplitude·cos(n·θ + phase), equation (9).
+
+        ``orders``, ``amplitudes_counts`` (2·A_n) and ``phases_rad`` have one entry a harmonic, at
+        most ``lanes``; the lanes left over have amplitude 0. Warns of an order from half of
+        ``counts_per_rev`` on: whole counts cannot tell it from a lower one.
+
+        Raises ValueError for what the formats cannot hold: more harmonics than lanes, an order
+        outside 0…65535, an amplitude or offset of 8192 counts or more, a value that is not finite.
+        """
+        check_counts_per_rev(counts_per_rev)
+        if not 1 <= lanes <= LANES_MAX:
+            raise ValueError(f"lanes: {lanes}, the gateware has 1 to {LANES_MAX}")
+        order_list = [_whole_order(index, order) for index, order in enumerate(orders)]
+        amplitudes = np.atleast_1d(np.asarray(amplitudes_counts, dtype=np.float64))
+        phases = np.atleast_1d(np.asarray(phases_rad, dtype=np.float64))
+        if not amplitudes.shape == phases.shape == (len(order_list),):
+            raise ValueError(
+                "one amplitude and one phase an order: found "
+                f"{len(order_list)} orders, {amplitudes.size} amplitudes, {phases.size} phases"
+            )
+        if len(order_list) > lanes:
+            raise ValueError(
+                f"{len(order_list)} harmonics do not fit into {lanes} lanes: "
+                "leave out the smallest ones, or build the gateware with more lanes"
+            )
+        for order, amplitude, phase in zip(order_list, amplitudes, phases, strict=True):
+            _amplitude_word(f"amplitude of order {order}", float(amplitude))
+            if not math.isfinite(phase):
+                raise ValueError(f"phase of order {order}: {phase} is not a finite number")
+            if 2 * order >= counts_per_rev:
+                warnings.warn(
+                    f"order {order} is at or above half of the {counts_per_rev} counts a turn: "
+                    "whole counts cannot tell it from a lower order",
+                    stacklevel=2,
+                )
+        used = len(order_list)
+        phase_steps = np.zeros(lanes, dtype=np.uint64)
+        phase_offsets = np.zeros(lanes, dtype=np.uint32)
+        words = np.zeros(lanes, dtype=np.int32)
+        phase_steps[:used] = [phase_step(order, counts_per_rev) for order in order_list]
+        turns = np.remainder(phases / (2.0 * math.pi), 1.0)
+        phase_offsets[:used] = np.rint(turns * 2**PHASE_WIDTH).astype(np.int64) % 2**PHASE_WIDTH
+        words[:used] = np.rint(amplitudes / AMPLITUDE_LSB_COUNTS)
+        return cls(
+            phase_steps,
+            phase_offsets,
+            words,
+            _amplitude_word("offset", offset_counts),
+            counts_per_rev,
+        )
+
+    def error_counts(self, angle_counts: ArrayLike) -> NDArray[np.float64]:
+        """ε in counts by equation (9) in double precision, from these quantised coefficients.
+
+        ``angle_counts`` are whole counts of any shape; the result has the same shape.
+        """
+        angle = np.asarray(angle_counts, dtype=np.int64)
+        error = np.full(angle.shape, self.offset_counts)
+        for order, amplitude, phase in zip(
+            self.orders.tolist(), self.amplitudes_counts, self.phases_rad, strict=True
+        ):
+            # Whole numbers up to here: n·θ is reduced to one turn without a rounding error.
+            turn_counts = order * angle % self.counts_per_rev
+            error += amplitude * np.cos(2.0 * math.pi * turn_counts / self.counts_per_rev + phase)
+        return error
+
+
+def check_counts_per_rev(counts_per_rev: int) -> None:
+    """Raise ValueError unless the gateware can count this many counts a turn."""
+    if not COUNTS_PER_REV_MIN <= counts_per_rev <= COUNTS_PER_REV_MAX:
+        raise ValueError(
+            f"counts_per_rev: {counts_per_rev}, the gateware counts "
+            f"{COUNTS_PER_REV_MIN} to {COUNTS_PER_REV_MAX} counts a turn"
+        )
+
+
+def phase_step(order: int, counts_per_rev: int) -> int:
+    """K = round(n·2⁴⁸ / counts_per_rev) mod 2⁴⁸, in 2⁻⁴⁸ turn a count."""
+    rounded = ((order << (PHASE_STEP_WIDTH + 1)) + counts_per_rev) // (2 * counts_per_rev)
+    return rounded % (1 << PHASE_STEP_WIDTH)
+
+
+def _whole_order(index: int, order: object) -> int:
+    value = float(order)  # type: ignore[arg-type]
+    if not value.is_integer() or not 0 <= value <= ORDER_MAX:
+        raise ValueError(f"orders[{index}]: {order}, expected a whole number 0 to {ORDER_MAX}")
+    return int(value)
+
+
+def _amplitude_word(name: str, value_counts: float) -> int:
+    if not math.isfinite(value_counts):
+        raise ValueError(f"{name}: {value_counts} is not a finite number")
+    word = round(value_counts / AMPLITUDE_LSB_COUNTS)
+    if abs(word) > AMPLITUDE_WORD_MAX:
+        raise ValueError(
+            f"{name}: {value_counts:g} counts, the gateware holds less than "
+            f"{AMPLITUDE_LIMIT_COUNTS:g} counts; is it an error of the table at all?"
+        )
+    return word

@@ -1,0 +1,114 @@
+"""Model of the entity ``compensation_pipeline``: equations (8) and (9), bit by bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.error_compensation import (
+    Compensated,
+    CompensationState,
+    Subtracted,
+    add_pairs,
+    correction_limit,
+    error_compensation,
+    subtract,
+)
+from arctrue.gateware.harmonic_unit import harmonic_unit
+from arctrue.gateware.phase_unit import phase_unit
+from arctrue.generated.number_formats import COSINE_WIDTH, PAIR_FRACTION
+
+# Angles worked on at a time: their phases and cosines then stay in the processor's cache.
+_BLOCK = 2048
+
+
+def pair_sums(
+    angle: NDArray[np.int64], coefficients: Coefficients, cosine_width: int = COSINE_WIDTH
+) -> NDArray[np.int64]:
+    """The harmonics of ``angle`` (counts, (clocks,)), summed in pairs: (clocks, pairs) in 2⁻ᶠ."""
+    sums = np.empty((angle.size, (coefficients.lanes + 1) // 2), dtype=np.int64)
+    for start in range(0, angle.size, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        phases = phase_unit(angle[block], coefficients.phase_steps, coefficients.phase_offsets)
+        sums[block] = harmonic_unit(phases, coefficients.amplitudes, cosine_width)
+    return sums
+
+
+def compensate(
+    angle: ArrayLike,
+    position: ArrayLike,
+    coefficients: Coefficients,
+    cosine_width: int = COSINE_WIDTH,
+) -> Subtracted:
+    """The settled outputs: compensation on, no ramp under way.
+
+    ``angle``: counts, 0 <= angle < counts_per_rev, and ``position``: counts, both (readings,).
+    Returns corrected angle and position in counts and the correction in 2⁻¹¹ count, int64.
+
+    Raises ValueError for an angle outside the turn.
+    """
+    angles, positions = _readings(angle, position, coefficients.counts_per_rev)
+    limit = correction_limit(coefficients.counts_per_rev) << PAIR_FRACTION
+    total = add_pairs(pair_sums(angles, coefficients, cosine_width), coefficients.offset)
+    return subtract(angles, positions, np.clip(total, -limit, limit), coefficients.counts_per_rev)
+
+
+def compensate_clocks(
+    angle: ArrayLike,
+    position: ArrayLike,
+    banks: Sequence[Coefficients],
+    bank: ArrayLike,
+    swap_marker: ArrayLike,
+    apply: ArrayLike,
+    ramp_rate: int,
+    state: CompensationState | None = None,
+    cosine_width: int = COSINE_WIDTH,
+) -> Compensated:
+    """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
+
+    ``bank``: which of ``banks`` the angle of each clock meets; ``swap_marker``: true with the
+    first angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹
+    count a clock. ``state``: that of the clocks before, else that after reset.
+
+    Raises ValueError for an angle outside the turn, or banks for different turns or lanes.
+    """
+    if len({(entry.counts_per_rev, entry.lanes) for entry in banks}) != 1:
+        raise ValueError("banks: expected at least one, all for the same counts_per_rev and lanes")
+    counts_per_rev = banks[0].counts_per_rev
+    angles, positions = _readings(angle, position, counts_per_rev)
+    of_clock = np.asarray(bank, dtype=np.int64)
+    sums = np.empty((angles.size, (banks[0].lanes + 1) // 2), dtype=np.int64)
+    for index, entry in enumerate(banks):
+        met = of_clock == index
+        sums[met] = pair_sums(angles[met], entry, cosine_width)
+    return error_compensation(
+        sums,
+        np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock],
+        angles,
+        positions,
+        np.asarray(apply, dtype=np.bool_),
+        np.asarray(swap_marker, dtype=np.bool_),
+        counts_per_rev,
+        ramp_rate,
+        state,
+    )
+
+
+def _readings(
+    angle: ArrayLike, position: ArrayLike, counts_per_rev: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    angles = np.asarray(angle, dtype=np.int64)
+    positions = np.asarray(position, dtype=np.int64)
+    if angles.shape != positions.shape or angles.ndim != 1:
+        raise ValueError(
+            f"one angle and one position a reading: found shapes {angles.shape}, {positions.shape}"
+        )
+    outside = np.flatnonzero((angles < 0) | (angles >= counts_per_rev))
+    if outside.size:
+        raise ValueError(
+            f"angle[{outside[0]}]: {angles[outside[0]]}, expected 0 to {counts_per_rev - 1} counts"
+        )
+    return angles, positions

@@ -1,0 +1,24 @@
+"""Model of the entity ``delay_line``."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.generated.number_formats import DELAY_LINE_LATENCY
+
+Word = TypeVar("Word", bound=np.generic)
+
+
+def delay_line(undelayed: NDArray[Word], clocks: int = DELAY_LINE_LATENCY) -> NDArray[Word]:
+    """Delay words, (clocks of the run, …), by ``clocks``; the first ones out are 0.
+
+    Raises ValueError for a delay below one clock.
+    """
+    if clocks < 1:
+        raise ValueError(f"clocks: {clocks}, a delay line has at least 1")
+    delayed = np.zeros_like(undelayed)
+    delayed[clocks:] = undelayed[: len(undelayed) - clocks] if clocks < len(undelayed) else 0
+    return delayed

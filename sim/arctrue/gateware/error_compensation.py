@@ -1,0 +1,115 @@
+"""Model of the entity ``error_compensation``: θ_com = R − ε(R) of equation (8)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.correction_ramp import RampState, correction_ramp
+from arctrue.generated.number_formats import (
+    AMPLITUDE_FRACTION,
+    CORRECTION_FRACTION,
+    CORRECTION_WIDTH,
+    PAIR_FRACTION,
+    POSITION_WIDTH,
+)
+
+LIMIT_MAX_COUNTS = (1 << (CORRECTION_WIDTH - 1 - CORRECTION_FRACTION)) - 1
+
+
+class Subtracted(NamedTuple):
+    """What leaves the gateware, int64: counts, counts, and 2⁻¹¹ count."""
+
+    corrected_angle: NDArray[np.int64]
+    corrected_position: NDArray[np.int64]
+    correction: NDArray[np.int64]
+
+
+class Compensated(NamedTuple):
+    """The outputs of the entity, one a clock, and the state after the last clock."""
+
+    corrected_angle: NDArray[np.int64]
+    corrected_position: NDArray[np.int64]
+    correction: NDArray[np.int64]
+    correction_limited: NDArray[np.bool_]
+    ramp_busy: NDArray[np.bool_]
+    state: CompensationState
+
+
+@dataclass(frozen=True)
+class CompensationState:
+    """What the entity remembers from clock to clock; the default is the state after reset."""
+
+    applied: bool = False
+    ramp: RampState = field(default_factory=RampState)
+
+
+def correction_limit(counts_per_rev: int) -> int:
+    """The largest correction in counts: strictly below half a turn, and what s19.11 holds."""
+    return min((counts_per_rev - 1) // 2, LIMIT_MAX_COUNTS)
+
+
+def add_pairs(pair_sums: NDArray[np.int64], offset: int | NDArray[np.int64]) -> NDArray[np.int64]:
+    """ε in 2⁻ᶠ count, (clocks,), F = PAIR_FRACTION.
+
+    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``offset``: in 2⁻¹¹ count, one or one a clock.
+    """
+    aligned = np.asarray(offset, dtype=np.int64) << (PAIR_FRACTION - AMPLITUDE_FRACTION)
+    total: NDArray[np.int64] = pair_sums.sum(axis=-1, dtype=np.int64) + aligned
+    return total
+
+
+def subtract(
+    angle: NDArray[np.int64],
+    position: NDArray[np.int64],
+    total: NDArray[np.int64],
+    counts_per_rev: int,
+) -> Subtracted:
+    """Subtract the total correction, rounded once: R − floor(total + ½).
+
+    ``angle`` and ``position`` in counts, ``total`` in 2⁻ᶠ count, all (clocks,). The angle is
+    folded into one turn, the position into 32 bits with sign.
+    """
+    rounded = (total + (1 << (PAIR_FRACTION - 1))) >> PAIR_FRACTION
+    half = 1 << (POSITION_WIDTH - 1)
+    return Subtracted(
+        (angle - rounded) % counts_per_rev,
+        ((position - rounded + half) & (2 * half - 1)) - half,
+        total >> (PAIR_FRACTION - CORRECTION_FRACTION),
+    )
+
+
+def error_compensation(
+    pair_sums: NDArray[np.int64],
+    offset: int | NDArray[np.int64],
+    angle: NDArray[np.int64],
+    position: NDArray[np.int64],
+    apply: NDArray[np.bool_],
+    swap_marker: NDArray[np.bool_],
+    counts_per_rev: int,
+    ramp_rate: int,
+    state: CompensationState | None = None,
+) -> Compensated:
+    """The outputs for the inputs of consecutive clocks (the latency of 4 clocks is left out).
+
+    ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
+    ``apply`` and ``swap_marker``: (clocks,). ``state``: that of the clocks before, else reset.
+    """
+    state = state or CompensationState()
+    applied_before = np.concatenate(([state.applied], apply[:-1]))
+    unramped = np.where(apply, add_pairs(pair_sums, offset), 0)
+    ramped = correction_ramp(
+        unramped,
+        swap_marker | (apply != applied_before),
+        correction_limit(counts_per_rev),
+        ramp_rate,
+        state.ramp,
+    )
+    subtracted = subtract(angle, position, ramped.total, counts_per_rev)
+    applied = bool(apply[-1]) if apply.size else state.applied
+    return Compensated(
+        *subtracted, ramped.limited, ramped.busy, CompensationState(applied, ramped.state)
+    )

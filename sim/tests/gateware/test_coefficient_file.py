@@ -1,0 +1,121 @@
+"""The coefficient file: what is written is read, and what is wrong is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from arctrue.gateware.coefficient_file import (
+    CoefficientFileError,
+    coefficient_file_text,
+    read_coefficient_file,
+    write_coefficient_file,
+)
+from arctrue.gateware.coefficients import Coefficients
+
+GOOD = coefficient_file_text(
+    Coefficients.from_harmonics(
+        [1, 2, 16_384], [1942.1, -30.25, 0.5], [0.4, 3.0, -1.0], 2**24, 8, 1.5
+    ),
+    title='table "A"',
+)
+
+
+@pytest.mark.filterwarnings("ignore:order")
+@given(data=st.data())
+def test_round_trip(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    counts_per_rev = data.draw(st.sampled_from([4, 1000, 65536, 12_345_677, 2**24]))
+    lanes = data.draw(st.sampled_from([1, 5, 64]))
+    used = data.draw(st.integers(0, lanes))
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    written = Coefficients.from_harmonics(
+        rng.integers(0, 65536, used),
+        rng.uniform(-8191.9, 8191.9, used) * 10.0 ** -rng.integers(0, 6, used),
+        rng.uniform(-7.0, 7.0, used),
+        counts_per_rev,
+        lanes,
+        float(rng.uniform(-8191.0, 8191.0)),
+    )
+    path = tmp_path_factory.mktemp("file") / "coefficients.toml"
+    write_coefficient_file(path, written)
+    assert read_coefficient_file(path) == written
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "crlf"])
+def test_other_editors(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "c.toml"
+    if encoding == "crlf":
+        path.write_bytes(GOOD.replace("\n", "\r\n").encode())
+    else:
+        path.write_text(GOOD, encoding=encoding)
+    assert read_coefficient_file(path).lanes == 8
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("schema = 1", "schema = 2", "schema: expected 1, found 2"),
+        ("schema = 1", "", "schema: is missing"),
+        ("schema = 1", "schema = 1\ncolour = 3", "colour: is not known"),
+        ('title = "table \\"A\\""', "title = 3", "title: expected text"),
+        ("counts_per_rev = 16777216", "counts_per_rev = 3", "counts_per_rev: 3"),
+        ("counts_per_rev = 16777216", "counts_per_rev = 1e6", "counts_per_rev: expected a whole"),
+        ("counts_per_rev = 16777216", "counts_per_rev = 65536", r"lane\[0\].phase_step: found"),
+        ("lanes = 8", "lanes = 65", "lanes: expected 1 to 64, found 65"),
+        ("lanes = 8", "lanes = true", "lanes: expected a whole number, found True"),
+        ("lanes = 8", "lanes = 2", r"lane\[2\].lane: expected 0 to 1, found 2"),
+        ("lane = 1\n", "lane = 0\n", r"lane\[1\].lane: lane 0 is listed twice"),
+        ("counts = 1.5", "counts = 1.6", "offset.counts: found 1.6, but word = 3072 says 1.5"),
+        ("counts = 1.5", "counts = nan", "offset.counts: expected a finite number"),
+        ("word = 3072", "", "offset.word: is missing"),
+        ("word = 3072\n", "word = 33554432\n", "offset.counts"),
+        ("order = 2", "order = 3", r"lane\[1\].phase_step: found"),
+        ("order = 2", "order = 65536", r"lane\[1\].order: expected 0 to 65535"),
+        ("order = 2", 'order = "2"', r"lane\[1\].order: expected a whole number, found '2'"),
+        ("order = 2", "", r"lane\[1\].order: is missing"),
+        ("amplitude = -61952", "amplitude = 61952", r"lane\[1\].amplitude_arcsec: found"),
+        ("[[lane]]", "[lanes_]", "not a TOML file"),
+        ("[offset]", "offset = 3\n[other]", "other: is not known"),
+        ("schema = 1", "schema = ", "not a TOML file"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in GOOD
+    path = tmp_path / "c.toml"
+    path.write_text(GOOD.replace(old, new), encoding="utf-8")
+    with pytest.raises(CoefficientFileError, match=message) as caught:
+        read_coefficient_file(path)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "arcsec", "phase", "degrees"),
+    [(2**24, 632.8125, 0, 0.0), (0, 0.0, 2**24, 0.0), (0, 0.0, -1, 0.0), (0, 0.0, 2**70, 0.0)],
+)
+def test_words_outside_the_formats_are_refused(
+    tmp_path: Path, amplitude: int, arcsec: float, phase: int, degrees: float
+) -> None:
+    path = tmp_path / "c.toml"
+    path.write_text(
+        "schema = 1\ncounts_per_rev = 16777216\nlanes = 1\n"
+        "[offset]\ncounts = 0\nword = 0\n[[lane]]\n"
+        f"lane = 0\norder = 0\namplitude_arcsec = {arcsec}\nphase_deg = {degrees}\nphase_step = 0\n"
+        f"phase_offset = {phase}\namplitude = {amplitude}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(CoefficientFileError, match=r"c\.toml: "):
+        read_coefficient_file(path)
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe\x00", b"PK\x03\x04"])
+def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "c.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(CoefficientFileError, match=r"c\.toml: "):
+        read_coefficient_file(path)

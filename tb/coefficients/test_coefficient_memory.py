@@ -1,0 +1,28 @@
+"""The coefficient memory: words, read-back, and one bank for one angle."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(
+    ("lanes", "phase_offset_delay", "amplitude_delay", "offset_delay"),
+    [(5, 4, 21, 25), (1, 1, 1, 1), (64, 4, 21, 25)],
+)
+def test_coefficient_memory(
+    lanes: int, phase_offset_delay: int, amplitude_delay: int, offset_delay: int
+) -> None:
+    generics = {
+        "LANES": lanes,
+        "PHASE_OFFSET_DELAY": phase_offset_delay,
+        "AMPLITUDE_DELAY": amplitude_delay,
+        "OFFSET_DELAY": offset_delay,
+    }
+    simulate(
+        "coefficient_memory",
+        "tb.coefficients.coefficient_memory_bench",
+        generics=generics,
+        environment={name: str(value) for name, value in generics.items()},
+    )

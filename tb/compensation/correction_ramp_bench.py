@@ -1,0 +1,50 @@
+"""cocotb test of correction_ramp against its model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import RisingEdge
+
+from arctrue.gateware.correction_ramp import correction_ramp
+from tb.compensation.correction_ramp_scenarios import SCENARIOS, RampScenario
+
+LATENCY = 1
+
+
+@cocotb.test()
+@cocotb.parametrize(scenario=SCENARIOS)
+async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
+    """Total, clip flag and busy flag of every clock."""
+    dut.reset.value = 1
+    dut.marker.value = 0
+    dut.correction.value = 0
+    dut.limit.value = scenario.limit
+    dut.ramp_rate.value = scenario.ramp_rate
+    cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
+    for _ in range(2):
+        await RisingEdge(dut.clock)
+    dut.reset.value = 0
+    seen = []
+    clocks = scenario.correction.size
+    for clock in range(clocks + LATENCY):
+        now = min(clock, clocks - 1)
+        dut.correction.value = int(scenario.correction[now])
+        dut.marker.value = int(scenario.marker[now])
+        await RisingEdge(dut.clock)
+        seen.append((dut.total.value.to_signed(), int(dut.limited.value), int(dut.busy.value)))
+    model = correction_ramp(
+        scenario.correction, scenario.marker, scenario.limit, scenario.ramp_rate
+    )
+    expected = list(
+        zip(model.total.tolist(), model.limited.tolist(), model.busy.tolist(), strict=True)
+    )
+    different = [clock for clock in range(clocks) if seen[clock + LATENCY] != expected[clock]]
+    assert not different, (
+        f"clock {different[0]}: found {seen[different[0] + LATENCY]}, "
+        f"expected {expected[different[0]]}"
+    )
+    assert np.any(model.total) or np.any(model.busy)

@@ -1,0 +1,104 @@
+"""What the ramp meets, clock by clock; shared by the test of the model and that of the VHDL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.generated.number_formats import CORRECTION_FRACTION, PAIR_FRACTION
+
+COUNT = 1 << PAIR_FRACTION
+UNIT = 1 << (PAIR_FRACTION - CORRECTION_FRACTION)
+RATE_ONE = 1 << 24
+RATE_MAX = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class RampScenario:
+    """``correction`` in 2⁻ᶠ count and ``marker``, one a clock; ``limit`` in counts."""
+
+    name: str
+    correction: NDArray[np.int64]
+    marker: NDArray[np.bool_]
+    limit: int
+    ramp_rate: int
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _markers(clocks: int, *at: int) -> NDArray[np.bool_]:
+    marker = np.zeros(clocks, dtype=np.bool_)
+    marker[list(at)] = True
+    return marker
+
+
+def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
+    """Levels in 2⁻ᶠ count, each for a number of clocks."""
+    return np.concatenate([np.full(clocks, level, dtype=np.int64) for level, clocks in parts])
+
+
+def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int64]:
+    phase = 2.0 * np.pi * np.arange(clocks) / period
+    return np.rint(amplitude_counts * COUNT * np.sin(phase)).astype(np.int64)
+
+
+def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -> RampScenario:
+    rng = np.random.default_rng(seed)
+    level = rng.integers(-limit, limit + 1, clocks)
+    correction = level * COUNT // 2 + rng.integers(-COUNT, COUNT, clocks)
+    return RampScenario(
+        f"random {seed}, markers {marker_rate}, limit {limit}, rate {rate}",
+        correction.astype(np.int64),
+        rng.random(clocks) < marker_rate,
+        limit,
+        rate,
+    )
+
+
+# The largest sum of 64 lanes and the offset, with a cosine that is one too large in its last bit.
+LARGEST = 64 * (8192 * COUNT + COUNT // 2) + 8192 * COUNT
+
+SCENARIOS = [
+    RampScenario(
+        "one step up", _steps((0, 3), (2 * COUNT, 200)), _markers(203, 3), 1000, 32 * RATE_ONE
+    ),
+    RampScenario(
+        "one step down", _steps((COUNT, 3), (-COUNT, 200)), _markers(203, 3), 1000, 32 * RATE_ONE
+    ),
+    RampScenario(
+        "no whole number of units", _steps((0, 2), (7 * UNIT + 1, 60)), _markers(62, 2), 9, RATE_ONE
+    ),
+    RampScenario("slow", _steps((0, 1), (5 * UNIT, 90)), _markers(91, 1), 9, RATE_ONE // 10 + 1),
+    RampScenario("rate 0 keeps r", _steps((0, 1), (COUNT, 40)), _markers(41, 1), 9, 0),
+    RampScenario("fastest", _steps((0, 1), (900 * UNIT, 20)), _markers(21, 1), 9, RATE_MAX),
+    RampScenario("no marker, no ramp", _sine(64, 50.0, 17.0), _markers(64), 1000, RATE_ONE),
+    RampScenario(
+        "moving", _sine(300, 50.0, 71.0), _markers(300, 0, 40, 41, 42, 100, 299), 1000, 9 * RATE_ONE
+    ),
+    RampScenario("marker in every clock", _sine(40, 50.0, 17.0), ~_markers(40), 1000, RATE_ONE),
+    RampScenario(
+        "clipped by itself", _sine(200, 12.0, 40.0), _markers(200, 15, 77), 5, 16 * RATE_ONE
+    ),
+    RampScenario("smallest turn", _sine(200, 3.0, 40.0), _markers(200, 15, 77), 1, 16 * RATE_ONE),
+    RampScenario(
+        "largest sums",
+        np.where(np.arange(400) % 7 < 3, LARGEST, -LARGEST).astype(np.int64),
+        _markers(400, *range(3, 400, 5)),
+        2**19 - 1,
+        RATE_MAX,
+    ),
+    RampScenario(
+        "at the limit",
+        _steps((4 * COUNT, 5), (4 * COUNT + 1, 5), (-4 * COUNT, 5), (-4 * COUNT - 1, 5)),
+        _markers(20),
+        4,
+        0,
+    ),
+    _random(1, 3000, 0.02, 1000, 200 * RATE_ONE + 12345),
+    _random(2, 3000, 0.3, 100, RATE_MAX),
+    _random(3, 3000, 0.01, 4, 3 * RATE_ONE // 7),
+    _random(4, 2000, 0.02, 2**19 - 1, RATE_MAX),
+]

@@ -1,0 +1,177 @@
+"""cocotb tests of error_compensation against its model."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import RisingEdge
+from numpy.typing import NDArray
+
+from arctrue.gateware.error_compensation import correction_limit, error_compensation
+from arctrue.generated.number_formats import COMPENSATION_LATENCY, PAIR_FRACTION, PAIR_WIDTH
+
+LANES = int(os.environ.get("LANES", "32"))
+PAIRS = (LANES + 1) // 2
+CLOCKS = 1500
+# Two amplitudes at the end of s13.11 with a cosine 2⁻¹³ above one, eight times its bound.
+PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
+OFFSET_MAX = 2**24 - 1
+
+
+async def start(dut: Any, counts_per_rev: int, ramp_rate: int) -> None:
+    dut.reset.value = 1
+    for name in ("pair_sums", "offset", "angle", "position", "apply", "swap_marker"):
+        getattr(dut, name).value = 0
+    dut.counts_per_rev.value = counts_per_rev
+    dut.ramp_rate.value = ramp_rate
+    cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
+    for _ in range(4):
+        await RisingEdge(dut.clock)
+    dut.reset.value = 0
+
+
+def flat(pair_sums: NDArray[np.int64]) -> int:
+    return sum(
+        (word % 2**PAIR_WIDTH) << (PAIR_WIDTH * pair)
+        for pair, word in enumerate(pair_sums.tolist())
+    )
+
+
+async def compare(
+    dut: Any,
+    pair_sums: NDArray[np.int64],
+    offset: NDArray[np.int64],
+    angle: NDArray[np.int64],
+    position: NDArray[np.int64],
+    apply: NDArray[np.bool_],
+    swap_marker: NDArray[np.bool_],
+    counts_per_rev: int,
+    ramp_rate: int,
+) -> Any:
+    """Run VHDL and model over the same clocks; returns the model's outputs."""
+    await start(dut, counts_per_rev, ramp_rate)
+    seen = []
+    clocks = angle.size
+    for clock in range(clocks + COMPENSATION_LATENCY):
+        now = min(clock, clocks - 1)
+        dut.pair_sums.value = flat(pair_sums[now])
+        dut.offset.value = int(offset[now])
+        dut.angle.value = int(angle[now])
+        dut.position.value = int(position[now])
+        dut.apply.value = int(apply[now])
+        dut.swap_marker.value = int(swap_marker[now])
+        await RisingEdge(dut.clock)
+        seen.append(
+            (
+                dut.corrected_angle.value.to_unsigned(),
+                dut.corrected_position.value.to_signed(),
+                dut.correction.value.to_signed(),
+                int(dut.correction_limited.value),
+                int(dut.ramp_busy.value),
+            )
+        )
+    model = error_compensation(
+        pair_sums, offset, angle, position, apply, swap_marker, counts_per_rev, ramp_rate
+    )
+    expected = list(zip(*(output.tolist() for output in model[:5]), strict=True))
+    for clock in range(clocks):
+        found = seen[clock + COMPENSATION_LATENCY]
+        assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
+    assert model.corrected_angle.min() >= 0
+    assert model.corrected_angle.max() < counts_per_rev
+    return model
+
+
+@cocotb.test()
+@cocotb.parametrize(counts_per_rev=[4, 5, 1000, 65536, 12_345_678, 2**24])
+async def random_input(dut: Any, counts_per_rev: int) -> None:
+    """Pair sums up to twice the turn, so that clipped and unclipped corrections are met."""
+    rng = np.random.default_rng(counts_per_rev)
+    largest = min(PAIR_MAX, (2 * counts_per_rev << PAIR_FRACTION) // max(1, PAIRS // 2))
+    offset_max = min(OFFSET_MAX, counts_per_rev << 9)
+    model = await compare(
+        dut,
+        rng.integers(-largest, largest + 1, (CLOCKS, PAIRS)),
+        rng.integers(-offset_max, offset_max + 1, CLOCKS),
+        rng.integers(0, counts_per_rev, CLOCKS),
+        rng.integers(-(2**31), 2**31, CLOCKS),
+        np.cumsum(rng.random(CLOCKS) < 0.01) % 2 == 0,
+        rng.random(CLOCKS) < 0.02,
+        counts_per_rev,
+        int(rng.integers(1, 2**32)),
+    )
+    assert model.correction.any()
+    assert not model.correction_limited.all()
+    if correction_limit(counts_per_rev) < 1000:
+        assert model.correction_limited.any()
+
+
+@cocotb.test()
+@cocotb.parametrize(sign=[1, -1])
+async def extremes(dut: Any, sign: int) -> None:
+    """Every term at the end of its format, readings at both ends of the turn, wrapping position."""
+    counts_per_rev = 2**24
+    model = await compare(
+        dut,
+        np.full((40, PAIRS), sign * PAIR_MAX, dtype=np.int64),
+        np.full(40, sign * OFFSET_MAX, dtype=np.int64),
+        np.where(np.arange(40) % 2 == 0, 0, counts_per_rev - 1),
+        np.where(np.arange(40) % 3 == 0, 2**31 - 1, -(2**31)),
+        np.arange(40) > 2,
+        np.arange(40) % 8 == 5,
+        counts_per_rev,
+        2**32 - 1,
+    )
+    assert np.all(np.sign(model.correction[-5:]) == sign)
+
+
+@cocotb.test()
+async def every_fraction_rounds_once(dut: Any) -> None:
+    """Totals around each rounding boundary: the angle and the position round to the same count."""
+    near = np.array([-2, -1, 0, 1, 2], dtype=np.int64)
+    half = 1 << (PAIR_FRACTION - 1)
+    total = np.concatenate([near + part * half for part in range(-7, 8)])
+    pair_sums = np.zeros((total.size, PAIRS), dtype=np.int64)
+    pair_sums[:, -1] = total
+    zeros = np.zeros(total.size, dtype=np.int64)
+    # apply rises with a correction of 0, so that no remainder is caught.
+    model = await compare(
+        dut,
+        np.concatenate([np.zeros((1, PAIRS), dtype=np.int64), pair_sums]),
+        np.concatenate([[0], zeros]),
+        np.concatenate([[0], zeros + 3]),
+        np.concatenate([[0], zeros - 5]),
+        np.ones(total.size + 1, dtype=np.bool_),
+        np.zeros(total.size + 1, dtype=np.bool_),
+        1000,
+        0,
+    )
+    exact = total / (1 << PAIR_FRACTION)
+    assert np.all(np.abs(-5 - model.corrected_position[1:] - exact) <= 0.5)
+    assert np.all((model.corrected_position[1:] + 8 - model.corrected_angle[1:]) % 1000 == 0)
+
+
+@cocotb.test()
+async def latency_is_four_clocks(dut: Any) -> None:
+    """Counted at the ports, for the reading and for the pair sums."""
+    await start(dut, 2**24, 2**24)
+    dut.apply.value = 1
+    for _ in range(10):
+        await RisingEdge(dut.clock)
+    for name, value, output, expected in (
+        ("angle", 1234, "corrected_angle", 1234),
+        ("position", 77, "corrected_position", 77),
+        ("pair_sums", 100 << PAIR_FRACTION, "correction", 100 << 11),
+    ):
+        getattr(dut, name).value = value
+        clocks = 0
+        await RisingEdge(dut.clock)
+        while getattr(dut, output).value.to_signed() != expected:
+            assert clocks < 20, name
+            clocks += 1
+            await RisingEdge(dut.clock)
+        assert clocks == COMPENSATION_LATENCY, f"{name}: {clocks} clocks"

@@ -1,0 +1,361 @@
+"""cocotb tests of compensation_pipeline against its model and against equation (9)."""
+
+from __future__ import annotations
+
+import os
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import RisingEdge
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficient_memory import CoefficientMemory, bank_words
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate, compensate_clocks
+from arctrue.gateware.error_compensation import correction_limit
+from arctrue.generated.number_formats import (
+    CORRECTION_FRACTION,
+    DELAY_LINE_LATENCY,
+    HARMONIC_LATENCY,
+    PHASE_LATENCY,
+    PIPELINE_LATENCY,
+)
+from tb.core.equation_9 import correction_bound_counts, error_of_words_counts
+
+LANES = int(os.environ.get("LANES", "4"))
+ANGLES = int(os.environ.get("ANGLES", "500"))
+COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", "18"))
+# The amplitudes add up to this; default: 250 arcsec of a turn, as the paper's table has.
+ARCSEC_250 = 250 / 1_296_000
+SUM_COUNTS = float(os.environ.get("SUM_COUNTS", "0"))
+COUNTS_PER_REV = int(os.environ.get("COUNTS_PER_REV", str(2**24)))
+RATE_ONE = 1 << 24
+RATE_MAX = 2**32 - 1
+# Whole units of 2⁻¹¹ count a clock at RATE_MAX.
+RAMP_UNITS = 255
+UNIT = 2**CORRECTION_FRACTION
+
+
+async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
+    for name in (
+        "angle",
+        "position",
+        "apply",
+        "write_enable",
+        "write_offset",
+        "write_address",
+        "write_data",
+        "read_address",
+        "swap",
+    ):
+        getattr(dut, name).value = 0
+    dut.counts_per_rev.value = COUNTS_PER_REV
+    dut.ramp_rate.value = ramp_rate
+    dut.reset.value = 1
+    cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
+    for _ in range(PIPELINE_LATENCY):
+        await RisingEdge(dut.clock)
+    dut.reset.value = 0
+
+
+async def write(dut: Any, address: int | None, data: int) -> None:
+    dut.write_enable.value = int(address is not None)
+    dut.write_offset.value = int(address is None)
+    dut.write_address.value = address or 0
+    dut.write_data.value = data
+    await RisingEdge(dut.clock)
+    dut.write_enable.value = 0
+    dut.write_offset.value = 0
+    await RisingEdge(dut.clock)
+    while dut.write_acknowledge.value != 1:
+        await RisingEdge(dut.clock)
+
+
+async def load(dut: Any, bank: Coefficients) -> None:
+    """Write the idle bank and swap; ends when the copy has ended."""
+    for address, data in bank_words(bank):
+        await write(dut, address, data)
+    await write(dut, None, bank.offset % 2**32)
+    dut.swap.value = 1
+    await RisingEdge(dut.clock)
+    dut.swap.value = 0
+    for _ in range(PIPELINE_LATENCY):
+        await RisingEdge(dut.clock)
+
+
+def outputs(dut: Any) -> tuple[int, int, int]:
+    return (
+        dut.corrected_angle.value.to_unsigned(),
+        dut.corrected_position.value.to_signed(),
+        dut.correction.value.to_signed(),
+    )
+
+
+def random_bank(rng: np.random.Generator, sum_counts: float) -> Coefficients:
+    """Low orders, one any 0…65535 and, with room, 16,384; the amplitudes add up to the sum."""
+    orders = rng.integers(1, 120, LANES)
+    orders[0] = 1
+    orders[-1] = rng.integers(0, 65536)
+    if LANES > 2:
+        orders[1] = 16_384
+    weights = rng.random(LANES) * rng.choice([-1, 1], LANES)
+    amplitudes = np.clip(sum_counts * weights / np.abs(weights).sum(), -8191, 8191)
+    return Coefficients.from_harmonics(
+        orders,
+        amplitudes,
+        rng.uniform(-np.pi, np.pi, LANES),
+        COUNTS_PER_REV,
+        LANES,
+        float(rng.uniform(-0.1, 0.1) * min(sum_counts, 8191)),
+    )
+
+
+async def settle(dut: Any) -> None:
+    """Apply with amplitudes of zero, so that no remainder is caught."""
+    await load(dut, Coefficients.zero(COUNTS_PER_REV, LANES))
+    dut.apply.value = 1
+    for _ in range(PIPELINE_LATENCY + 2):
+        await RisingEdge(dut.clock)
+
+
+@cocotb.test()
+async def a_turn_of_angles(dut: Any) -> None:
+    """One angle a clock, evenly over a turn: equal to the model, near equation (9)."""
+    rng = np.random.default_rng(LANES)
+    sum_counts = SUM_COUNTS or ARCSEC_250 * COUNTS_PER_REV
+    bank = random_bank(rng, sum_counts)
+    turn = np.arange(ANGLES, dtype=np.int64) * COUNTS_PER_REV // ANGLES
+    turn[-3:] = COUNTS_PER_REV - 1, 0, COUNTS_PER_REV - 1
+    position = (
+        turn + rng.integers(-(2**31) // COUNTS_PER_REV, 2**31 // COUNTS_PER_REV) * COUNTS_PER_REV
+    )
+    position = (position + 2**31) % 2**32 - 2**31
+
+    # Swap where the correction is about 0, so that the ramp to it is short.
+    tried = rng.integers(0, COUNTS_PER_REV, 20_000)
+    corrections = compensate(tried, tried, bank, COSINE_WIDTH).correction
+    nearest = int(np.argmin(np.abs(corrections)))
+    await start(dut)
+    dut.apply.value = 1
+    dut.angle.value = int(tried[nearest])
+    await load(dut, bank)
+    for _ in range(abs(int(corrections[nearest])) // RAMP_UNITS + PIPELINE_LATENCY):
+        await RisingEdge(dut.clock)
+    assert dut.ramp_busy.value == 0
+
+    seen = []
+    for clock in range(ANGLES + PIPELINE_LATENCY):
+        now = min(clock, ANGLES - 1)
+        dut.angle.value = int(turn[now])
+        dut.position.value = int(position[now])
+        await RisingEdge(dut.clock)
+        seen.append(outputs(dut))
+    found = np.array(seen[PIPELINE_LATENCY:], dtype=np.int64)
+
+    model = compensate(turn, position, bank, COSINE_WIDTH)
+    for name, column, expected in zip(model._fields, found.T, model, strict=True):
+        different = np.flatnonzero(column != expected)
+        assert not different.size, (
+            f"{name} at angle {turn[different[0]]}: {column[different[0]]}, "
+            f"expected {expected[different[0]]} ({different.size} of {ANGLES} differ)"
+        )
+    assert found[:, 0].min() >= 0
+    assert found[:, 0].max() < COUNTS_PER_REV
+    exact = bank.error_counts(turn)
+    error = np.abs(position - found[:, 1] - exact)
+    error = np.minimum(error, 2.0**32 - error)
+    bound = correction_bound_counts(bank, COSINE_WIDTH)
+    dut._log.info(
+        f"largest deviation from equation (9): {error.max():.3f}, bound {bound:.3f} counts"
+    )
+    assert np.abs(exact).max() < correction_limit(COUNTS_PER_REV)
+    assert error.max() <= bound
+    if sum_counts <= ARCSEC_250 * COUNTS_PER_REV and COSINE_WIDTH == 18:
+        assert error.max() <= 1.0
+    if SUM_COUNTS:
+        assert found[:, 2].max() - found[:, 2].min() > sum_counts * UNIT / 4
+
+
+@cocotb.test()
+async def latencies_of_table_1(dut: Any) -> None:
+    """Phase 5, harmonics 20, delay line 25, compensation 4, in all 29 clocks."""
+    await start(dut)
+    await load(dut, Coefficients.from_harmonics([1], [10.0], [0.0], COUNTS_PER_REV, LANES))
+    dut.apply.value = 1
+    for _ in range(500):
+        await RisingEdge(dut.clock)
+    assert dut.ramp_busy.value == 0
+    watched = {
+        "phases": dut.phases,
+        "pair_sums": dut.pair_sums,
+        "delayed_reading": dut.delayed_reading,
+        "corrected_position": dut.corrected_position,
+        "corrected_angle": dut.corrected_angle,
+        "correction": dut.correction,
+    }
+    before = {name: signal.value for name, signal in watched.items()}
+    dut.angle.value = COUNTS_PER_REV // 3
+    dut.position.value = COUNTS_PER_REV // 3
+    changed: dict[str, int] = {}
+    for clock in range(2 * PIPELINE_LATENCY):
+        await RisingEdge(dut.clock)
+        for name, signal in watched.items():
+            if name not in changed and signal.value != before[name]:
+                changed[name] = clock
+    measured = {
+        "phase": changed["phases"],
+        "harmonics": changed["pair_sums"] - changed["phases"],
+        "delay line": changed["delayed_reading"],
+        "compensation": changed["corrected_position"] - changed["pair_sums"],
+        "pipeline": changed["corrected_position"],
+    }
+    dut._log.info(f"latencies in clocks: {measured}")
+    assert measured == {
+        "phase": 5,
+        "harmonics": 20,
+        "delay line": 25,
+        "compensation": 4,
+        "pipeline": 29,
+    }
+    assert changed["corrected_angle"] == changed["correction"] == PIPELINE_LATENCY
+    assert changed["delayed_reading"] == changed["pair_sums"]
+    assert (PHASE_LATENCY, HARMONIC_LATENCY, DELAY_LINE_LATENCY) == (5, 20, 25)
+
+
+@cocotb.test()
+async def swap_and_bypass_under_load(dut: Any) -> None:
+    """The angle moves in every clock; writes, swaps and `apply` come at random instants."""
+    rng = np.random.default_rng(7)
+    choose = random.Random(7)
+    largest = min(COUNTS_PER_REV / 8, 2000.0)
+    ramp_rate = 177 * RATE_ONE + 12345
+    await start(dut, ramp_rate)
+    await settle(dut)
+    memory = CoefficientMemory(COUNTS_PER_REV, LANES)
+    banks = [memory.active]
+    queue: list[tuple[int | None, int]] = []
+    pending: tuple[int | None, int] | None = None
+    bank, markers, applied = [], [], []
+    swapping = False
+    apply = True
+    speed = max(1, COUNTS_PER_REV // 1777)
+    position = rng.integers(-(2**30), 2**30) + np.cumsum(rng.integers(0, 2 * speed, ANGLES))
+    angle = position % COUNTS_PER_REV
+    seen: list[tuple[int, int, int]] = []
+    done = []
+    for clock in range(ANGLES + PIPELINE_LATENCY):
+        now = min(clock, ANGLES - 1)
+        if clock < ANGLES:
+            # The swap of the clock before holds from this angle on.
+            if swapping:
+                memory.swap()
+                banks.append(memory.active)
+            bank.append(len(banks) - 1)
+            markers.append(swapping)
+            if choose.random() < 0.004:
+                apply = not apply
+            applied.append(apply)
+            swapping = choose.random() < 0.02
+            if not queue and choose.random() < 0.05:
+                new = random_bank(rng, float(rng.uniform(0.0, largest)))
+                queue = [*bank_words(new), (None, new.offset % 2**32)]
+                if choose.random() < 0.5:
+                    queue = queue[: choose.randrange(1, 5)]
+        else:
+            swapping = False
+        starts = pending is None and bool(queue) and clock < ANGLES
+        if starts:
+            pending = queue.pop(0)
+        address, data = pending or (0, 0)
+        dut.write_enable.value = int(starts and address is not None)
+        dut.write_offset.value = int(starts and address is None)
+        dut.write_address.value = address or 0
+        dut.write_data.value = data
+        dut.swap.value = int(swapping)
+        dut.apply.value = int(applied[now])
+        dut.angle.value = int(angle[now])
+        dut.position.value = int(position[now])
+        await RisingEdge(dut.clock)
+        seen.append(outputs(dut))
+        done.append(int(dut.swap_done.value))
+        # The word is in the idle bank in the clock of its acknowledge.
+        if dut.write_acknowledge.value == 1:
+            assert pending is not None
+            if pending[0] is None:
+                memory.write_offset(pending[1])
+            else:
+                memory.write(*pending)
+            pending = None
+    found = np.array(seen[PIPELINE_LATENCY:], dtype=np.int64)
+    assert len(banks) > 60
+    assert done[PIPELINE_LATENCY:] == [int(marker) for marker in markers]
+    check_continuity(
+        found[:, 2], banks, np.array(bank), angle, np.array(markers), np.array(applied), ramp_rate
+    )
+    model = compensate_clocks(angle, position, banks, bank, markers, applied, ramp_rate)
+    # The pipeline had `apply` high before; with amplitudes of zero that is no other state, but the
+    # first clock is then no marker.
+    for name, column, expected in zip(
+        ("angle", "position", "correction"), found.T, model[:3], strict=True
+    ):
+        different = np.flatnonzero(column != expected)
+        assert not different.size, f"{name} differs first in clock {different[0]}"
+
+
+def check_continuity(
+    correction: NDArray[np.int64],
+    banks: list[Coefficients],
+    bank: NDArray[np.int64],
+    angle: NDArray[np.int64],
+    markers: NDArray[np.bool_],
+    applied: NDArray[np.bool_],
+    ramp_rate: int,
+) -> None:
+    """The output's correction changes by |Δε| of the coefficients in force and the rate at most."""
+    ideal = np.empty((2, angle.size))
+    bounds = np.empty(angle.size)
+    for index, entry in enumerate(banks):
+        met = np.flatnonzero(bank == index)
+        if met.size:
+            # ε with the same bank at this angle and the one before: Δε has one bank only.
+            ideal[0, met] = error_of_words_counts(entry, angle[met])
+            ideal[1, met] = error_of_words_counts(entry, angle[met - 1])
+            bounds[met] = correction_bound_counts(entry) - 0.5
+    ideal[:, ~applied] = 0.0
+    bounds[~applied] = 0.0
+    stepped = markers.copy()
+    stepped[1:] |= applied[1:] != applied[:-1]
+    change = np.diff(correction) / UNIT
+    assert np.all(change[stepped[1:]] == 0), "a marker's clock changed the correction"
+    rate = -(-ramp_rate // RATE_ONE) / UNIT
+    allowed = np.abs(ideal[0] - ideal[1])[1:] + rate + 2 * bounds[1:] + 1 / UNIT
+    assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
+    # It would be vain if the correction were not moving.
+    assert np.abs(change).max() > rate
+
+
+@cocotb.test()
+async def reset_under_load(dut: Any) -> None:
+    """A reset of one clock takes the correction away at once, and the ramp brings it back."""
+    await start(dut)
+    await load(dut, Coefficients.from_harmonics([0], [20.0], [0.0], COUNTS_PER_REV, LANES))
+    dut.apply.value = 1
+    for _ in range(1000):
+        await RisingEdge(dut.clock)
+    assert dut.corrected_position.value.to_signed() == -20
+    dut.reset.value = 1
+    await RisingEdge(dut.clock)
+    dut.reset.value = 0
+    corrections = []
+    for _ in range(1000):
+        await RisingEdge(dut.clock)
+        corrections.append(dut.correction.value.to_signed())
+    # Two clocks after the reset's own the total that was on its way out has left.
+    rising = np.array(corrections[1:])
+    assert rising[0] == 0
+    assert np.all(np.diff(rising) >= 0)
+    assert np.diff(rising).max() <= 256
+    assert dut.corrected_position.value.to_signed() == -20

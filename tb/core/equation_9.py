@@ -1,0 +1,46 @@
+"""Equation (9) in double precision, and how far the gateware may be from it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH
+
+
+def cosine_bound(bits: int = COSINE_WIDTH) -> float:
+    """δ_max of (A.1) + ε_max of (A.5) of the paper, as printed."""
+    iterations = CORDIC_ITERATIONS
+    gains = [
+        math.prod(math.sqrt(1 + 2.0 ** (-2 * i)) for i in range(j, iterations))
+        for j in range(1, iterations)
+    ]
+    return math.atan(2.0 ** -(iterations - 1)) + 2.0 ** (0.5 - bits) * (1 + sum(gains))
+
+
+def correction_bound_counts(coefficients: Coefficients, bits: int = COSINE_WIDTH) -> float:
+    """Half a count for the single rounding, and the cosine's error at every amplitude."""
+    return 0.5 + float(np.abs(coefficients.amplitudes_counts).sum()) * cosine_bound(bits)
+
+
+def error_of_words_counts(
+    coefficients: Coefficients, angle: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """ε in counts with the phase steps as they stand, also where they are of no whole order.
+
+    A bank that is swapped in while it is being written can hold such a step.
+    """
+    error = np.full(angle.shape, coefficients.offset_counts)
+    for step, amplitude, phase in zip(
+        coefficients.phase_steps,
+        coefficients.amplitudes_counts,
+        coefficients.phases_rad,
+        strict=True,
+    ):
+        # 64-bit products wrap; the low 48 bits are right.
+        turns = (angle.astype(np.uint64) * step & np.uint64(2**48 - 1)) / 2.0**48
+        error += amplitude * np.cos(2.0 * math.pi * turns + phase)
+    return error
