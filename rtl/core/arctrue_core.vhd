@@ -1,0 +1,492 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_core
+--
+-- The whole way of the data: both encoder heads are decoded, sampled for the calibration and,
+-- head 1, compensated; the corrected position leaves as an encoder signal again. A processor
+-- reaches it over AXI4-Lite, see the register map, and gets one interrupt line.
+-- Source: figures 3 and 4 and section 4 of the paper.
+--
+-- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, and the decoder before
+-- it and the output behind it (see there).
+--
+-- **Number formats.** Addresses in bytes; everything else through the register map.
+--
+-- **Compensation** is applied while `control.compensate` is set and head 1 has seen its index. The
+-- position that is corrected is the one that no index changes, so the output makes no step when
+-- the index is found; the difference of the correction decays at the ramp rate.
+--
+-- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
+-- pins are asynchronous; every other port is synchronous to `clock`.
+--
+-- **Reset** is synchronous. It stops and forgets everything but the coefficient banks; hold it for
+-- 64 clocks at least, so that the pipeline holds no angle from before.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.arctrue_registers_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity arctrue_core is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT  -- samples a bank
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    -- AXI4-Lite slave, 256 KiB
+    s_axil_awvalid : in    std_ulogic;
+    s_axil_awready : out   std_ulogic;
+    s_axil_awaddr  : in    std_ulogic_vector(17 downto 0); -- bytes
+    s_axil_awprot  : in    std_ulogic_vector(2 downto 0);
+    s_axil_wvalid  : in    std_ulogic;
+    s_axil_wready  : out   std_ulogic;
+    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
+    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
+    s_axil_bvalid  : out   std_ulogic;
+    s_axil_bready  : in    std_ulogic;
+    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
+    s_axil_arvalid : in    std_ulogic;
+    s_axil_arready : out   std_ulogic;
+    s_axil_araddr  : in    std_ulogic_vector(17 downto 0); -- bytes
+    s_axil_arprot  : in    std_ulogic_vector(2 downto 0);
+    s_axil_rvalid  : out   std_ulogic;
+    s_axil_rready  : in    std_ulogic;
+    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
+    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
+    interrupt      : out   std_ulogic;                     -- level, high while an enabled event is set
+    -- Reference head, asynchronous
+    head1_a        : in    std_ulogic;
+    head1_b        : in    std_ulogic;
+    head1_z        : in    std_ulogic;
+    -- Calibration head, asynchronous
+    head2_a        : in    std_ulogic;
+    head2_b        : in    std_ulogic;
+    head2_z        : in    std_ulogic;
+    -- Corrected encoder signal
+    out_a          : out   std_ulogic;
+    out_b          : out   std_ulogic;
+    out_z          : out   std_ulogic
+  );
+end entity arctrue_core;
+
+architecture rtl of arctrue_core is
+
+  subtype position_count is u_signed(POSITION_WIDTH - 1 downto 0);
+
+  subtype angle_count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
+  subtype time_count is u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
+
+  -- What a decoder tells.
+  type head is record
+    position             : position_count;
+    angle                : angle_count;
+    turn_position        : position_count;
+    index_seen           : std_ulogic;
+    index_strobe         : std_ulogic;
+    index_position       : position_count;
+    index_direction      : std_ulogic;
+    index_interval       : position_count;
+    index_error          : std_ulogic;
+    index_error_count    : u_unsigned(15 downto 0);
+    illegal              : std_ulogic;
+    illegal_count        : u_unsigned(15 downto 0);
+    overspeed            : std_ulogic;
+    overspeed_count      : u_unsigned(15 downto 0);
+    last_edge_time       : time_count;
+    direction            : std_ulogic;
+  end record head;
+
+  type head_pair is array (1 to 2) of head;
+
+  signal hwif_in  : arctrue_registers_in_t;
+  signal hwif_out : arctrue_registers_out_t;
+
+  signal block_awvalid : std_ulogic;
+  signal block_awready : std_ulogic;
+  signal block_awaddr  : std_ulogic_vector(17 downto 0);
+  signal block_wvalid  : std_ulogic;
+  signal block_wready  : std_ulogic;
+  signal block_araddr  : std_ulogic_vector(17 downto 0);
+
+  signal timestamp      : time_count := (others => '0');
+  signal counts_per_rev : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
+  signal rearm          : std_ulogic;
+  signal heads          : head_pair;
+  signal pins           : std_ulogic_vector(1 to 6);
+  signal clear_head     : std_ulogic_vector(1 to 2);
+
+  signal capture_ready   : std_ulogic;
+  signal capture_overrun : std_ulogic;
+  signal capture_busy    : std_ulogic;
+  signal bank_ready      : std_ulogic;
+  signal header_flags    : std_ulogic_vector(9 downto 0);
+  signal start_time      : time_count;
+  signal sequence_count  : u_unsigned(31 downto 0);
+  signal sample_count    : u_unsigned(15 downto 0);
+  signal overrun_count   : u_unsigned(15 downto 0);
+  signal fill_count      : u_unsigned(15 downto 0);
+  signal capture_valid   : std_ulogic;
+  signal capture_data    : std_ulogic_vector(POSITION_WIDTH - 1 downto 0);
+
+  signal coefficient_request : std_ulogic;
+  signal offset_request      : std_ulogic;
+  signal coefficient_write   : std_ulogic;
+  signal offset_write        : std_ulogic;
+  signal write_acknowledge   : std_ulogic;
+  signal offset_is_written   : std_ulogic                    := '0';
+  signal read_under_way      : std_ulogic_vector(1 downto 0) := (others => '0');
+  signal idle_offset         : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
+
+  signal apply              : std_ulogic;
+  signal corrected_angle    : angle_count;
+  signal corrected_position : position_count;
+  signal correction         : u_signed(CORRECTION_WIDTH - 1 downto 0);
+  signal correction_limited : std_ulogic;
+  signal ramp_busy          : std_ulogic;
+  signal ramp_busy_before   : std_ulogic := '0';
+  signal swap_done          : std_ulogic;
+  signal swap_count         : u_unsigned(15 downto 0) := (others => '0');
+  signal following_error    : position_count;
+  signal cannot_keep_up     : std_ulogic;
+
+begin
+
+  -- Pins to positions ------------------------------------------------------------------------
+
+  pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z;
+  clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value;
+
+  turn_length : entity work.rearm_control
+    port map (
+      clock          => clock,
+      reset          => reset,
+      rearm_command  => hwif_out.command.rearm.value,
+      requested      => u_unsigned(hwif_out.counts_per_rev.value.value),
+      counts_per_rev => counts_per_rev,
+      rearm          => rearm,
+      refused        => hwif_in.status.counts_per_rev_refused.next_q
+    );
+
+  decoders : for number in heads'range generate
+
+    decoder : entity work.quadrature_decoder
+      port map (
+        clock                => clock,
+        reset                => reset,
+        a                    => pins(3 * number - 2),
+        b                    => pins(3 * number - 1),
+        z                    => pins(3 * number),
+        counts_per_rev       => counts_per_rev,
+        filter_length        => u_unsigned(hwif_out.filter_length.value.value),
+        minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
+        timestamp            => timestamp,
+        clear                => clear_head(number),
+        rearm                => rearm,
+        position             => heads(number).position,
+        angle                => heads(number).angle,
+        turn_position        => heads(number).turn_position,
+        index_seen           => heads(number).index_seen,
+        index_strobe         => heads(number).index_strobe,
+        index_position       => heads(number).index_position,
+        index_direction      => heads(number).index_direction,
+        index_interval       => heads(number).index_interval,
+        index_error          => heads(number).index_error,
+        index_error_count    => heads(number).index_error_count,
+        illegal              => heads(number).illegal,
+        illegal_count        => heads(number).illegal_count,
+        overspeed            => heads(number).overspeed,
+        overspeed_count      => heads(number).overspeed_count,
+        last_edge_time       => heads(number).last_edge_time,
+        direction            => heads(number).direction,
+        step                 => open,
+        step_up              => open
+      );
+
+  end generate decoders;
+
+  -- Positions to the processor ---------------------------------------------------------------
+
+  capture : entity work.sampler
+    generic map (
+      DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      clock               => clock,
+      reset               => reset,
+      enable              => hwif_out.control.capture_enable.value,
+      mode                => hwif_out.control.capture_mode.value,
+      sample_period       => u_unsigned(hwif_out.sample_period.value.value),
+      angle_step          => u_unsigned(hwif_out.angle_step.value.value),
+      counts_per_rev      => counts_per_rev,
+      timestamp           => timestamp,
+      turn_position1      => heads(1).turn_position,
+      turn_position2      => heads(2).turn_position,
+      index_seen1         => heads(1).index_seen,
+      index_seen2         => heads(2).index_seen,
+      index_error1        => heads(1).index_error,
+      index_error2        => heads(2).index_error,
+      illegal1            => heads(1).illegal,
+      illegal2            => heads(2).illegal,
+      overspeed1          => heads(1).overspeed,
+      overspeed2          => heads(2).overspeed,
+      release_bank        => hwif_out.command.capture_release.value,
+      capture_ready       => capture_ready,
+      capture_overrun     => capture_overrun,
+      capture_busy        => capture_busy,
+      bank_ready          => bank_ready,
+      ready_bank          => open,
+      header_start_time   => start_time,
+      header_sequence     => sequence_count,
+      header_sample_count => sample_count,
+      header_flags        => header_flags,
+      overrun_count       => overrun_count,
+      fill_count          => fill_count,
+      trigger             => open,
+      read_enable         => hwif_out.capture.req,
+      read_address        => u_unsigned(hwif_out.capture.addr(16 downto 2)),
+      read_valid          => capture_valid,
+      read_data           => capture_data
+    );
+
+  -- Positions to corrected positions -----------------------------------------------------------
+
+  apply <= hwif_out.control.compensate.value and heads(1).index_seen;
+
+  compensation : entity work.compensation_pipeline
+    generic map (
+      LANES        => LANES,
+      COSINE_WIDTH => COSINE_WIDTH
+    )
+    port map (
+      clock              => clock,
+      reset              => reset,
+      angle              => heads(1).angle,
+      position           => heads(1).position,
+      apply              => apply,
+      counts_per_rev     => counts_per_rev,
+      ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
+      write_enable       => coefficient_write,
+      write_offset       => offset_write,
+      write_address      => u_unsigned(hwif_out.coefficients.addr(9 downto 2)),
+      write_data         => hwif_out.coefficients.wr_data,
+      write_acknowledge  => write_acknowledge,
+      read_address       => u_unsigned(hwif_out.coefficients.addr(9 downto 2)),
+      read_data          => hwif_in.coefficients.rd_data,
+      idle_offset        => idle_offset,
+      swap               => hwif_out.command.swap.value,
+      swap_busy          => open,
+      corrected_angle    => corrected_angle,
+      corrected_position => corrected_position,
+      correction         => correction,
+      correction_limited => correction_limited,
+      ramp_busy          => ramp_busy
+    );
+
+  -- The clock after a swap brings the first angle of the new bank.
+  swap_follows : entity work.delay_line
+    generic map (
+      WIDTH  => 1,
+      CLOCKS => 1 + PIPELINE_LATENCY
+    )
+    port map (
+      clock        => clock,
+      undelayed(0) => hwif_out.command.swap.value,
+      delayed(0)   => swap_done
+    );
+
+  output : entity work.quadrature_output
+    port map (
+      clock              => clock,
+      reset              => reset,
+      enable             => hwif_out.control.output_enable.value,
+      clear              => hwif_out.command.clear_output.value,
+      corrected_position => corrected_position,
+      corrected_angle    => corrected_angle,
+      counts_per_rev     => counts_per_rev,
+      minimum_spacing    => u_unsigned(hwif_out.output_spacing.value.value),
+      following_limit    => u_unsigned(hwif_out.following_limit.value.value),
+      a                  => out_a,
+      b                  => out_b,
+      z                  => out_z,
+      following_error    => following_error,
+      cannot_keep_up     => cannot_keep_up
+    );
+
+  -- The processor's side -----------------------------------------------------------------------
+
+  guard : entity work.access_guard
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      capture_ready => bank_ready,
+      awvalid       => s_axil_awvalid,
+      awready       => s_axil_awready,
+      awaddr        => s_axil_awaddr,
+      wvalid        => s_axil_wvalid,
+      wready        => s_axil_wready,
+      wstrb         => s_axil_wstrb,
+      araddr        => s_axil_araddr,
+      block_awvalid => block_awvalid,
+      block_awready => block_awready,
+      block_awaddr  => block_awaddr,
+      block_wvalid  => block_wvalid,
+      block_wready  => block_wready,
+      block_araddr  => block_araddr
+    );
+
+  registers : entity work.arctrue_registers
+    port map (
+      clk            => clock,
+      rst            => reset,
+      s_axil_awready => block_awready,
+      s_axil_awvalid => block_awvalid,
+      s_axil_awaddr  => block_awaddr,
+      s_axil_awprot  => s_axil_awprot,
+      s_axil_wready  => block_wready,
+      s_axil_wvalid  => block_wvalid,
+      s_axil_wdata   => s_axil_wdata,
+      s_axil_wstrb   => s_axil_wstrb,
+      s_axil_bready  => s_axil_bready,
+      s_axil_bvalid  => s_axil_bvalid,
+      s_axil_bresp   => s_axil_bresp,
+      s_axil_arready => s_axil_arready,
+      s_axil_arvalid => s_axil_arvalid,
+      s_axil_araddr  => block_araddr,
+      s_axil_arprot  => s_axil_arprot,
+      s_axil_rready  => s_axil_rready,
+      s_axil_rvalid  => s_axil_rvalid,
+      s_axil_rdata   => s_axil_rdata,
+      s_axil_rresp   => s_axil_rresp,
+      hwif_in        => hwif_in,
+      hwif_out       => hwif_out
+    );
+
+  interrupt <= hwif_out.interrupt_status.intr;
+
+  bookkeeping : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      timestamp        <= timestamp + 1;
+      swap_count       <= swap_count + ("" & swap_done);
+      ramp_busy_before <= ramp_busy;
+
+      -- Read data of the coefficients follow their address by two clocks.
+      read_under_way <= read_under_way(0) & (coefficient_request and not hwif_out.coefficients.req_is_wr);
+
+      if (coefficient_write or offset_write) = '1' then
+        offset_is_written <= offset_write;
+      end if;
+
+      hwif_in.coefficient_offset.rd_ack <= offset_request and not hwif_out.coefficient_offset.req_is_wr;
+
+      if reset = '1' then
+        timestamp                         <= (others => '0');
+        swap_count                        <= (others => '0');
+        ramp_busy_before                  <= '0';
+        read_under_way                    <= (others => '0');
+        hwif_in.coefficient_offset.rd_ack <= '0';
+      end if;
+    end if;
+
+  end process bookkeeping;
+
+  coefficient_request <= hwif_out.coefficients.req;
+  offset_request      <= hwif_out.coefficient_offset.req;
+  coefficient_write   <= coefficient_request and hwif_out.coefficients.req_is_wr;
+  offset_write        <= offset_request and hwif_out.coefficient_offset.req_is_wr;
+
+  hwif_in.coefficients.wr_ack        <= write_acknowledge and not offset_is_written;
+  hwif_in.coefficients.rd_ack        <= read_under_way(1);
+  hwif_in.coefficient_offset.wr_ack  <= write_acknowledge and offset_is_written;
+  hwif_in.coefficient_offset.rd_data <= std_ulogic_vector(resize(idle_offset, 32));
+  hwif_in.capture.wr_ack             <= '0';
+  hwif_in.capture.rd_ack             <= capture_valid;
+  hwif_in.capture.rd_data            <= capture_data;
+
+  hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
+  hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));
+  hwif_in.core_configuration.capture_depth.next_q <= std_ulogic_vector(to_unsigned(CAPTURE_DEPTH, 15));
+  hwif_in.clock_hz.value.next_q                   <= std_ulogic_vector(to_unsigned(CLOCK_HZ, 32));
+  hwif_in.counts_per_rev_active.value.next_q      <= std_ulogic_vector(counts_per_rev);
+
+  hwif_in.status.compensating.next_q   <= apply;
+  hwif_in.status.ramp_busy.next_q      <= ramp_busy;
+  hwif_in.status.capture_ready.next_q  <= bank_ready;
+  hwif_in.status.capture_busy.next_q   <= capture_busy;
+  hwif_in.status.cannot_keep_up.next_q <= cannot_keep_up;
+  hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
+  hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);
+  hwif_in.capture_fill.value.next_q    <= std_ulogic_vector(fill_count);
+
+  hwif_in.interrupt_status.capture_ready.next_q      <= capture_ready;
+  hwif_in.interrupt_status.capture_overrun.next_q    <= capture_overrun;
+  hwif_in.interrupt_status.head1_index.next_q        <= heads(1).index_strobe;
+  hwif_in.interrupt_status.head2_index.next_q        <= heads(2).index_strobe;
+  hwif_in.interrupt_status.head1_fault.next_q        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed;
+  hwif_in.interrupt_status.head2_fault.next_q        <= heads(2).index_error or heads(2).illegal or heads(2).overspeed;
+  hwif_in.interrupt_status.swap_done.next_q          <= swap_done;
+  hwif_in.interrupt_status.ramp_done.next_q          <= ramp_busy_before and not ramp_busy;
+  hwif_in.interrupt_status.correction_limited.next_q <= correction_limited;
+  hwif_in.interrupt_status.cannot_keep_up.next_q     <= cannot_keep_up;
+
+  hwif_in.head1.flags.index_seen.next_q       <= heads(1).index_seen;
+  hwif_in.head1.flags.index_error.next_q      <= heads(1).index_error;
+  hwif_in.head1.flags.illegal.next_q          <= heads(1).illegal;
+  hwif_in.head1.flags.overspeed.next_q        <= heads(1).overspeed;
+  hwif_in.head1.flags.direction.next_q        <= heads(1).direction;
+  hwif_in.head1.flags.index_direction.next_q  <= heads(1).index_direction;
+  hwif_in.head1.faults.index_errors.next_q    <= std_ulogic_vector(heads(1).index_error_count);
+  hwif_in.head1.faults.illegals.next_q        <= std_ulogic_vector(heads(1).illegal_count);
+  hwif_in.head1.overspeeds.overspeeds.next_q  <= std_ulogic_vector(heads(1).overspeed_count);
+  hwif_in.head1.index.position.next_q         <= heads(1).index_position;
+  hwif_in.head1.index.interval.next_q         <= heads(1).index_interval;
+
+  hwif_in.head2.flags.index_seen.next_q       <= heads(2).index_seen;
+  hwif_in.head2.flags.index_error.next_q      <= heads(2).index_error;
+  hwif_in.head2.flags.illegal.next_q          <= heads(2).illegal;
+  hwif_in.head2.flags.overspeed.next_q        <= heads(2).overspeed;
+  hwif_in.head2.flags.direction.next_q        <= heads(2).direction;
+  hwif_in.head2.flags.index_direction.next_q  <= heads(2).index_direction;
+  hwif_in.head2.faults.index_errors.next_q    <= std_ulogic_vector(heads(2).index_error_count);
+  hwif_in.head2.faults.illegals.next_q        <= std_ulogic_vector(heads(2).illegal_count);
+  hwif_in.head2.overspeeds.overspeeds.next_q  <= std_ulogic_vector(heads(2).overspeed_count);
+  hwif_in.head2.index.position.next_q         <= heads(2).index_position;
+  hwif_in.head2.index.interval.next_q         <= heads(2).index_interval;
+
+  hwif_in.snapshot.time.value.next_q                <= std_ulogic_vector(timestamp);
+  hwif_in.snapshot.head1_edge_time.value.next_q     <= std_ulogic_vector(heads(1).last_edge_time);
+  hwif_in.snapshot.head2_edge_time.value.next_q     <= std_ulogic_vector(heads(2).last_edge_time);
+  hwif_in.snapshot.head1_position.value.next_q      <= heads(1).position;
+  hwif_in.snapshot.head2_position.value.next_q      <= heads(2).position;
+  hwif_in.snapshot.head1_turn_position.value.next_q <= heads(1).turn_position;
+  hwif_in.snapshot.head2_turn_position.value.next_q <= heads(2).turn_position;
+  hwif_in.snapshot.head1_angle.value.next_q         <= std_ulogic_vector(heads(1).angle);
+  hwif_in.snapshot.head2_angle.value.next_q         <= std_ulogic_vector(heads(2).angle);
+  hwif_in.snapshot.corrected_position.value.next_q  <= corrected_position;
+  hwif_in.snapshot.corrected_angle.value.next_q     <= std_ulogic_vector(corrected_angle);
+  hwif_in.snapshot.correction.value.next_q          <= resize(correction, 32);
+  hwif_in.snapshot.following_error.value.next_q     <= following_error;
+
+  hwif_in.capture_header.start_time.value.next_q         <= std_ulogic_vector(start_time);
+  hwif_in.capture_header.sequence_number.value.next_q    <= std_ulogic_vector(sequence_count);
+  hwif_in.capture_header.sample_count.value.next_q       <= std_ulogic_vector(sample_count);
+  hwif_in.capture_header.flags.index_seen1.next_q        <= header_flags(0);
+  hwif_in.capture_header.flags.index_seen2.next_q        <= header_flags(1);
+  hwif_in.capture_header.flags.index_error1.next_q       <= header_flags(2);
+  hwif_in.capture_header.flags.index_error2.next_q       <= header_flags(3);
+  hwif_in.capture_header.flags.illegal1.next_q           <= header_flags(4);
+  hwif_in.capture_header.flags.illegal2.next_q           <= header_flags(5);
+  hwif_in.capture_header.flags.overspeed1.next_q         <= header_flags(6);
+  hwif_in.capture_header.flags.overspeed2.next_q         <= header_flags(7);
+  hwif_in.capture_header.flags.overrun.next_q            <= header_flags(8);
+  hwif_in.capture_header.flags.full_before_turn.next_q   <= header_flags(9);
+
+end architecture rtl;

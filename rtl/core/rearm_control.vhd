@@ -1,0 +1,88 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # rearm_control
+--
+-- Changes counts_per_rev so that no unit meets an angle of the old turn with the new turn's
+-- length: on `rearm_command` it holds the decoders in `rearm`, at angle zero, until the pipelines
+-- hold nothing else, and then loads `requested`. A value outside 4 to 2**24 is not taken over.
+--
+-- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
+-- changes in the middle of them. A command during that time starts it again.
+--
+-- **Number formats.** counts_per_rev u25.0 counts.
+--
+-- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
+-- a legal value.
+--
+-- **Reset.** counts_per_rev is 2**24, `refused` is cleared; `rearm` is low, since reset itself
+-- re-arms the decoders.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity rearm_control is
+  generic (
+    -- Two times the latency of the pipeline, and a margin for what follows it.
+    HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    rearm_command  : in    std_ulogic;                                    -- pulse
+    requested      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
+    counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, in force
+    rearm          : out   std_ulogic;                                    -- level, to the decoders
+    refused        : out   std_ulogic                                     -- the last command's value was illegal
+  );
+end entity rearm_control;
+
+architecture rtl of rearm_control is
+
+begin
+
+  control : process (clock) is
+
+    variable remaining : u_unsigned(7 downto 0) := (others => '0');
+    -- What the last command asked for, and whether it may be had.
+    variable next_turn : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
+    variable take      : std_ulogic := '0';
+    variable legal     : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      legal := or requested(COUNTS_PER_REV_WIDTH - 2 downto 2);
+      if requested(COUNTS_PER_REV_WIDTH - 1) = '1' then
+        legal := not (or requested(COUNTS_PER_REV_WIDTH - 2 downto 0));
+      end if;
+
+      if remaining = HOLD / 2 and take = '1' then
+        counts_per_rev <= next_turn;
+      end if;
+
+      rearm <= '0';
+      if rearm_command = '1' then
+        remaining := to_unsigned(HOLD, 8);
+        next_turn := requested;
+        take      := legal;
+        refused   <= not legal;
+        rearm     <= '1';
+      elsif remaining /= 0 then
+        remaining := remaining - 1;
+        rearm     <= or remaining;
+      end if;
+
+      if reset = '1' then
+        remaining      := (others => '0');
+        rearm          <= '0';
+        refused        <= '0';
+        counts_per_rev <= to_unsigned(COUNTS_PER_REV_MAX, COUNTS_PER_REV_WIDTH);
+      end if;
+    end if;
+
+  end process control;
+
+end architecture rtl;

@@ -1,0 +1,209 @@
+"""Named access to the registers of the core, over any bus that reads and writes words.
+
+The test benches give it an AXI4-Lite master in the simulator; a host gives it what it has.
+Addresses and fields come from the generated description of the register map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.register_types import Register
+from arctrue.generated import registers
+
+ReadWords = Callable[[int, int], Awaitable[Sequence[int]]]
+"""``await read_words(address, count)``: ``count`` words of 32 bits from a byte address on."""
+
+WriteWords = Callable[[int, Sequence[int]], Awaitable[None]]
+"""``await write_words(address, words)``. Both raise an exception where the bus answers an error."""
+
+IDENTIFICATION: Final = 0x41524354
+
+_BY_PATH: Final = {register.path: register for register in registers.REGISTERS}
+_WORD: Final = 0xFFFF_FFFF
+
+
+class CoefficientSet(Protocol):
+    """What :meth:`RegisterMap.write_coefficients` takes: one value a lane."""
+
+    @property
+    def phase_steps(self) -> NDArray[np.uint64]:
+        """(lanes,), u0.48 turn a count."""
+
+    @property
+    def phase_offsets(self) -> NDArray[np.uint32]:
+        """(lanes,), u0.24 turn."""
+
+    @property
+    def amplitudes(self) -> NDArray[np.int32]:
+        """(lanes,), 2^-11 count."""
+
+    @property
+    def offset(self) -> int:
+        """2^-11 count."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The core in one clock. Times in clocks, the others in counts, correction in 2^-11 count."""
+
+    time: int
+    head1_edge_time: int
+    head2_edge_time: int
+    head1_position: int
+    head2_position: int
+    head1_turn_position: int
+    head2_turn_position: int
+    head1_angle: int
+    head2_angle: int
+    corrected_position: int
+    corrected_angle: int
+    correction: int
+    following_error: int
+
+
+@dataclass(frozen=True, slots=True)
+class Capture:
+    """A capture bank: ``samples`` (n, 2) int32 turn positions of head 1 and 2 in counts."""
+
+    start_time: int
+    sequence_number: int
+    flags: dict[str, bool]
+    samples: NDArray[np.int32]
+
+
+def register_named(path: str) -> Register:
+    """The register called ``path``, as in ``head1.flags``; raises KeyError with near names."""
+    if path in _BY_PATH:
+        return _BY_PATH[path]
+    last = path.rsplit(".", 1)[-1]
+    near = [known for known in _BY_PATH if last in known] or sorted(_BY_PATH)
+    raise KeyError(f"no register {path}; there are: {', '.join(near)}")
+
+
+class RegisterMap:
+    """Registers by name, over two callables that move 32-bit words.
+
+    Errors of the bus (an address that the core refuses) are those that the callables raise.
+    """
+
+    def __init__(self, read_words: ReadWords, write_words: WriteWords, *, base: int = 0) -> None:
+        """``base`` is the byte address of the core on the bus."""
+        self._read_words = read_words
+        self._write_words = write_words
+        self._base = base
+
+    async def read_raw(self, path: str) -> int:
+        """The whole register, 64-bit ones low word first, so that both halves belong together."""
+        register = register_named(path)
+        value = 0
+        for word in range(register.words):
+            read = await self._read_words(self._base + register.address + 4 * word, 1)
+            value |= read[0] << (32 * word)
+        return value
+
+    async def read_fields(self, path: str) -> dict[str, int]:
+        """Every field of a register, signed ones as signed numbers."""
+        word = await self.read_raw(path)
+        return {field.name: field.get(word) for field in register_named(path).fields}
+
+    async def read(self, path: str) -> int:
+        """One value: ``register`` with a single field, or ``register.field``."""
+        if path in _BY_PATH:
+            values = await self.read_fields(path)
+            if len(values) != 1:
+                raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
+            return next(iter(values.values()))
+        register, _, field = path.rpartition(".")
+        return register_named(register).field(field).get(await self.read_raw(register))
+
+    async def write_raw(self, path: str, value: int) -> None:
+        """Write a whole 32-bit register."""
+        address = self._base + register_named(path).address
+        await self._write_words(address, [value & _WORD])
+
+    async def write(self, path: str, value: int) -> None:
+        """Write the only field of a register; raises ValueError for a value that does not fit."""
+        register = register_named(path)
+        if len(register.fields) != 1:
+            names = ", ".join(field.name for field in register.fields)
+            raise KeyError(f"{path} has several fields, use update(): {names}")
+        await self.write_raw(path, register.fields[0].put(value))
+
+    async def update(self, path: str, **values: int) -> None:
+        """Change the named fields of a register, keep the others (read, modify, write)."""
+        register = register_named(path)
+        word = await self.read_raw(path)
+        for name, value in values.items():
+            field = register.field(name)
+            word = (word & ~field.mask) | field.put(value)
+        await self.write_raw(path, word)
+
+    async def command(self, *names: str) -> None:
+        """Act once on each named bit of ``command``, all in the same clock."""
+        register = register_named("command")
+        await self.write_raw("command", sum(register.field(name).mask for name in set(names)))
+
+    async def clear_interrupts(self, *names: str) -> None:
+        """Clear the named bits of ``interrupt_status``; without names, all of them."""
+        register = register_named("interrupt_status")
+        masks = [field.mask for field in register.fields if not names or field.name in names]
+        await self.write_raw("interrupt_status", sum(masks))
+
+    async def check_identity(self) -> dict[str, int]:
+        """The fields of ``core_configuration``; raises ValueError if this is not the core."""
+        found = await self.read("identification")
+        if found != IDENTIFICATION:
+            raise ValueError(
+                f"identification: expected 0x{IDENTIFICATION:08X} (ARCT), found 0x{found:08X}: "
+                f"no ArcTrue core at 0x{self._base:08X}"
+            )
+        return await self.read_fields("core_configuration")
+
+    async def snapshot(self) -> Snapshot:
+        """Both heads and the corrected output of one clock."""
+        values = {}
+        for register in registers.REGISTERS:
+            group, _, name = register.path.partition(".")
+            if group == "snapshot":  # in address order: time, whose read takes it, is the first
+                values[name] = await self.read(register.path)
+        return Snapshot(**values)
+
+    async def read_capture(self) -> Capture:
+        """The ready bank. Give it back with ``command("capture_release")``."""
+        count = await self.read("capture_header.sample_count")
+        flags = await self.read_fields("capture_header.flags")
+        words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
+        samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
+        return Capture(
+            start_time=await self.read("capture_header.start_time"),
+            sequence_number=await self.read("capture_header.sequence_number"),
+            flags={name: bool(value) for name, value in flags.items()},
+            samples=samples,
+        )
+
+    async def write_coefficients(self, coefficients: CoefficientSet) -> None:
+        """Write the idle bank, all its lanes and the offset. It acts with ``command("swap")``."""
+        await self._write_words(
+            self._base + registers.COEFFICIENTS_ADDRESS, coefficient_words(coefficients)
+        )
+        await self.write("coefficient_offset", coefficients.offset)
+
+
+def coefficient_words(coefficients: CoefficientSet) -> list[int]:
+    """The words of the coefficient window: four a lane, see the window's description."""
+    words: list[int] = []
+    lanes = zip(
+        coefficients.phase_steps.tolist(),
+        coefficients.phase_offsets.tolist(),
+        coefficients.amplitudes.tolist(),
+        strict=True,
+    )
+    for step, phase, amplitude in lanes:
+        words += [step & _WORD, step >> 32, phase, amplitude & _WORD]
+    return words

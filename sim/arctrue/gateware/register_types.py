@@ -1,0 +1,82 @@
+"""What the generated description of the register map is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Some bits of a register.
+
+    ``reset`` is the value after reset, None where the gateware drives the field; ``constant``
+    tells that it never changes.
+    """
+
+    name: str
+    shift: int
+    width: int
+    signed: bool = False
+    write_one_to_clear: bool = False
+    reset: int | None = None
+    constant: bool = False
+
+    @property
+    def mask(self) -> int:
+        """The bits of the field at their place in the register."""
+        return ((1 << self.width) - 1) << self.shift
+
+    def get(self, word: int) -> int:
+        """The value of the field in ``word``, the content of its register."""
+        value = (word & self.mask) >> self.shift
+        if self.signed and value >> (self.width - 1):
+            value -= 1 << self.width
+        return value
+
+    def put(self, value: int) -> int:
+        """``value`` at the place of the field, the other bits 0.
+
+        Raises ValueError for a value that the field cannot hold.
+        """
+        low = -(1 << (self.width - 1)) if self.signed else 0
+        high = (1 << (self.width - 1 if self.signed else self.width)) - 1
+        if not low <= value <= high:
+            raise ValueError(f"field {self.name}: expected {low} to {high}, found {value}")
+        return (value << self.shift) & self.mask
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """A register of 32 or 64 bits; ``latched`` ones hold a value until their trigger is read."""
+
+    path: str
+    address: int
+    width: int
+    readable: bool
+    writable: bool
+    latched: bool
+    fields: tuple[Field, ...]
+
+    @property
+    def words(self) -> int:
+        """Words of 32 bits, low word first."""
+        return self.width // 32
+
+    def field(self, name: str) -> Field:
+        """The field called ``name``; raises KeyError, naming those that exist."""
+        for field in self.fields:
+            if field.name == name:
+                return field
+        known = ", ".join(field.name for field in self.fields)
+        raise KeyError(f"register {self.path} has no field {name}; it has: {known}")
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """A window of 32-bit words."""
+
+    path: str
+    address: int
+    words: int
+    readable: bool
+    writable: bool

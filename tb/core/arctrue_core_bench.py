@@ -1,0 +1,379 @@
+"""cocotb tests of the whole core: pins in, registers over AXI4-Lite, pins out."""
+
+from __future__ import annotations
+
+import random
+
+import cocotb
+import numpy as np
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
+from cocotbext.axi import AxiResp
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.gateware.register_access import RegisterMap
+from arctrue.generated import number_formats, registers
+from tb.core import arctrue_core_table as table
+from tb.registers.axi_lite import Bus, start
+
+LANES = 4
+CAPTURE_DEPTH = 64
+SAMPLE_PERIOD = 50
+CLOCKS_PER_COUNT = 5.0
+FASTEST_RAMP = 0xFFFF_FFFF
+
+HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
+OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # place of B, A in 00, 10, 11, 01
+
+
+class Machine:
+    """The core with the table before it and a decoder behind it; logs one entry every clock."""
+
+    def __init__(self, dut, bus: Bus) -> None:
+        self.dut = dut
+        self.bus = bus
+        self.registers: RegisterMap = bus.registers()
+        self.now = table.START_COUNTS
+        self.pair = readings_at(table.START_COUNTS)
+        self.angle: list[float] = []
+        self.reading: list[tuple[int, int]] = []
+        self.corrected: list[int] = []
+        self.output: list[int] = []
+        self.first_time = -1
+
+    async def turn(self, angle: NDArray[np.float64]) -> None:
+        """Play a motion, one angle a clock."""
+        for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
+            if tuple(pair) != self.pair:
+                self.pair = tuple(pair)
+                drive(self.dut, self.pair)
+            self.now = now
+            await FallingEdge(self.dut.clock)
+
+    async def log_every_clock(self) -> None:
+        while True:
+            await FallingEdge(self.dut.clock)
+            if self.first_time < 0:
+                self.first_time = int(self.dut.timestamp.value)
+            self.log()
+
+    def log(self) -> None:
+        self.angle.append(self.now)
+        self.reading.append(self.pair)
+        phase = OUTPUT_STEP[int(self.dut.out_a.value) | int(self.dut.out_b.value) << 1]
+        if self.output:
+            step = (phase - self.output[-1] + 1) % 4 - 1
+            assert step != 2, "the output changed A and B together"
+            self.output.append(self.output[-1] + step)
+        else:
+            self.output.append(phase)
+        self.corrected.append(self.dut.corrected_position.value.to_signed())
+
+
+def readings_at(angle_counts: float) -> tuple[int, int]:
+    head1, head2 = table.readings(np.array([angle_counts]))[0].tolist()
+    return head1, head2
+
+
+def drive(dut, pair: tuple[int, int]) -> None:
+    levels = table.pins(pair[0]) | table.pins(pair[1]) << 3
+    for place, name in enumerate(HEAD_PINS):
+        getattr(dut, name).value = levels >> place & 1
+
+
+async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
+    """Reset with the pins at the start of the motion, then the short turn taken over."""
+    drive(dut, readings_at(table.START_COUNTS))
+    bus = await start(dut, reset_clocks=64)
+    if stall:
+        bus.stall(random.Random(seed), stall)
+    machine = Machine(dut, bus)
+    names = machine.registers
+    await names.write("counts_per_rev", table.COUNTS_PER_REV)
+    await names.command("rearm")
+    await names.write("sample_period", SAMPLE_PERIOD)
+    await names.write("ramp_rate", FASTEST_RAMP)
+    await names.write("output_spacing", 1)
+    await ClockCycles(dut.clock, 200)
+    cocotb.start_soon(machine.log_every_clock())
+    return machine
+
+
+async def clear_coefficients(machine: Machine) -> None:
+    """Banks survive reset: start each test that compensates without a correction."""
+    await machine.registers.write_coefficients(Coefficients.zero(table.COUNTS_PER_REV, LANES))
+    await machine.registers.command("swap")
+
+
+def check_samples(machine: Machine, start_time: int, samples: NDArray[np.int32]) -> None:
+    """Every sample is both readings of one clock, ``SAMPLE_PERIOD`` clocks after the one before."""
+    reading = np.array(machine.reading)
+    first = start_time - machine.first_time
+    for delay in range(12):  # pins to position
+        expected = reading[first - delay :: SAMPLE_PERIOD][: len(samples)]
+        if len(expected) == len(samples) and np.array_equal(expected, samples):
+            return
+    expected = reading[first::SAMPLE_PERIOD][: len(samples)]
+    raise AssertionError(f"samples\n{samples.T}\nare not those of the table, about\n{expected.T}")
+
+
+async def wait_for_interrupt(machine: Machine, clocks: int) -> None:
+    for _ in range(clocks):
+        if int(machine.dut.interrupt.value):
+            return
+        await RisingEdge(machine.dut.clock)
+    raise AssertionError(f"no interrupt within {clocks} clocks")
+
+
+@cocotb.test()
+async def from_edges_to_corrected_edges(dut):
+    """Pins, decoder, capture over AXI, coefficients over AXI, swap, corrected edges."""
+    machine = await prepared(dut, stall=0.2, seed=1)
+    names = machine.registers
+    await clear_coefficients(machine)
+    assert (await names.check_identity())["lanes"] == LANES
+    await names.update("control", output_enable=1, capture_enable=1, compensate=1)
+    await names.update("interrupt_enable", capture_ready=1)
+
+    turning = cocotb.start_soon(machine.turn(table.motion(5.8, CLOCKS_PER_COUNT)))
+    banks = []
+    for _ in range(2):
+        await wait_for_interrupt(machine, 8000)
+        capture = await names.read_capture()
+        await names.command("capture_release")
+        await names.clear_interrupts("capture_ready")
+        banks.append(capture)
+    assert [bank.sequence_number for bank in banks] == [0, 1]
+    assert not any(bank.flags["overrun"] or bank.flags["full_before_turn"] for bank in banks)
+    for bank in banks:
+        check_samples(machine, bank.start_time, bank.samples)
+        travelled = abs(bank.samples[:, 0] - bank.samples[0, 0])
+        assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
+
+    found = table.harmonics_from_capture(np.concatenate([bank.samples for bank in banks]))
+    coefficients = Coefficients.from_harmonics(
+        *zip(*found, strict=True), counts_per_rev=table.COUNTS_PER_REV, lanes=LANES
+    )
+    swapped_at = len(machine.angle)
+    await names.write_coefficients(coefficients)
+    before = await names.read("swap_count")
+    await names.command("swap")
+    settled_at = len(machine.angle) + 400
+    await turning
+    assert await names.read("swap_count") == before + 1
+    status = await names.read_fields("status")
+    assert status["compensating"] == 1
+    assert status["ramp_busy"] == 0
+
+    # Bit by bit: once the ramp is done the corrected position is the model's, 29 clocks after
+    # the decoder's position.
+    reading = np.array(machine.reading)[:, 0]
+    model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients)
+    corrected = np.array(machine.corrected)[settled_at:]
+    matches = []
+    for delay in range(29, 29 + 12):
+        expected = model.corrected_position[settled_at - delay : len(reading) - delay]
+        difference = corrected - expected
+        if np.all(difference == difference[0]):
+            matches.append(delay)
+    assert len(matches) == 1, f"equal to the model at delays {matches}"
+    dut._log.info("pins to corrected position: %d clocks", matches[0])
+
+    # The table's own angle: the mean is free (a0), the rest is the error.
+    angle, output = np.array(machine.angle), np.array(machine.output)
+    late = 6 + matches[0]
+    turn_clocks = int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT)
+
+    def error(first: int) -> NDArray[np.float64]:
+        deviation = (
+            output[first : first + turn_clocks] - angle[first - late : first - late + turn_clocks]
+        )
+        return deviation - deviation.mean()
+
+    uncorrected = error(swapped_at - turn_clocks)
+    left = error(len(output) - turn_clocks)
+    dut._log.info(
+        "peak error %.2f counts before, %.2f after", abs(uncorrected).max(), abs(left).max()
+    )
+    assert abs(uncorrected).max() > 6
+    assert abs(left).max() < 2
+    assert (await names.read_fields("status"))["cannot_keep_up"] == 0
+
+
+@cocotb.test()
+async def capture_under_stalls_loses_nothing(dut):
+    """A slow processor with stalls: what it reads is whole, what it misses is counted."""
+    machine = await prepared(dut, stall=0.5, seed=2)
+    names = machine.registers
+    await names.update("control", capture_enable=1)
+    turning = cocotb.start_soon(machine.turn(table.motion(5.3, CLOCKS_PER_COUNT)))
+    generator = random.Random(3)
+    numbers = []
+    while not turning.done():
+        await ClockCycles(dut.clock, generator.choice([10, 100, 3000]))
+        if await names.read("status.capture_ready"):
+            capture = await names.read_capture()
+            again = await names.read_capture()
+            assert np.array_equal(capture.samples, again.samples), (
+                "a bank changed while it was read"
+            )
+            check_samples(machine, capture.start_time, capture.samples)
+            numbers.append(capture.sequence_number)
+            await names.command("capture_release")
+    dropped = await names.read("overrun_count")
+    dut._log.info("turns read: %s, dropped: %d", numbers, dropped)
+    assert len(numbers) >= 3
+    assert numbers == sorted(set(numbers))
+    assert numbers[-1] + 1 - len(numbers) <= dropped
+
+
+@cocotb.test()
+async def correction_waits_for_the_index(dut):
+    """With coefficients active and compensate set, nothing is corrected before the index."""
+    machine = await prepared(dut)
+    names = machine.registers
+    coefficients = Coefficients.from_harmonics(
+        [1], [6.0], [0.0], table.COUNTS_PER_REV, LANES, offset_counts=20.0
+    )
+    await names.write_coefficients(coefficients)
+    await names.command("swap")
+    await names.update("control", compensate=1, output_enable=1)
+    await machine.turn(table.motion(0.1, CLOCKS_PER_COUNT))
+    assert not await names.read("status.compensating")
+    assert set(np.diff(machine.corrected)) <= {0, 1}, "corrected before the index"
+    assert (await names.snapshot()).correction == 0
+    first_part = table.motion(0.1, CLOCKS_PER_COUNT).size
+    await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT)[first_part:])
+    assert await names.read("status.compensating")
+    await ClockCycles(dut.clock, 400)
+    snapshot = await names.snapshot()
+    assert snapshot.head1_position - snapshot.corrected_position == round(
+        snapshot.correction / 2048
+    )
+    assert 14 * 2048 <= snapshot.correction <= 26 * 2048
+    # The output followed through index and start of the correction to the very count.
+    corrected = machine.corrected
+    assert machine.output[-1] - machine.output[0] == corrected[-1] - corrected[0]
+    # A count of the head and a count of the ramp may fall together; a step would be 14 or more.
+    assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
+    # Bypass: the correction decays, the position is the head's own again.
+    await names.update("control", compensate=0)
+    await ClockCycles(dut.clock, 400)
+    snapshot = await names.snapshot()
+    assert (snapshot.correction, snapshot.corrected_position) == (0, snapshot.head1_position)
+    await clear_coefficients(machine)
+
+
+@cocotb.test()
+async def turn_length_and_rearm(dut):
+    machine = await prepared(dut)
+    names = machine.registers
+    assert await names.read("counts_per_rev_active") == table.COUNTS_PER_REV
+    for illegal in (0, 3, (1 << 24) + 1, (1 << 25) - 1):
+        await names.write("counts_per_rev", illegal)
+        await names.command("rearm")
+        await ClockCycles(dut.clock, 200)
+        assert await names.read("status.counts_per_rev_refused") == 1
+        assert await names.read("counts_per_rev_active") == table.COUNTS_PER_REV
+    for legal in (4, 5, 1 << 24, 600):
+        await names.write("counts_per_rev", legal)
+        assert await names.read("counts_per_rev_active") != legal
+        await names.command("rearm")
+        await ClockCycles(dut.clock, 200)
+        assert await names.read("status.counts_per_rev_refused") == 0
+        assert await names.read("counts_per_rev_active") == legal
+    motion = table.motion(0.5, CLOCKS_PER_COUNT)
+    await machine.turn(motion)
+    await ClockCycles(dut.clock, 20)
+    for head in ("head1", "head2"):
+        assert await names.read(f"{head}.flags.index_seen") == 1
+    snapshot = await names.snapshot()
+    last = machine.reading[-1]
+    assert (snapshot.head1_turn_position, snapshot.head2_turn_position) == last
+    assert (snapshot.head1_angle, snapshot.head2_angle) == last
+    await names.command("rearm")
+    await ClockCycles(dut.clock, 200)
+    for head in ("head1", "head2"):
+        assert await names.read(f"{head}.flags.index_seen") == 0
+    after = await names.snapshot()
+    assert (after.head1_angle, after.head2_angle) == (0, 0)
+    assert after.head1_position == snapshot.head1_position
+
+
+@cocotb.test()
+async def faults_reach_the_processor(dut):
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.clear_interrupts()
+    await names.update("interrupt_enable", head2_fault=1)
+    levels = [int(dut.head2_a.value), int(dut.head2_b.value)]
+    for _ in range(3):
+        levels = [1 - level for level in levels]
+        dut.head2_a.value, dut.head2_b.value = levels
+        await ClockCycles(dut.clock, 20)
+    assert int(dut.interrupt.value) == 1
+    assert await names.read("interrupt_status.head2_fault") == 1
+    assert await names.read("interrupt_status.head1_fault") == 0
+    assert await names.read("head2.faults.illegals") == 3
+    assert await names.read("head2.flags.illegal") == 1
+    await names.clear_interrupts("head2_fault")
+    await ClockCycles(dut.clock, 5)
+    assert int(dut.interrupt.value) == 0
+    await names.command("clear_head1")
+    assert await names.read("head2.faults.illegals") == 3
+    await names.command("clear_head2")
+    assert await names.read("head2.faults.illegals") == 0
+    assert await names.read("head2.flags.illegal") == 0
+
+
+@cocotb.test()
+async def illegal_accesses_are_refused(dut):
+    machine = await prepared(dut)
+    bus = machine.bus
+    last_word = registers.COEFFICIENTS_ADDRESS + 16 * LANES - 4
+    assert await bus.write(last_word, 0xFFFFF801) == AxiResp.OKAY
+    assert await bus.read(last_word) == (AxiResp.OKAY, 0xFFFFF801)
+    assert await bus.write(last_word, 0x55, 0b0001) == AxiResp.SLVERR
+    assert await bus.read(last_word) == (AxiResp.OKAY, 0xFFFFF801)
+    for address in (last_word + 4, registers.COEFFICIENTS_ADDRESS + 4 * 255, 0x7FC, 0x10000):
+        assert await bus.write(address, 1) == AxiResp.SLVERR
+        assert await bus.read(address) == (AxiResp.SLVERR, 0)
+    assert await bus.read(registers.CAPTURE_ADDRESS) == (AxiResp.SLVERR, 0), "no bank is ready"
+    assert await bus.write(registers.VERSION_ADDRESS, 0) == AxiResp.SLVERR
+    assert (await bus.read(registers.COMMAND_ADDRESS))[0] == AxiResp.SLVERR
+    await machine.registers.write("coefficient_offset", -3)
+    assert await machine.registers.read("coefficient_offset") == -3
+    identity = await machine.registers.check_identity()
+    assert identity == {
+        "lanes": LANES,
+        "cosine_width": number_formats.COSINE_WIDTH,
+        "capture_depth": CAPTURE_DEPTH,
+    }
+    first = (await machine.registers.snapshot()).time
+    second = (await machine.registers.snapshot()).time
+    assert 0 < second - first < 1000
+    await machine.registers.write_coefficients(Coefficients.zero(table.COUNTS_PER_REV, LANES))
+
+
+@cocotb.test()
+async def interrupt_of_a_swap_and_its_ramp(dut):
+    machine = await prepared(dut)
+    names = machine.registers
+    await clear_coefficients(machine)
+    await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT))
+    await names.update("control", compensate=1)
+    await ClockCycles(dut.clock, 100)
+    await names.clear_interrupts()
+    await names.write_coefficients(
+        Coefficients.from_harmonics([], [], [], table.COUNTS_PER_REV, LANES, offset_counts=8.0)
+    )
+    await names.command("swap")
+    await ClockCycles(dut.clock, 40)
+    assert await names.read("interrupt_status.swap_done") == 1
+    assert await names.read("status.ramp_busy") == 1
+    await ClockCycles(dut.clock, 200)  # 8 counts at 1/8 count a clock: 64 clocks
+    assert await names.read("interrupt_status.ramp_done") == 1
+    assert await names.read("status.ramp_busy") == 0
+    assert (await names.snapshot()).correction == 8 * 2048
+    await clear_coefficients(machine)

@@ -1,0 +1,316 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- Flat ports around access_guard and the generated register block, so that a test bench can drive
+-- every field (records are invisible to cocotb): a port a register, its bits where the map has
+-- them. The coefficient window and the offset are plain memory, the capture window reads its own
+-- word index twice; all three answer after `memory_latency` clocks.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.arctrue_registers_pkg.all;
+
+entity arctrue_registers_harness is
+  generic (
+    LANES         : positive := 4;
+    CAPTURE_DEPTH : positive := 100
+  );
+  port (
+    clock                          : in    std_ulogic;
+    reset                          : in    std_ulogic;
+    s_axil_awvalid                 : in    std_ulogic;
+    s_axil_awready                 : out   std_ulogic;
+    s_axil_awaddr                  : in    std_ulogic_vector(17 downto 0);
+    s_axil_awprot                  : in    std_ulogic_vector(2 downto 0);
+    s_axil_wvalid                  : in    std_ulogic;
+    s_axil_wready                  : out   std_ulogic;
+    s_axil_wdata                   : in    std_ulogic_vector(31 downto 0);
+    s_axil_wstrb                   : in    std_ulogic_vector(3 downto 0);
+    s_axil_bvalid                  : out   std_ulogic;
+    s_axil_bready                  : in    std_ulogic;
+    s_axil_bresp                   : out   std_ulogic_vector(1 downto 0);
+    s_axil_arvalid                 : in    std_ulogic;
+    s_axil_arready                 : out   std_ulogic;
+    s_axil_araddr                  : in    std_ulogic_vector(17 downto 0);
+    s_axil_arprot                  : in    std_ulogic_vector(2 downto 0);
+    s_axil_rvalid                  : out   std_ulogic;
+    s_axil_rready                  : in    std_ulogic;
+    s_axil_rdata                   : out   std_ulogic_vector(31 downto 0);
+    s_axil_rresp                   : out   std_ulogic_vector(1 downto 0);
+    interrupt                      : out   std_ulogic;
+    interrupt_events               : in    std_ulogic_vector(9 downto 0);
+    memory_latency                 : in    u_unsigned(3 downto 0);
+    core_configuration             : in    std_ulogic_vector(31 downto 0);
+    clock_hz                       : in    std_ulogic_vector(31 downto 0);
+    counts_per_rev_active          : in    std_ulogic_vector(31 downto 0);
+    status                         : in    std_ulogic_vector(31 downto 0);
+    swap_count                     : in    std_ulogic_vector(31 downto 0);
+    overrun_count                  : in    std_ulogic_vector(31 downto 0);
+    capture_fill                   : in    std_ulogic_vector(31 downto 0);
+    head1_flags                    : in    std_ulogic_vector(31 downto 0);
+    head1_faults                   : in    std_ulogic_vector(31 downto 0);
+    head1_overspeeds               : in    std_ulogic_vector(31 downto 0);
+    head1_index                    : in    std_ulogic_vector(63 downto 0);
+    head2_flags                    : in    std_ulogic_vector(31 downto 0);
+    head2_faults                   : in    std_ulogic_vector(31 downto 0);
+    head2_overspeeds               : in    std_ulogic_vector(31 downto 0);
+    head2_index                    : in    std_ulogic_vector(63 downto 0);
+    snapshot_time                  : in    std_ulogic_vector(63 downto 0);
+    snapshot_head1_edge_time       : in    std_ulogic_vector(63 downto 0);
+    snapshot_head2_edge_time       : in    std_ulogic_vector(63 downto 0);
+    snapshot_head1_position        : in    std_ulogic_vector(31 downto 0);
+    snapshot_head2_position        : in    std_ulogic_vector(31 downto 0);
+    snapshot_head1_turn_position   : in    std_ulogic_vector(31 downto 0);
+    snapshot_head2_turn_position   : in    std_ulogic_vector(31 downto 0);
+    snapshot_head1_angle           : in    std_ulogic_vector(31 downto 0);
+    snapshot_head2_angle           : in    std_ulogic_vector(31 downto 0);
+    snapshot_corrected_position    : in    std_ulogic_vector(31 downto 0);
+    snapshot_corrected_angle       : in    std_ulogic_vector(31 downto 0);
+    snapshot_correction            : in    std_ulogic_vector(31 downto 0);
+    snapshot_following_error       : in    std_ulogic_vector(31 downto 0);
+    capture_header_start_time      : in    std_ulogic_vector(63 downto 0);
+    capture_header_sequence_number : in    std_ulogic_vector(31 downto 0);
+    capture_header_sample_count    : in    std_ulogic_vector(31 downto 0);
+    capture_header_flags           : in    std_ulogic_vector(31 downto 0);
+    control                        : out   std_ulogic_vector(31 downto 0);
+    command                        : out   std_ulogic_vector(31 downto 0);
+    counts_per_rev                 : out   std_ulogic_vector(31 downto 0);
+    filter_length                  : out   std_ulogic_vector(31 downto 0);
+    minimum_edge_spacing           : out   std_ulogic_vector(31 downto 0);
+    sample_period                  : out   std_ulogic_vector(31 downto 0);
+    angle_step                     : out   std_ulogic_vector(31 downto 0);
+    ramp_rate                      : out   std_ulogic_vector(31 downto 0);
+    output_spacing                 : out   std_ulogic_vector(31 downto 0);
+    following_limit                : out   std_ulogic_vector(31 downto 0)
+  );
+end entity arctrue_registers_harness;
+
+architecture simulation of arctrue_registers_harness is
+
+  type words is array (natural range <>) of std_ulogic_vector(31 downto 0);
+
+  signal hwif_in  : arctrue_registers_in_t;
+  signal hwif_out : arctrue_registers_out_t;
+
+  signal block_awvalid : std_ulogic;
+  signal block_awready : std_ulogic;
+  signal block_awaddr  : std_ulogic_vector(17 downto 0);
+  signal block_wvalid  : std_ulogic;
+  signal block_wready  : std_ulogic;
+  signal block_araddr  : std_ulogic_vector(17 downto 0);
+
+  function padded (
+    value : std_ulogic_vector
+  ) return std_ulogic_vector is
+  begin
+
+    return std_ulogic_vector(resize(u_unsigned(value), 32));
+
+  end function padded;
+
+begin
+
+  guard : entity work.access_guard
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      capture_ready => status(2),
+      awvalid       => s_axil_awvalid,
+      awready       => s_axil_awready,
+      awaddr        => s_axil_awaddr,
+      wvalid        => s_axil_wvalid,
+      wready        => s_axil_wready,
+      wstrb         => s_axil_wstrb,
+      araddr        => s_axil_araddr,
+      block_awvalid => block_awvalid,
+      block_awready => block_awready,
+      block_awaddr  => block_awaddr,
+      block_wvalid  => block_wvalid,
+      block_wready  => block_wready,
+      block_araddr  => block_araddr
+    );
+
+  registers : entity work.arctrue_registers
+    port map (
+      clk            => clock,
+      rst            => reset,
+      s_axil_awready => block_awready,
+      s_axil_awvalid => block_awvalid,
+      s_axil_awaddr  => block_awaddr,
+      s_axil_awprot  => s_axil_awprot,
+      s_axil_wready  => block_wready,
+      s_axil_wvalid  => block_wvalid,
+      s_axil_wdata   => s_axil_wdata,
+      s_axil_wstrb   => s_axil_wstrb,
+      s_axil_bready  => s_axil_bready,
+      s_axil_bvalid  => s_axil_bvalid,
+      s_axil_bresp   => s_axil_bresp,
+      s_axil_arready => s_axil_arready,
+      s_axil_arvalid => s_axil_arvalid,
+      s_axil_araddr  => block_araddr,
+      s_axil_arprot  => s_axil_arprot,
+      s_axil_rready  => s_axil_rready,
+      s_axil_rvalid  => s_axil_rvalid,
+      s_axil_rdata   => s_axil_rdata,
+      s_axil_rresp   => s_axil_rresp,
+      hwif_in        => hwif_in,
+      hwif_out       => hwif_out
+    );
+
+  interrupt <= hwif_out.interrupt_status.intr;
+
+  hwif_in.interrupt_status.capture_ready.next_q <= interrupt_events(0);
+  hwif_in.interrupt_status.capture_overrun.next_q <= interrupt_events(1);
+  hwif_in.interrupt_status.head1_index.next_q <= interrupt_events(2);
+  hwif_in.interrupt_status.head2_index.next_q <= interrupt_events(3);
+  hwif_in.interrupt_status.head1_fault.next_q <= interrupt_events(4);
+  hwif_in.interrupt_status.head2_fault.next_q <= interrupt_events(5);
+  hwif_in.interrupt_status.swap_done.next_q <= interrupt_events(6);
+  hwif_in.interrupt_status.ramp_done.next_q <= interrupt_events(7);
+  hwif_in.interrupt_status.correction_limited.next_q <= interrupt_events(8);
+  hwif_in.interrupt_status.cannot_keep_up.next_q <= interrupt_events(9);
+
+  hwif_in.core_configuration.lanes.next_q <= core_configuration(6 downto 0);
+  hwif_in.core_configuration.cosine_width.next_q <= core_configuration(12 downto 8);
+  hwif_in.core_configuration.capture_depth.next_q <= core_configuration(30 downto 16);
+  hwif_in.clock_hz.value.next_q <= clock_hz;
+  hwif_in.counts_per_rev_active.value.next_q <= counts_per_rev_active(24 downto 0);
+  hwif_in.status.compensating.next_q <= status(0);
+  hwif_in.status.ramp_busy.next_q <= status(1);
+  hwif_in.status.capture_ready.next_q <= status(2);
+  hwif_in.status.capture_busy.next_q <= status(3);
+  hwif_in.status.cannot_keep_up.next_q <= status(4);
+  hwif_in.status.counts_per_rev_refused.next_q <= status(5);
+  hwif_in.swap_count.value.next_q <= swap_count(15 downto 0);
+  hwif_in.overrun_count.value.next_q <= overrun_count(15 downto 0);
+  hwif_in.capture_fill.value.next_q <= capture_fill(15 downto 0);
+  hwif_in.head1.flags.index_seen.next_q <= head1_flags(0);
+  hwif_in.head1.flags.index_error.next_q <= head1_flags(1);
+  hwif_in.head1.flags.illegal.next_q <= head1_flags(2);
+  hwif_in.head1.flags.overspeed.next_q <= head1_flags(3);
+  hwif_in.head1.flags.direction.next_q <= head1_flags(4);
+  hwif_in.head1.flags.index_direction.next_q <= head1_flags(5);
+  hwif_in.head1.faults.index_errors.next_q <= head1_faults(15 downto 0);
+  hwif_in.head1.faults.illegals.next_q <= head1_faults(31 downto 16);
+  hwif_in.head1.overspeeds.overspeeds.next_q <= head1_overspeeds(15 downto 0);
+  hwif_in.head1.index.position.next_q <= u_signed(head1_index(31 downto 0));
+  hwif_in.head1.index.interval.next_q <= u_signed(head1_index(63 downto 32));
+  hwif_in.head2.flags.index_seen.next_q <= head2_flags(0);
+  hwif_in.head2.flags.index_error.next_q <= head2_flags(1);
+  hwif_in.head2.flags.illegal.next_q <= head2_flags(2);
+  hwif_in.head2.flags.overspeed.next_q <= head2_flags(3);
+  hwif_in.head2.flags.direction.next_q <= head2_flags(4);
+  hwif_in.head2.flags.index_direction.next_q <= head2_flags(5);
+  hwif_in.head2.faults.index_errors.next_q <= head2_faults(15 downto 0);
+  hwif_in.head2.faults.illegals.next_q <= head2_faults(31 downto 16);
+  hwif_in.head2.overspeeds.overspeeds.next_q <= head2_overspeeds(15 downto 0);
+  hwif_in.head2.index.position.next_q <= u_signed(head2_index(31 downto 0));
+  hwif_in.head2.index.interval.next_q <= u_signed(head2_index(63 downto 32));
+  hwif_in.snapshot.time.value.next_q <= snapshot_time;
+  hwif_in.snapshot.head1_edge_time.value.next_q <= snapshot_head1_edge_time;
+  hwif_in.snapshot.head2_edge_time.value.next_q <= snapshot_head2_edge_time;
+  hwif_in.snapshot.head1_position.value.next_q <= u_signed(snapshot_head1_position);
+  hwif_in.snapshot.head2_position.value.next_q <= u_signed(snapshot_head2_position);
+  hwif_in.snapshot.head1_turn_position.value.next_q <= u_signed(snapshot_head1_turn_position);
+  hwif_in.snapshot.head2_turn_position.value.next_q <= u_signed(snapshot_head2_turn_position);
+  hwif_in.snapshot.head1_angle.value.next_q <= snapshot_head1_angle(23 downto 0);
+  hwif_in.snapshot.head2_angle.value.next_q <= snapshot_head2_angle(23 downto 0);
+  hwif_in.snapshot.corrected_position.value.next_q <= u_signed(snapshot_corrected_position);
+  hwif_in.snapshot.corrected_angle.value.next_q <= snapshot_corrected_angle(23 downto 0);
+  hwif_in.snapshot.correction.value.next_q <= u_signed(snapshot_correction);
+  hwif_in.snapshot.following_error.value.next_q <= u_signed(snapshot_following_error);
+  hwif_in.capture_header.start_time.value.next_q <= capture_header_start_time;
+  hwif_in.capture_header.sequence_number.value.next_q <= capture_header_sequence_number;
+  hwif_in.capture_header.sample_count.value.next_q <= capture_header_sample_count(15 downto 0);
+  hwif_in.capture_header.flags.index_seen1.next_q <= capture_header_flags(0);
+  hwif_in.capture_header.flags.index_seen2.next_q <= capture_header_flags(1);
+  hwif_in.capture_header.flags.index_error1.next_q <= capture_header_flags(2);
+  hwif_in.capture_header.flags.index_error2.next_q <= capture_header_flags(3);
+  hwif_in.capture_header.flags.illegal1.next_q <= capture_header_flags(4);
+  hwif_in.capture_header.flags.illegal2.next_q <= capture_header_flags(5);
+  hwif_in.capture_header.flags.overspeed1.next_q <= capture_header_flags(6);
+  hwif_in.capture_header.flags.overspeed2.next_q <= capture_header_flags(7);
+  hwif_in.capture_header.flags.overrun.next_q <= capture_header_flags(8);
+  hwif_in.capture_header.flags.full_before_turn.next_q <= capture_header_flags(9);
+
+  control <= padded(std_ulogic_vector'(
+      hwif_out.control.capture_mode.value &
+      hwif_out.control.capture_enable.value &
+      hwif_out.control.output_enable.value &
+      hwif_out.control.compensate.value));
+  command <= padded(std_ulogic_vector'(
+      hwif_out.command.rearm.value &
+      hwif_out.command.clear_output.value &
+      hwif_out.command.clear_head2.value &
+      hwif_out.command.clear_head1.value &
+      hwif_out.command.capture_release.value &
+      hwif_out.command.swap.value));
+  counts_per_rev <= padded(hwif_out.counts_per_rev.value.value);
+  filter_length <= padded(hwif_out.filter_length.value.value);
+  minimum_edge_spacing <= padded(hwif_out.minimum_edge_spacing.value.value);
+  sample_period <= hwif_out.sample_period.value.value;
+  angle_step <= padded(hwif_out.angle_step.value.value);
+  ramp_rate <= hwif_out.ramp_rate.value.value;
+  output_spacing <= padded(hwif_out.output_spacing.value.value);
+  following_limit <= padded(hwif_out.following_limit.value.value);
+
+  memories : process (clock) is
+
+    variable coefficients : words(0 to 255)               := (others => (others => '0'));
+    variable offset       : std_ulogic_vector(31 downto 0) := (others => '0');
+    variable waiting      : natural range 0 to 15          := 0;
+    variable word         : natural range 0 to 32767       := 0;
+    variable window       : std_ulogic_vector(2 downto 0)  := "000";
+    variable is_write     : std_ulogic                     := '0';
+    variable data         : std_ulogic_vector(31 downto 0);
+    variable answer       : std_ulogic_vector(2 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      answer := "000";
+      if waiting = 1 then
+        answer := window;
+      end if;
+      if waiting /= 0 then
+        waiting := waiting - 1;
+      end if;
+
+      if (hwif_out.coefficients.req or hwif_out.coefficient_offset.req or hwif_out.capture.req) = '1' then
+        assert waiting = 0
+          report "a request before the answer to the last one"
+          severity failure;
+        waiting  := to_integer(memory_latency);
+        window   := hwif_out.capture.req & hwif_out.coefficient_offset.req & hwif_out.coefficients.req;
+        is_write := (hwif_out.coefficients.req and hwif_out.coefficients.req_is_wr) or
+                    (hwif_out.coefficient_offset.req and hwif_out.coefficient_offset.req_is_wr);
+        word     := to_integer(u_unsigned(hwif_out.capture.addr(16 downto 2)));
+        if hwif_out.coefficients.req = '1' then
+          word := to_integer(u_unsigned(hwif_out.coefficients.addr(9 downto 2)));
+        end if;
+        data := hwif_out.coefficients.wr_data;
+        if window(0) = '1' and is_write = '1' then
+          coefficients(word) := data;
+        elsif window(1) = '1' and is_write = '1' then
+          offset := hwif_out.coefficient_offset.wr_data;
+        end if;
+      end if;
+
+      hwif_in.coefficients.wr_ack        <= answer(0) and is_write;
+      hwif_in.coefficients.rd_ack        <= answer(0) and not is_write;
+      hwif_in.coefficients.rd_data       <= coefficients(word mod 256);
+      hwif_in.coefficient_offset.wr_ack  <= answer(1) and is_write;
+      hwif_in.coefficient_offset.rd_ack  <= answer(1) and not is_write;
+      hwif_in.coefficient_offset.rd_data <= offset;
+      hwif_in.capture.wr_ack             <= '0';
+      hwif_in.capture.rd_ack             <= answer(2);
+      hwif_in.capture.rd_data            <= not std_ulogic_vector(to_unsigned(word, 16)) &
+                                            std_ulogic_vector(to_unsigned(word, 16));
+    end if;
+
+  end process memories;
+
+end architecture simulation;

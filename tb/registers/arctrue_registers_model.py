@@ -1,0 +1,173 @@
+"""The register map as a processor sees it, written by hand from its description.
+
+Nothing here comes from the SystemRDL source or what is generated from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+WORD = 0xFFFF_FFFF
+
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000100}
+"""Address: value."""
+
+READ_WRITE = {
+    0x010: (WORD, 0, None),
+    0x020: (0xF, 0, "control"),
+    0x028: (0x1FFFFFF, 1 << 24, "counts_per_rev"),
+    0x030: (0xFF, 1, "filter_length"),
+    0x034: (0xFFFF, 0, "minimum_edge_spacing"),
+    0x038: (WORD, 100_000, "sample_period"),
+    0x03C: (0xFFFFFF, 1398, "angle_step"),
+    0x040: (WORD, 652_835, "ramp_rate"),
+    0x044: (0xFFFF, 10, "output_spacing"),
+    0x048: (0xFFFF, 100, "following_limit"),
+    0x0A0: (0x3FF, 0, None),
+}
+"""Address: bits that exist, value after reset, port that shows the value."""
+
+COMMAND = 0x024
+OFFSET = 0x04C
+INTERRUPT_STATUS = 0x0A4
+INTERRUPT_MASK = 0x3FF
+
+READ_ONLY = {
+    0x008: (0x7FFF1F7F, "core_configuration"),
+    0x00C: (WORD, "clock_hz"),
+    0x02C: (0x1FFFFFF, "counts_per_rev_active"),
+    0x080: (0x3F, "status"),
+    0x084: (0xFFFF, "swap_count"),
+    0x088: (0xFFFF, "overrun_count"),
+    0x08C: (0xFFFF, "capture_fill"),
+    0x0C0: (0x3F, "head1_flags"),
+    0x0C4: (WORD, "head1_faults"),
+    0x0C8: (0xFFFF, "head1_overspeeds"),
+    0x0E0: (0x3F, "head2_flags"),
+    0x0E4: (WORD, "head2_faults"),
+    0x0E8: (0xFFFF, "head2_overspeeds"),
+    0x148: (WORD, "capture_header_sequence_number"),
+    0x14C: (0xFFFF, "capture_header_sample_count"),
+    0x150: (0x3FF, "capture_header_flags"),
+}
+"""Address: bits that exist, port that drives them."""
+
+WIDE = {
+    0x0D0: "head1_index",
+    0x0F0: "head2_index",
+    0x140: "capture_header_start_time",
+}
+"""Address of the low word, whose read latches the high word: 64-bit port."""
+
+SNAPSHOT = {
+    0x100: (WORD, "snapshot_time", 0),
+    0x104: (WORD, "snapshot_time", 32),
+    0x108: (WORD, "snapshot_head1_edge_time", 0),
+    0x10C: (WORD, "snapshot_head1_edge_time", 32),
+    0x110: (WORD, "snapshot_head2_edge_time", 0),
+    0x114: (WORD, "snapshot_head2_edge_time", 32),
+    0x118: (WORD, "snapshot_head1_position", 0),
+    0x11C: (WORD, "snapshot_head2_position", 0),
+    0x120: (WORD, "snapshot_head1_turn_position", 0),
+    0x124: (WORD, "snapshot_head2_turn_position", 0),
+    0x128: (0xFFFFFF, "snapshot_head1_angle", 0),
+    0x12C: (0xFFFFFF, "snapshot_head2_angle", 0),
+    0x130: (WORD, "snapshot_corrected_position", 0),
+    0x134: (0xFFFFFF, "snapshot_corrected_angle", 0),
+    0x138: (WORD, "snapshot_correction", 0),
+    0x13C: (WORD, "snapshot_following_error", 0),
+}
+"""Address: bits that exist, port, its bit that is bit 0; latched by a read of 0x100."""
+
+COEFFICIENTS = 0x01000
+COEFFICIENT_WORDS = 256
+CAPTURE = 0x20000
+CAPTURE_WORDS = 32_768
+
+CAPTURE_READY = 1 << 2
+"""In ``status``."""
+
+
+def driven_ports() -> dict[str, int]:
+    """Every port that drives read-only registers, with its width in bits."""
+    ports = {port: 32 for _, port in READ_ONLY.values()}
+    ports |= dict.fromkeys(WIDE.values(), 64)
+    for _, port, low in SNAPSHOT.values():
+        ports[port] = max(ports.get(port, 0), low + 32)
+    return ports
+
+
+@dataclass
+class RegisterModel:
+    """Answers reads and writes as the description says: a pair (accepted, word)."""
+
+    lanes: int
+    capture_depth: int
+    inputs: dict[str, int]
+    values: dict[int, int] = field(
+        default_factory=lambda: {address: reset for address, (_, reset, _) in READ_WRITE.items()}
+    )
+    latched: dict[int, int] = field(default_factory=dict)
+    coefficients: dict[int, int] = field(default_factory=dict)
+    offset: int = 0
+    interrupts: int = 0
+
+    def read(self, address: int) -> tuple[bool, int]:
+        """The answer to a read of the word that holds ``address``."""
+        address &= ~3
+        if address in CONSTANTS:
+            return True, CONSTANTS[address]
+        if address in self.values:
+            return True, self.values[address]
+        if address in READ_ONLY:
+            mask, port = READ_ONLY[address]
+            return True, self.inputs[port] & mask
+        if address in WIDE:
+            value = self.inputs[WIDE[address]]
+            self.latched[address + 4] = value >> 32
+            return True, value & WORD
+        if address in SNAPSHOT:
+            if address == 0x100:
+                for place, (mask, port, low) in SNAPSHOT.items():
+                    self.latched[place] = self.inputs[port] >> low & mask
+            return True, self.latched.get(address, 0)
+        if address - 4 in WIDE:
+            return True, self.latched.get(address, 0)
+        if address == OFFSET:
+            return True, self.offset
+        if address == INTERRUPT_STATUS:
+            return True, self.interrupts
+        if self.coefficient_exists(address):
+            return True, self.coefficients.get(address, 0)
+        if CAPTURE <= address < CAPTURE + 8 * self.capture_depth:
+            word = (address - CAPTURE) // 4
+            if self.inputs["status"] & CAPTURE_READY:
+                return True, (~word & 0xFFFF) << 16 | word
+        return False, 0
+
+    def coefficient_exists(self, address: int) -> bool:
+        """Whether ``address`` is a coefficient word of a lane that is built."""
+        return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
+
+    def write(self, address: int, word: int, strobes: int) -> bool:
+        """The answer to a write of the bytes that ``strobes`` names."""
+        address &= ~3
+        bits = sum(0xFF << (8 * byte) for byte in range(4) if strobes >> byte & 1)
+        if address in READ_WRITE:
+            mask = READ_WRITE[address][0]
+            self.values[address] = (self.values[address] & ~bits | word & bits) & mask
+            return True
+        if address == COMMAND:
+            return True
+        if address == INTERRUPT_STATUS:
+            self.interrupts &= ~(word & bits)
+            return True
+        if strobes != 0b1111:
+            return False
+        if address == OFFSET:
+            self.offset = word
+            return True
+        if self.coefficient_exists(address):
+            self.coefficients[address] = word
+            return True
+        return False

@@ -1,0 +1,111 @@
+"""The AXI4-Lite master of the test benches, and the register map over it."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles
+from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiResp
+
+from arctrue.gateware.register_access import RegisterMap
+
+MASTER_DRIVES = (
+    "awvalid",
+    "awaddr",
+    "awprot",
+    "wvalid",
+    "wdata",
+    "wstrb",
+    "bready",
+    "arvalid",
+    "araddr",
+    "arprot",
+    "rready",
+)
+
+
+class BusError(Exception):
+    """An access was not answered with OKAY."""
+
+
+def stalls(generator: random.Random, share: float) -> Iterator[bool]:
+    """For ever: pause (True) in a ``share`` of the clocks, in bursts of random length."""
+    while True:
+        pause = generator.random() < share
+        yield from itertools.repeat(pause, generator.randint(1, 6))
+
+
+class Bus:
+    """Words over AXI4-Lite; every access runs through the same master."""
+
+    def __init__(self, master: Any) -> None:
+        self.master = master
+
+    def stall(self, generator: random.Random, share: float) -> None:
+        """Make all five channels pause at random on the master's side."""
+        write, read = self.master.write_if, self.master.read_if
+        for channel in (
+            write.aw_channel,
+            write.w_channel,
+            write.b_channel,
+            read.ar_channel,
+            read.r_channel,
+        ):
+            channel.set_pause_generator(stalls(generator, share))
+
+    async def read(self, address: int) -> tuple[AxiResp, int]:
+        """The answer to one read."""
+        answer = await self.master.read(address, 4)
+        return answer.resp, int.from_bytes(answer.data, "little")
+
+    async def write(self, address: int, word: int, strobes: int = 0b1111) -> AxiResp:
+        """The answer to one write; ``strobes`` must be one run of ones."""
+        lanes = [byte for byte in range(4) if strobes >> byte & 1]
+        assert lanes == list(range(lanes[0], lanes[-1] + 1)), "one run of bytes only"
+        data = word.to_bytes(4, "little")[lanes[0] : lanes[-1] + 1]
+        return (await self.master.write(address + lanes[0], data)).resp
+
+    async def read_words(self, address: int, count: int) -> list[int]:
+        """``count`` words, issued back to back; raises BusError."""
+        answer = await self.master.read(address, 4 * count)
+        if answer.resp != AxiResp.OKAY:
+            raise BusError(f"read of {count} words at 0x{address:05X}: {answer.resp!r}")
+        return [
+            int.from_bytes(answer.data[place : place + 4], "little")
+            for place in range(0, 4 * count, 4)
+        ]
+
+    async def write_words(self, address: int, words: Sequence[int]) -> None:
+        """Words in order, one after the other; raises BusError."""
+        for place, word in enumerate(words):
+            answer = await self.write(address + 4 * place, word)
+            if answer != AxiResp.OKAY:
+                raise BusError(f"write at 0x{address + 4 * place:05X}: {answer!r}")
+
+    def registers(self) -> RegisterMap:
+        """Named access over this bus."""
+        return RegisterMap(self.read_words, self.write_words)
+
+
+async def start(dut: Any, *, period_ns: int = 10, reset_clocks: int = 8) -> Bus:
+    """Start the clock, reset ``dut`` and return the bus on its ports ``s_axil_*``.
+
+    Reset is held and the master's signals are zero before the master is made: it must not see 'U'.
+    """
+    for name in MASTER_DRIVES:
+        getattr(dut, f"s_axil_{name}").value = 0
+    dut.reset.value = 1
+    cocotb.start_soon(Clock(dut.clock, period_ns, unit="ns", impl="gpi").start())
+    await ClockCycles(dut.clock, reset_clocks)
+    bus = AxiLiteBus.from_prefix(dut, "s_axil")
+    master = AxiLiteMaster(bus, dut.clock, dut.reset)
+    for interface in (master.write_if, master.read_if):
+        interface.log.setLevel("WARNING")  # a line an access costs more than the access
+    dut.reset.value = 0
+    await ClockCycles(dut.clock, 2)
+    return Bus(master)
