@@ -1,0 +1,19 @@
+"""Calibration: the error of the reference head from the difference of two heads."""
+
+from arctrue.calibration.calibration import Calibration, CalibrationSettings, calibrate
+from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns
+from arctrue.calibration.estimate import Estimate
+from arctrue.calibration.fourier import fourier
+from arctrue.calibration.least_squares import least_squares
+
+__all__ = [
+    "Calibration",
+    "CalibrationSettings",
+    "CaptureRefusedError",
+    "Estimate",
+    "WholeTurns",
+    "calibrate",
+    "fourier",
+    "least_squares",
+    "whole_turns",
+]

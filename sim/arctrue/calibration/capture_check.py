@@ -1,0 +1,226 @@
+"""Which samples of a capture can be used, and why not."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement.measurement_set import Capture
+
+Reason = Literal[
+    "empty",
+    "nan",
+    "short_of_a_turn",
+    "reversal",
+    "jump",
+    "wrong_step",
+    "over_speed",
+    "inconsistent_heads",
+]
+
+STEP_TOLERANCE = 0.10
+"""A step is plausible within 10 % of its run's median (measurement set, schema 1)."""
+JUMP_STEPS = 2.0
+"""From here on a step is called a jump: no table moves on by two steps in the time of one."""
+LOWEST_SPEED_TOLERANCE = 0.05
+"""Runs within 5 % of the lowest speed count as runs at the lowest speed."""
+CLOCK_HZ_DEFAULT = 100e6
+
+
+class CaptureRefusedError(Exception):
+    """A capture that cannot be used; the last good coefficients stay.
+
+    ``run``: as in the file; ``sample``: 0, 1, … within the run; None where there is none.
+    """
+
+    def __init__(
+        self, reason: Reason, message: str, run: int | None = None, sample: int | None = None
+    ) -> None:
+        """Join place and reason for people."""
+        place = "capture" if run is None else f"run {run}"
+        if sample is not None:
+            place += f", sample {sample}"
+        super().__init__(f"{place}: {message}")
+        self.reason: Reason = reason
+        self.run = run
+        self.sample = sample
+        self.message = message
+
+
+@dataclass(frozen=True)
+class WholeTurns:
+    """The samples of one run that cover ``turns`` whole turns evenly, counts (n,)."""
+
+    run: int
+    turns: int
+    head1_counts: NDArray[np.int64]
+    head2_counts: NDArray[np.int64]
+    step_counts: float
+    """Median step of head 1, with sign."""
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return int(self.head1_counts.size)
+
+
+def whole_turns(
+    capture: Capture, counts_per_rev: int, runs: Sequence[int] | None = None, most_order: int = 1
+) -> list[WholeTurns]:
+    """The verified whole turns of ``runs``; None: of the runs at the lowest speed.
+
+    Raises CaptureRefusedError with the first fault found, ValueError for a run that is not there.
+    """
+    if capture.run.size == 0:
+        raise CaptureRefusedError("empty", "it has no samples")
+    bounds = np.concatenate(([0], np.flatnonzero(np.diff(capture.run)) + 1, [capture.run.size]))
+    slices = {
+        int(capture.run[start]): slice(int(start), int(stop))
+        for start, stop in itertools.pairwise(bounds)
+    }
+    if runs is None:
+        chosen = _lowest_speed(capture, slices)
+    else:
+        chosen = sorted(set(runs))
+        missing = [run for run in chosen if run not in slices]
+        if missing:
+            raise ValueError(
+                f"run {missing[0]} is not in the capture, which has runs "
+                + ", ".join(str(run) for run in slices)
+            )
+    return [_verified(capture, run, slices[run], counts_per_rev, most_order) for run in chosen]
+
+
+def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
+    speeds = {}
+    for run, rows in slices.items():
+        steps = np.abs(np.diff(capture.head1_counts[rows]))
+        times = np.diff(capture.time_s[rows])
+        # Without a step there is no speed; the check of the run says so.
+        speeds[run] = (
+            float(np.median(steps)) / max(float(np.median(times)), 1e-12) if steps.size else 0.0
+        )
+    moving = [speed for speed in speeds.values() if speed > 0.0]
+    if not moving:
+        return list(slices)
+    limit = min(moving) * (1.0 + LOWEST_SPEED_TOLERANCE)
+    return [run for run, speed in speeds.items() if 0.0 < speed <= limit]
+
+
+def _verified(
+    capture: Capture, run: int, rows: slice, counts_per_rev: int, most_order: int
+) -> WholeTurns:
+    heads = (capture.head1_counts[rows], capture.head2_counts[rows])
+    for head, column in (
+        ("time", capture.time_s[rows]),
+        ("head 1", heads[0]),
+        ("head 2", heads[1]),
+    ):
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            raise CaptureRefusedError("nan", f"{head} is not a number", run, int(bad[0]))
+    samples = heads[0].size
+    if samples < 2:
+        raise CaptureRefusedError("short_of_a_turn", f"it has {samples} sample", run)
+    medians = [float(np.median(np.diff(head))) for head in heads]
+    _check_steps(run, heads, medians, counts_per_rev)
+    _check_speed(run, capture, rows, medians[0], counts_per_rev, most_order)
+
+    step = medians[0]
+    travel = np.abs(heads[0] - heads[0][0])
+    # A turn of K samples ends one step after its last sample; half a step is the tolerance.
+    turns = int((travel[-1] + 1.5 * abs(step)) // counts_per_rev)
+    if turns < 1:
+        raise CaptureRefusedError(
+            "short_of_a_turn",
+            f"it covers {travel[-1] / counts_per_rev:.4f} of a turn in {samples} samples; "
+            "capture at least one whole turn, or leave this run out (--run)",
+            run,
+            samples - 1,
+        )
+    inside = travel < turns * counts_per_rev - 0.5 * abs(step)
+    used = int(np.count_nonzero(inside))
+    return WholeTurns(run, turns, heads[0][:used], heads[1][:used], step)
+
+
+def _check_steps(
+    run: int,
+    heads: tuple[NDArray[np.int64], NDArray[np.int64]],
+    medians: list[float],
+    counts_per_rev: int,
+) -> None:
+    faults = []
+    for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
+        steps = np.diff(head)
+        # A step of few counts differs by one through rounding alone.
+        allowed = max(STEP_TOLERANCE * abs(median), 1.0)
+        bad = np.flatnonzero(np.abs(steps - median) > allowed)
+        if median == 0.0:
+            raise CaptureRefusedError("short_of_a_turn", f"head {number} stands still", run, 0)
+        if bad.size:
+            index = int(bad[0])
+            faults.append((index + 1, number, int(steps[index]), median))
+    if np.sign(medians[0]) != np.sign(medians[1]) and not faults:
+        raise CaptureRefusedError(
+            "inconsistent_heads", "the heads count in opposite directions; swap A and B of one", run
+        )
+    if not faults:
+        return
+    sample, number, found, median = min(faults)
+    expected = f"head {number} steps by {found} counts, the run's median is {median:.0f}"
+    if abs(found) > JUMP_STEPS * abs(median):
+        turns = round((found - median) / counts_per_rev)
+        lost = (
+            f"; {abs(turns)} whole turn{'s are' if abs(turns) > 1 else ' is'} missing"
+            if turns and abs(found - median - turns * counts_per_rev) < abs(median)
+            else "; were samples or edges lost?"
+        )
+        raise CaptureRefusedError("jump", "a jump: " + expected + lost, run, sample)
+    if found * median < 0:
+        raise CaptureRefusedError("reversal", "a reversal: " + expected, run, sample)
+    raise CaptureRefusedError(
+        "wrong_step",
+        f"a wrong step: {expected}, and {STEP_TOLERANCE:.0%} is allowed; "
+        "was the speed even and the sampling regular?",
+        run,
+        sample,
+    )
+
+
+def _check_speed(
+    run: int,
+    capture: Capture,
+    rows: slice,
+    step: float,
+    counts_per_rev: int,
+    most_order: int,
+) -> None:
+    least_samples = 2 * most_order + 2
+    if abs(step) * least_samples > counts_per_rev:
+        raise CaptureRefusedError(
+            "over_speed",
+            f"over-speed: a turn has {counts_per_rev / abs(step):.1f} samples, "
+            f"order {most_order} needs {least_samples}; turn slower or sample faster",
+            run,
+            1,
+        )
+    times = np.diff(capture.time_s[rows])
+    clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
+    steps = np.abs(np.diff(capture.head1_counts[rows]))
+    # An edge a clock is the most that the decoder counts. Times are written to a microsecond, so
+    # a single interval can be off by one.
+    fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
+    if fast.size:
+        index = int(fast[0])
+        raise CaptureRefusedError(
+            "over_speed",
+            f"over-speed: {steps[index]} counts in {times[index]:.6f} s; "
+            f"at {clock_hz / 1e6:g} MHz the decoder counts no more than one a clock",
+            run,
+            index + 1,
+        )

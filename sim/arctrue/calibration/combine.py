@@ -1,0 +1,177 @@
+"""From values and information of the runs to an estimate with its covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from arctrue.calibration import head_separation
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.estimate import Estimate, RunFit
+from arctrue.calibration.noise import ResidualSpectrum
+from arctrue.calibration.transfer_function import noise_gain, transfer_function
+from arctrue.units import RAD_PER_ARCSEC
+
+Float = NDArray[np.float64]
+
+DISAGREEMENT_FALSE_ALARM = 1e-3
+LEAST_LINE_ARCSEC = 0.03
+"""Lines smaller than this are not worth a person's time."""
+
+
+def combined_estimate(
+    *,
+    function_of: Literal["reading", "angle"],
+    turns: Sequence[WholeTurns],
+    orders: NDArray[np.int64],
+    seen: NDArray[np.int64],
+    values: Float,
+    information: Sequence[Float],
+    by_run: Sequence[Float],
+    own_residuals: Sequence[Float],
+    residual_rms_by_run: Sequence[float],
+    used_separation_rad: float,
+    measured_separation_rad: float,
+    separation_by_run_rad: Sequence[float],
+    separation_choice: head_separation.Choice,
+    counts_per_rev: int,
+    iterations: int,
+) -> Estimate:
+    """Put the covariance together.
+
+    ``values`` and every entry of ``by_run``: (2·seen,); ``information``: XᵀX a run for noise of
+    variance 1; ``own_residuals``: what is left of each run by *its own* values, so that a run that
+    differs is not taken for a noisy one; ``residual_rms_by_run``: by the common values.
+
+    The covariance is that of white noise with each run's own variance, times the
+    residual's power near each order over its mean power (so that noise that is not white counts
+    where it is), times the disagreement between runs where it is more than chance, plus α's part.
+    """
+    sigmas = noise_by_run(own_residuals, 2 * seen.size + 1)
+    covariance = np.linalg.inv(_sum(information, sigmas))
+    spectrum = ResidualSpectrum(
+        turns, [r / s for r, s in zip(own_residuals, sigmas, strict=True)], seen
+    )
+    colour = spectrum.at(seen)
+    disagreement = _disagreement(values, by_run, information, sigmas, colour)
+    stretch = np.tile(np.sqrt(colour * disagreement), 2)
+    covariance *= np.outer(stretch, stretch)
+    covariance += _by_separation(
+        values, seen, used_separation_rad, _u_used(separation_choice, counts_per_rev)
+    )
+
+    number = orders.size
+    place = np.flatnonzero(np.isin(orders, seen))
+    both = np.concatenate((place, place + number))
+    full_values, full = np.zeros(2 * number), np.diag(np.full(2 * number, np.inf))
+    full_values[both] = values
+    full[np.ix_(both, both)] = covariance
+    effective, disagree = np.zeros(number), np.ones(number)
+    samples = sum(part.samples for part in turns)
+    effective[place] = samples / colour
+    disagree[place] = disagreement
+    statistical = 1.0 / np.sqrt(sum(p.samples / s**2 for p, s in zip(turns, sigmas, strict=True)))
+    colour_of_mean = float(spectrum.at(np.array([0]))[0])
+    u_index = head_separation.u_index_rad(counts_per_rev)
+    rms = float(
+        np.sqrt(np.average(np.square(residual_rms_by_run), weights=[p.samples for p in turns]))
+    )
+    typical = float(np.median(sigmas))
+    return Estimate(
+        function_of=function_of,
+        orders=orders,
+        values=full_values,
+        covariance=full,
+        noise_gain=np.where(np.isin(orders, seen), noise_gain(orders, used_separation_rad), np.inf),
+        effective_samples=effective,
+        disagreement=disagree,
+        residual_rms_arcsec=rms,
+        residual_peaks=tuple(
+            (order, a * typical) for order, a in spectrum.peaks() if a * typical > LEAST_LINE_ARCSEC
+        ),
+        head_separation_rad=used_separation_rad,
+        measured_separation_rad=measured_separation_rad,
+        u_measured_separation_rad=float(
+            np.hypot(statistical * np.sqrt(colour_of_mean) * RAD_PER_ARCSEC, u_index)
+        ),
+        runs=tuple(
+            RunFit(part.run, part.turns, part.samples, r, a, v)
+            for part, r, a, v in zip(
+                turns,
+                residual_rms_by_run,
+                separation_by_run_rad,
+                (_spread(v, both, number) for v in by_run),
+                strict=True,
+            )
+        ),
+        iterations=iterations,
+    )
+
+
+def noise_by_run(own_residuals: Sequence[Float], parameters: int) -> Float:
+    """Standard deviation of each run's noise from what its own ``parameters`` values leave."""
+    return np.array(
+        # A residual of exactly zero must not divide by zero.
+        [np.sqrt(max(float(r @ r) / max(r.size - parameters, 1), 1e-18)) for r in own_residuals]
+    )
+
+
+def _spread(values: Float, both: NDArray[np.int64], number: int) -> Float:
+    full = np.zeros(2 * number)
+    full[both] = values
+    return full
+
+
+def _sum(information: Sequence[Float], sigmas: Float) -> Float:
+    total = np.zeros_like(information[0])
+    for matrix, sigma in zip(information, sigmas, strict=True):
+        total += matrix / sigma**2
+    return total
+
+
+def _u_used(choice: head_separation.Choice, counts_per_rev: int) -> float:
+    if choice == "nominal":
+        return head_separation.U_NOMINAL_RAD
+    return head_separation.u_index_rad(counts_per_rev)
+
+
+def _by_separation(
+    values: Float, orders: NDArray[np.int64], separation_rad: float, u_rad: float
+) -> Float:
+    """What an error of α does to all orders together: dE_n/dα = −j·n·e^{jnα}·TF(n)·E_n."""
+    cosine, sine = np.split(values, 2)
+    slope = (
+        -1j
+        * orders
+        * np.exp(1j * orders * separation_rad)
+        * transfer_function(orders, separation_rad)
+        * (cosine - 1j * sine)
+    )
+    direction = np.concatenate((slope.real, -slope.imag)) * u_rad
+    return np.outer(direction, direction)
+
+
+def _disagreement(
+    values: Float,
+    by_run: Sequence[Float],
+    information: Sequence[Float],
+    sigmas: Float,
+    colour: Float,
+) -> Float:
+    """χ² a degree of freedom of the runs' values at every order, where it is more than chance."""
+    number = colour.size
+    if len(by_run) < 2:
+        return np.ones(number)
+    square = np.zeros(number)
+    for own, matrix, sigma in zip(by_run, information, sigmas, strict=True):
+        apart = own - values
+        covariance = np.linalg.inv(matrix) * sigma**2
+        variance = np.diag(covariance) * np.tile(colour, 2)
+        square += (apart**2 / variance).reshape(2, number).sum(axis=0)
+    freedom = 2 * (len(by_run) - 1)
+    limit = chi2.isf(DISAGREEMENT_FALSE_ALARM / number, freedom)
+    return np.where(square > limit, square / freedom, 1.0)

@@ -1,0 +1,91 @@
+"""The error against the reference, before and after the gateware."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.compensation_pipeline import compensate
+from arctrue.measurement.measurement_set import Reference
+from arctrue.units import arcsec_per_count
+
+Float = NDArray[np.float64]
+
+
+class Extent(NamedTuple):
+    """Arcseconds."""
+
+    lowest: float
+    highest: float
+    rms: float
+
+    @property
+    def peak_to_peak(self) -> float:
+        """Highest less lowest."""
+        return self.highest - self.lowest
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Errors of head 1 at the rows of the reference run, (rows,), arcseconds.
+
+    The same constant is taken off both: a₀ cannot be observed, and the mean of what is left after
+    the correction is the best estimate of it.
+    """
+
+    target_deg: Float
+    direction: NDArray[np.int64] | None
+    before_arcsec: Float
+    after_arcsec: Float
+    noise: Extent | None
+    """Scatter of the repeats about the mean of each target; None without repeats."""
+
+
+def extent(values: Float) -> Extent:
+    """Lowest, highest and root mean square."""
+    return Extent(
+        float(values.min()), float(values.max()), float(np.sqrt(np.mean(np.square(values))))
+    )
+
+
+def compare(reference: Reference, coefficients: Coefficients) -> Comparison:
+    """Run the readings of the reference run through the bit-true gateware.
+
+    What leaves the gateware is whole counts, so its rounding is part of the error after.
+    """
+    counts_per_rev = coefficients.counts_per_rev
+    counts = reading_counts(reference, counts_per_rev)
+    angle = np.remainder(counts, counts_per_rev)
+    corrected = compensate(angle, np.zeros_like(angle), coefficients).corrected_angle
+    half = counts_per_rev // 2
+    correction = (angle - corrected + half) % counts_per_rev - half
+    after = reference.error_arcsec - correction * arcsec_per_count(counts_per_rev)
+    unobservable = float(after.mean())
+    return Comparison(
+        reference.target_deg,
+        reference.direction,
+        reference.error_arcsec - unobservable,
+        after - unobservable,
+        _repeat_noise(reference),
+    )
+
+
+def reading_counts(reference: Reference, counts_per_rev: int) -> NDArray[np.int64]:
+    """The reading of head 1 in counts: as recorded, else reference angle + error."""
+    if reference.head1_counts is not None:
+        return reference.head1_counts
+    degrees = reference.target_deg + reference.error_arcsec / 3600.0
+    return np.rint(degrees / 360.0 * counts_per_rev).astype(np.int64)
+
+
+def _repeat_noise(reference: Reference) -> Extent | None:
+    place = np.round(np.remainder(reference.target_deg, 360.0) * 1e6).astype(np.int64)
+    _, group, repeats = np.unique(place, return_inverse=True, return_counts=True)
+    if repeats.min() < 2:
+        return None
+    means = np.bincount(group, weights=reference.error_arcsec) / repeats
+    return extent(reference.error_arcsec - means[group])

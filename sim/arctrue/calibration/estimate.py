@@ -1,0 +1,105 @@
+"""What a calibration knows of the error, and how well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.harmonics import error_arcsec
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RunFit:
+    """What one run says alone: ``values`` (2·orders,) in arcseconds, cosines before sines."""
+
+    run: int
+    turns: int
+    samples: int
+    residual_rms_arcsec: float
+    head_separation_rad: float
+    values: Float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """ε = Σ cosine·cos(n·x) + sine·sin(n·x), x the reading or the true angle.
+
+    ``orders``: (N,); ``values`` in arcseconds, (2N,), the cosines of all orders before the sines;
+    ``covariance`` in arcseconds², (2N, 2N), with the noise found in the data, the disagreement of
+    the runs and the uncertainty of α. Orders that cannot be seen have value 0 and infinite
+    variance.
+    """
+
+    function_of: Literal["reading", "angle"]
+    orders: NDArray[np.int64]
+    values: Float
+    covariance: Float
+    noise_gain: Float
+    """|TF| of every order, (N,)."""
+    effective_samples: Float
+    """Samples that count as independent at every order, (N,)."""
+    disagreement: Float
+    """χ² a degree of freedom between the runs at every order, (N,); 1 where it cannot be judged."""
+    residual_rms_arcsec: float
+    residual_peaks: tuple[tuple[float, float], ...]
+    """Lines that stand out in what is left: (order, amplitude in arcseconds), largest first."""
+    head_separation_rad: float
+    """The α that was used."""
+    measured_separation_rad: float
+    """Mean of R₂ − R₁ over uniform true angle."""
+    u_measured_separation_rad: float
+    runs: tuple[RunFit, ...]
+    iterations: int
+
+    @property
+    def amplitude_arcsec(self) -> Float:
+        """Amplitude of the cosine, 2·A_n of equation (9), (N,)."""
+        cosine, sine = np.split(self.values, 2)
+        return np.hypot(cosine, sine)
+
+    @property
+    def phase_rad(self) -> Float:
+        """Φ_n of equation (9), (N,), in (−π, π]."""
+        cosine, sine = np.split(self.values, 2)
+        return np.arctan2(-sine, cosine)
+
+    @property
+    def u_amplitude_arcsec(self) -> Float:
+        """Standard uncertainty of the amplitude, (N,)."""
+        return self._along(0.0)
+
+    @property
+    def u_phase_rad(self) -> Float:
+        """Standard uncertainty of the phase, (N,); inf for amplitude 0."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = self._along(np.pi / 2.0) / self.amplitude_arcsec
+        return np.asarray(np.where(np.isnan(u), np.inf, u))
+
+    @property
+    def u_component_arcsec(self) -> Float:
+        """Standard uncertainty of a component, root of the mean of both variances, (N,)."""
+        variance = np.diag(self.covariance).reshape(2, -1)
+        return np.asarray(np.sqrt(variance.mean(axis=0)))
+
+    def error_arcsec(self, x_rad: Float) -> Float:
+        """ε at ``x_rad`` (reading or true angle, as ``function_of`` says), arcseconds."""
+        return error_arcsec(self.orders, self.values, x_rad)
+
+    def _along(self, turned: float) -> Float:
+        number = self.orders.size
+        angle = turned - self.phase_rad
+        c, s = np.cos(angle), np.sin(angle)
+        index = np.arange(number)
+        cc = self.covariance[index, index]
+        ss = self.covariance[index + number, index + number]
+        cs = self.covariance[index, index + number]
+        seen = np.isfinite(cc) & np.isfinite(ss)
+        variance = np.full(number, np.inf)
+        cc, ss, cs, c, s = (part[seen] for part in (cc, ss, cs, c, s))
+        variance[seen] = c**2 * cc + s**2 * ss + 2.0 * c * s * cs
+        return np.asarray(np.sqrt(variance))

@@ -1,0 +1,227 @@
+"""The error function by least squares at the angles really read.
+
+With g(R) = ε(θ) as a function of the *reading*, each head gives the disc angle under it without
+approximation: θ = R₁ − g(R₁) and θ + α = R₂ − g(R₂). The difference is
+
+    R₂ − R₁ = α + g(R₂) − g(R₁),
+
+linear in the harmonics of g and in α, exact for any steps, speed and number of samples; and
+g(R₁) is what the gateware has to subtract, equation (8). Only the zero of head 2 couples back: a
+run's index is good to a count, so each run has its own constant, and R₂ is moved by what that
+constant differs from α until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration import head_separation
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.combine import combined_estimate
+from arctrue.calibration.estimate import Estimate
+from arctrue.calibration.harmonics import powers, unit_vectors
+from arctrue.calibration.transfer_function import noise_gain
+from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
+
+Float = NDArray[np.float64]
+
+ROUNDS_MOST = 10
+CONVERGED_ARCSEC = 1e-4
+"""What a further round would still change of ε, at most."""
+_BLOCK = 1 << 15
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """XᵀX, Xᵀy, yᵀy of one run; the last column is the run's constant."""
+
+    matrix: Float
+    right: Float
+    square: float
+    samples: int
+
+
+def least_squares(
+    turns: Sequence[WholeTurns],
+    counts_per_rev: int,
+    nominal_separation_rad: float,
+    orders: Sequence[int] | NDArray[np.int64],
+    separation: head_separation.Choice | None = None,
+) -> tuple[Estimate, list[str]]:
+    """Fit g at the readings of all ``turns`` together; also returns warnings.
+
+    ``separation``: which α head 2's zero is set by; None: measured, where the index is to be
+    believed. Runs are weighted by the noise that each leaves.
+    """
+    orders = np.asarray(orders, dtype=np.int64)
+    unit = arcsec_per_count(counts_per_rev)
+    turn_arcsec = unit * counts_per_rev
+    nominal = nominal_separation_rad * ARCSEC_PER_RAD
+    # Whole turns between the heads' counters mean nothing.
+    whole = [
+        round((float(np.mean(p.head2_counts - p.head1_counts)) * unit - nominal) / turn_arcsec)
+        for p in turns
+    ]
+    # An order that either α hides would make the matrix singular.
+    raw_rad = float(np.mean(turns[0].head2_counts - turns[0].head1_counts)) * unit / ARCSEC_PER_RAD
+    hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
+    seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
+    shifts = np.zeros(len(turns))
+    choice: head_separation.Choice = separation or "measured"
+    warnings: list[str] = []
+    iterations = 0
+    while True:
+        iterations += 1
+        normals = [
+            _accumulate(part, counts_per_rev, seen, nominal + turn_arcsec * k, shift)
+            for part, k, shift in zip(turns, whole, shifts, strict=True)
+        ]
+        by_run = [_solve_one(normal) for normal in normals]
+        sigmas = [_noise(normal, own) for normal, own in zip(normals, by_run, strict=True)]
+        values, constants = _solve_together(normals, sigmas)
+        u_constants = [s / np.sqrt(n.samples) for s, n in zip(sigmas, normals, strict=True)]
+        weights = np.array([1.0 / u**2 for u in u_constants])
+        measured = float(np.average(constants, weights=weights))
+        if iterations == 1:
+            choice, warnings = head_separation.judge(
+                nominal_separation_rad,
+                [(nominal + c) / ARCSEC_PER_RAD for c in constants],
+                [u / ARCSEC_PER_RAD for u in u_constants],
+                (nominal + measured) / ARCSEC_PER_RAD,
+                counts_per_rev,
+                separation,
+            )
+        used = measured if choice == "measured" else 0.0
+        moved = constants - used - shifts
+        slope = np.hypot(*np.split(values, 2)) @ seen / ARCSEC_PER_RAD
+        if np.max(np.abs(moved)) * slope < CONVERGED_ARCSEC or iterations == ROUNDS_MOST:
+            break
+        shifts = constants - used
+    own_residuals = [
+        _residual(part, counts_per_rev, seen, nominal + turn_arcsec * k, shift, own)
+        for part, k, shift, own in zip(turns, whole, shifts, by_run, strict=True)
+    ]
+    common_rms = [
+        float(np.sqrt(_square_left(normal, np.append(values, constant)) / normal.samples))
+        for normal, constant in zip(normals, constants, strict=True)
+    ]
+    estimate = combined_estimate(
+        function_of="reading",
+        turns=turns,
+        orders=orders,
+        seen=seen,
+        values=values,
+        information=[_without_constant(normal) for normal in normals],
+        by_run=[own[:-1] for own in by_run],
+        own_residuals=own_residuals,
+        residual_rms_by_run=common_rms,
+        used_separation_rad=(nominal + used) / ARCSEC_PER_RAD,
+        measured_separation_rad=(nominal + measured) / ARCSEC_PER_RAD,
+        separation_by_run_rad=[(nominal + float(c)) / ARCSEC_PER_RAD for c in constants],
+        separation_choice=choice,
+        counts_per_rev=counts_per_rev,
+        iterations=iterations,
+    )
+    return estimate, warnings
+
+
+def _design(
+    head1: NDArray[np.int64],
+    head2: NDArray[np.int64],
+    counts_per_rev: int,
+    orders: NDArray[np.int64],
+    shift_arcsec: float,
+) -> Float:
+    """Columns cos nR₂ − cos nR₁ of all orders, then the sines, then 1: (n, 2·orders + 1)."""
+    turned = np.exp(-1j * shift_arcsec / ARCSEC_PER_RAD)
+    difference = powers(unit_vectors(head2, counts_per_rev) * turned, orders)
+    difference -= powers(unit_vectors(head1, counts_per_rev), orders)
+    number = orders.size
+    design = np.empty((head1.size, 2 * number + 1), order="F")
+    design[:, :number], design[:, number:-1], design[:, -1] = difference.real, difference.imag, 1.0
+    return design
+
+
+def _accumulate(
+    part: WholeTurns,
+    counts_per_rev: int,
+    orders: NDArray[np.int64],
+    constant_arcsec: float,
+    shift_arcsec: float,
+) -> _Normal:
+    size = 2 * orders.size + 1
+    matrix, right, square = np.zeros((size, size)), np.zeros(size), 0.0
+    for start in range(0, part.samples, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        head1, head2 = part.head1_counts[block], part.head2_counts[block]
+        design = _design(head1, head2, counts_per_rev, orders, shift_arcsec)
+        y = (head2 - head1) * arcsec_per_count(counts_per_rev) - constant_arcsec
+        matrix += design.T @ design
+        right += design.T @ y
+        square += float(y @ y)
+    return _Normal(matrix, right, square, part.samples)
+
+
+def _residual(
+    part: WholeTurns,
+    counts_per_rev: int,
+    orders: NDArray[np.int64],
+    constant_arcsec: float,
+    shift_arcsec: float,
+    values: Float,
+) -> Float:
+    residual = np.empty(part.samples)
+    for start in range(0, part.samples, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        head1, head2 = part.head1_counts[block], part.head2_counts[block]
+        design = _design(head1, head2, counts_per_rev, orders, shift_arcsec)
+        y = (head2 - head1) * arcsec_per_count(counts_per_rev) - constant_arcsec
+        residual[block] = y - design @ values
+    return residual
+
+
+def _square_left(normal: _Normal, x: Float) -> float:
+    """|y − Xx|² of a run."""
+    left = normal.square - 2.0 * x @ normal.right + x @ normal.matrix @ x
+    return max(float(left), 0.0)
+
+
+def _noise(normal: _Normal, own: Float) -> float:
+    """Standard deviation of the noise of a run, from what its own values leave."""
+    free = max(normal.samples - own.size, 1)
+    # A residual of exactly zero must not divide by zero.
+    return float(np.sqrt(max(_square_left(normal, own) / free, 1e-18)))
+
+
+def _solve(matrix: Float, right: Float) -> Float:
+    norms = np.sqrt(np.diag(matrix))
+    solution = np.linalg.lstsq(matrix / np.outer(norms, norms), right / norms)[0]
+    return np.asarray(solution / norms)
+
+
+def _solve_one(normal: _Normal) -> Float:
+    """What one run says alone, its constant last."""
+    return _solve(normal.matrix, normal.right)
+
+
+def _solve_together(normals: Sequence[_Normal], sigmas: Sequence[float]) -> tuple[Float, Float]:
+    """Harmonics (2·orders,) common to all runs and a constant for each, arcseconds."""
+    runs = len(normals)
+    shared = normals[0].right.size - 1
+    matrix, right = np.zeros((shared + runs,) * 2), np.zeros(shared + runs)
+    for run, (normal, sigma) in enumerate(zip(normals, sigmas, strict=True)):
+        own = np.append(np.arange(shared), shared + run)
+        matrix[np.ix_(own, own)] += normal.matrix / sigma**2
+        right[own] += normal.right / sigma**2
+    solution = _solve(matrix, right)
+    return solution[:shared], solution[shared:]
+
+
+def _without_constant(normal: _Normal) -> Float:
+    """XᵀX of the harmonics with the run's constant free: its Schur complement."""
+    last = normal.matrix[:-1, -1]
+    return np.asarray(normal.matrix[:-1, :-1] - np.outer(last, last) / normal.matrix[-1, -1])

@@ -1,0 +1,72 @@
+"""The noise at each order, from what the fit leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.capture_check import WholeTurns
+
+Float = NDArray[np.float64]
+
+NEIGHBOURS = 96
+"""Lines of the residual's spectrum that are averaged for an order: the standard deviation of an
+uncertainty is then 1/(2·√96) = 5 %."""
+PEAK_FALSE_ALARM = 1e-4
+
+
+class ResidualSpectrum:
+    """Periodogram of the residual of all runs over the order; white noise of variance 1 gives 1.
+
+    ``residuals``: one array a run, each divided by the standard deviation of its run's noise.
+    Lines of the orders that were fitted say nothing (the fit took them away) and are left out.
+    """
+
+    def __init__(
+        self, turns: Sequence[WholeTurns], residuals: Sequence[Float], fitted: NDArray[np.int64]
+    ) -> None:
+        """Take one periodogram a run; the runs' lines stand beside each other."""
+        orders, power, amplitude = [], [], []
+        for part, residual in zip(turns, residuals, strict=True):
+            spectrum = np.fft.rfft(residual)[1 : (residual.size + 1) // 2]
+            line = np.arange(1, spectrum.size + 1)
+            whole = (line % part.turns == 0) & np.isin(line // part.turns, fitted)
+            free = ~whole
+            orders.append(line[free] / part.turns)
+            power.append(np.abs(spectrum[free]) ** 2 / residual.size)
+            amplitude.append(np.abs(spectrum[free]) * (2.0 / residual.size))
+        joined = np.concatenate(orders)
+        sorting = np.argsort(joined, kind="stable")
+        self.orders: Float = joined[sorting]
+        self.power: Float = np.concatenate(power)[sorting]
+        self.amplitude: Float = np.concatenate(amplitude)[sorting]
+
+    def at(self, orders: NDArray[np.int64]) -> Float:
+        """Power near each order: the mean over its nearest lines, (orders,)."""
+        total = np.concatenate(([0.0], np.cumsum(self.power)))
+        number = min(NEIGHBOURS, self.power.size)
+        if number == 0:
+            return np.ones(orders.size)
+        first = np.searchsorted(self.orders, orders) - number // 2
+        # The nearest lines, not as many on each side: near order 0 there are none below.
+        first = np.clip(first, 0, self.power.size - number)
+        return np.asarray((total[first + number] - total[first]) / number)
+
+    def peaks(self, most: int = 3) -> list[tuple[float, float]]:
+        """Lines that white noise would not show: (order, amplitude in standard deviations)."""
+        if self.power.size < NEIGHBOURS:
+            return []
+        # The median of an exponential distribution is ln 2 of its mean, and no line moves it.
+        floor = float(np.median(self.power)) / np.log(2.0)
+        limit = floor * np.log(self.power.size / PEAK_FALSE_ALARM)
+        found: list[tuple[float, float]] = []
+        for index in np.argsort(self.power)[::-1]:
+            if self.power[index] < limit or len(found) == most:
+                break
+            order = float(self.orders[index])
+            # The skirts of a line that was found are not lines of their own.
+            if all(abs(order - other) > 1.5 for other, _ in found):
+                found.append((order, float(self.amplitude[index])))
+        return found

@@ -1,0 +1,85 @@
+"""Which orders the gateware is to apply, and why not the others."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.calibration.estimate import Estimate
+from arctrue.calibration.noise import NEIGHBOURS
+
+FALSE_ALARM = 0.05
+"""Chance that noise alone makes any one order of a set look significant."""
+GAIN_LIMIT_DEFAULT = 50.0
+"""At 33° this keeps n = 11 and 109 (19 times) and leaves out n = 120k and what is next to it."""
+UNCERTAINTY_LIMIT_ARCSEC = 0.1
+"""An order that is known less well than this is flagged."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``reason`` says why an order is not applied; ``flags`` what a person should know."""
+
+    order: int
+    applied: bool
+    reason: str
+    flags: tuple[str, ...]
+
+
+def significance_factor(orders: int) -> float:
+    """Least amplitude over its standard uncertainty, that noise passes with chance 5 % in all.
+
+    A²/2u² of noise is F distributed, (2, 2m) degrees of freedom, u being estimated from m lines of
+    the spectrum: P(A > k·u) = (1 + k²/2m)⁻ᵐ, for many lines the Rayleigh distribution.
+    """
+    chance = FALSE_ALARM / max(orders, 1)
+    return math.sqrt(2.0 * NEIGHBOURS * math.expm1(-math.log(chance) / NEIGHBOURS))
+
+
+def select_orders(
+    estimate: Estimate,
+    lanes: int,
+    gain_limit: float = GAIN_LIMIT_DEFAULT,
+    uncertainty_limit_arcsec: float = UNCERTAINTY_LIMIT_ARCSEC,
+) -> tuple[Verdict, ...]:
+    """One verdict an order: seen, gain within its limit, significant, and a lane free for it.
+
+    Where lanes are short the largest amplitudes have them.
+    """
+    amplitude = estimate.amplitude_arcsec
+    u = estimate.u_component_arcsec
+    seen = np.isfinite(estimate.noise_gain)
+    quiet = estimate.noise_gain <= gain_limit
+    factor = significance_factor(int(np.count_nonzero(seen)))
+    significant = amplitude > factor * u
+    wanted = seen & quiet & significant
+    by_size = np.argsort(np.where(wanted, -amplitude, np.inf), kind="stable")
+    kept = np.zeros(wanted.size, dtype=bool)
+    kept[by_size[:lanes]] = True
+    applied = wanted & kept
+
+    verdicts = []
+    for i, order in enumerate(estimate.orders.tolist()):
+        flags = []
+        if not seen[i]:
+            flags.append("cannot be seen")
+        elif not quiet[i]:
+            flags.append(f"noise gain above {gain_limit:g}")
+        if seen[i] and u[i] > uncertainty_limit_arcsec:
+            flags.append(f"uncertainty above {uncertainty_limit_arcsec:g}″")
+        if estimate.disagreement[i] > 1.0:
+            flags.append("runs disagree")
+        if not seen[i]:
+            reason = "cannot be seen: n·α is a whole number of turns"
+        elif not quiet[i]:
+            reason = f"noise gain above {gain_limit:g}"
+        elif not significant[i]:
+            reason = f"not significant: below {factor:.1f} u"
+        elif not kept[i]:
+            reason = f"no lane free: {lanes} larger orders"
+        else:
+            reason = ""
+        verdicts.append(Verdict(order, bool(applied[i]), reason, tuple(flags)))
+    return tuple(verdicts)

@@ -1,0 +1,26 @@
+"""The transfer function of two read heads, equation (6)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+UNSEEN_GAIN = 1e4
+"""From this |TF| on the denominator counts as 0: |e^{jnα} − 1| is below what α is known to."""
+
+
+def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.complex128]:
+    """TF(n) = 1/(e^{jnα} − 1), 0 where the denominator is 0; the shape of ``orders``."""
+    phase = np.asarray(orders, dtype=np.float64) * head_separation_rad
+    # e^{jx} − 1 = 2j·sin(x/2)·e^{jx/2} keeps its digits near x = 0 and whole turns.
+    denominator = 2j * np.sin(phase / 2.0) * np.exp(0.5j * phase)
+    seen = np.abs(denominator) > 1.0 / UNSEEN_GAIN
+    transfer: NDArray[np.complex128] = np.zeros(phase.shape, dtype=np.complex128)
+    np.divide(1.0, denominator, out=transfer, where=seen)
+    return transfer
+
+
+def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
+    """|TF(n)|: noise of ε over noise of δ₂₁, for each order; inf where it cannot be seen."""
+    gain = np.abs(transfer_function(orders, head_separation_rad))
+    return np.where(gain > 0.0, gain, np.inf)

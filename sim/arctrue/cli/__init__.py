@@ -1,0 +1,46 @@
+"""The command line: ``arctrue COMMAND``.
+
+One file a command: ``arctrue/cli/<command>.py`` holds a click command called ``<command>`` (or
+``command``), and is found by its name. A ``_`` in the file's name is a ``-`` on the command line;
+a file whose name begins with ``_`` or without such a command is no command.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pkgutil
+
+import click
+
+from arctrue import cli
+
+# Before numpy is imported: its matrix products here are narrow, and threads that wait for each
+# other on a busy machine took ten times as long as one.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+# The matrices here are small: a second thread of the linear algebra costs more than it brings.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+class _Commands(click.Group):
+    """Imports a command's module only when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        modules = pkgutil.iter_modules(cli.__path__)
+        return sorted(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        name = cmd_name.replace("-", "_")
+        module = importlib.import_module(f"arctrue.cli.{name}")
+        command = getattr(module, name, getattr(module, "command", None))
+        return command if isinstance(command, click.Command) else None
+
+
+@click.command(cls=_Commands)
+@click.version_option(package_name="arctrue")
+def main() -> None:
+    """Find the angle error of a rotary table from two read heads, and correct it."""

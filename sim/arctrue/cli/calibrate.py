@@ -1,0 +1,295 @@
+"""``arctrue calibrate SET``: from two heads to the coefficients of the gateware."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from arctrue.calibration import calibration as calibration_module
+from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSettings
+from arctrue.calibration.capture_check import CaptureRefusedError
+from arctrue.calibration.comparison import Comparison, Extent, extent
+from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
+from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.units import ARCSEC_PER_RAD
+
+BAD_INPUT = 2
+REFUSED = 3
+_REFUSED_FAULTS = ("not_a_number", "empty")
+
+
+class _ManyRuns(click.Command):
+    """``--run 0 1 3`` is ``--run 0 --run 1 --run 3``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        expanded: list[str] = []
+        many = False
+        for word in args:
+            many = many and word.isdecimal()
+            if many and expanded[-1] != "--run":
+                expanded.append("--run")
+            expanded.append(word)
+            many = many or word == "--run"
+        return super().parse_args(ctx, expanded)
+
+
+@click.command(cls=_ManyRuns)
+@click.argument("folder", metavar="SET", type=click.Path(path_type=Path))
+@click.option(
+    "--method",
+    type=click.Choice(list(METHODS)),
+    default="least_squares",
+    show_default=True,
+    help="least_squares: at the angles really read. fourier: the paper's transform, which supposes "
+    "equal steps.",
+)
+@click.option(
+    "--run",
+    "runs",
+    metavar="N…",
+    type=int,
+    multiple=True,
+    help="Runs to use.  [default: all at the lowest speed]",
+)
+@click.option(
+    "--orders",
+    "most_order",
+    type=click.IntRange(1, 1000),
+    default=CalibrationSettings().most_order,
+    show_default=True,
+    help="Fit orders 1 to this.",
+)
+@click.option(
+    "--lanes",
+    type=click.IntRange(1, LANES_MAX),
+    default=LANES_DEFAULT,
+    show_default=True,
+    help="Lanes of the gateware.",
+)
+@click.option(
+    "--gain-limit",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=GAIN_LIMIT_DEFAULT,
+    show_default=True,
+    help="Apply no order whose noise gain is above this.",
+)
+@click.option(
+    "--head-separation",
+    "separation",
+    type=click.Choice(["measured", "nominal"]),
+    help="Which angle between the heads to use.  [default: measured, unless the index cannot be "
+    "believed]",
+)
+@click.option(
+    "--json",
+    "json_file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write figures here.",
+)
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
+)
+def calibrate(
+    folder: Path,
+    method: Any,
+    runs: tuple[int, ...],
+    most_order: int,
+    lanes: int,
+    gain_limit: float,
+    separation: Any,
+    json_file: Path | None,
+    out: Path | None,
+) -> None:
+    """Calibrate from the capture of the measurement set SET.
+
+    Prints the orders and, where SET has a reference run, the error before and after through the
+    bit-true gateware. Exit code 2: the set or an option is wrong; 3: the capture cannot be used,
+    and an earlier coefficient file stays as it is.
+    """
+    settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
+    try:
+        measurement = read_measurement_set(folder)
+        calibration = calibration_module.calibrate(measurement, settings)
+    except CaptureRefusedError as refusal:
+        _end(REFUSED, f"refused ({refusal.reason}): {refusal}")
+    except MeasurementError as error:
+        of_capture = error.file.name == _capture_name(folder)
+        if of_capture and error.fault in _REFUSED_FAULTS:
+            _end(REFUSED, f"refused ({error.fault}): {error}")
+        _end(BAD_INPUT, str(error))
+    except ValueError as error:
+        _end(BAD_INPUT, f"{folder}: {error}")
+    name = folder.resolve().name
+    out = out or Path("build") / "calibration" / name
+    for warning in (*measurement.warnings, *calibration.warnings):
+        click.echo(f"warning: {warning}", err=True)
+    console = _console()
+    _print_summary(
+        console, calibration, method, math.radians(measurement.table.head_separation_deg or 0)
+    )
+    _print_orders(console, calibration)
+    if calibration.comparison is not None:
+        _print_comparison(console, calibration.comparison)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        coefficients, picture = out / "coefficients.toml", out / "calibration.png"
+        write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
+        # matplotlib takes longer to import than the calibration to run.
+        from arctrue.calibration.plot import save_plot
+
+        save_plot(calibration, measurement.title or name, picture)
+        click.echo(f"\nCoefficients: {coefficients}\nPlot: {picture}")
+        if json_file is not None:
+            json_file.write_text(json.dumps(_figures(calibration), indent=1) + "\n", "utf-8")
+            click.echo(f"Figures: {json_file}")
+    except OSError as error:
+        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
+
+
+def _end(code: int, message: str) -> NoReturn:
+    click.echo(f"calibrate: {message}", err=True)
+    sys.exit(code)
+
+
+def _capture_name(folder: Path) -> str:
+    from arctrue.measurement.description import read_description
+
+    try:
+        return str(read_description(folder).values["capture"].get("file", "capture.csv"))
+    except MeasurementError:
+        return "capture.csv"
+
+
+def _console() -> Console:
+    console = Console(highlight=False)
+    # A file or a pipe has no width of its own; the table needs this much.
+    return console if console.is_terminal else Console(highlight=False, width=110)
+
+
+def _print_summary(
+    console: Console, calibration: Calibration, method: str, nominal_rad: float
+) -> None:
+    estimate = calibration.estimate
+    parts = ", ".join(
+        f"{p.run} ({p.turns} turn{'s' if p.turns > 1 else ''} "
+        f"{'up' if p.step_counts > 0 else 'down'})"
+        for p in calibration.turns
+    )
+    samples = sum(p.samples for p in calibration.turns)
+    console.print(
+        f"{method}: runs {parts}; {samples:,} samples, "
+        f"{estimate.residual_rms_arcsec:.3f}″ RMS left in R₂ − R₁",
+        soft_wrap=True,
+    )
+    off = (estimate.measured_separation_rad - nominal_rad) * ARCSEC_PER_RAD
+    u = estimate.u_measured_separation_rad * ARCSEC_PER_RAD
+    used = (
+        "measured"
+        if estimate.head_separation_rad == estimate.measured_separation_rad
+        else "nominal"
+    )
+    console.print(
+        f"head separation: {math.degrees(estimate.measured_separation_rad):.6f}° measured "
+        f"({off:+.3f}″ from nominal, u = {u:.3f}″ by index and noise); {used} used",
+        soft_wrap=True,
+    )
+
+
+def _print_orders(console: Console, calibration: Calibration) -> None:
+    estimate = calibration.estimate
+    table = Table(title="Orders of the error, as a function of the reading", title_justify="left")
+    for heading in ("order", "amplitude ″", "u ″", "phase °", "u °", "noise gain"):
+        table.add_column(heading, justify="right")
+    table.add_column("applied, or why not")
+    u_phase = np.degrees(estimate.u_phase_rad)
+    for i, verdict in enumerate(calibration.verdicts):
+        seen = bool(np.isfinite(estimate.noise_gain[i]))
+        reason = "applied" if verdict.applied else verdict.reason
+        notes = [flag for flag in verdict.flags if flag.split(":")[0] not in reason]
+        known = seen and u_phase[i] < 60.0
+        table.add_row(
+            str(verdict.order),
+            f"{estimate.amplitude_arcsec[i]:.4f}" if seen else "–",
+            f"{estimate.u_amplitude_arcsec[i]:.4f}" if seen else "–",
+            f"{math.degrees(estimate.phase_rad[i]):.2f}" if known else "–",
+            f"{u_phase[i]:.2f}" if known else "–",
+            f"{estimate.noise_gain[i]:.2f}" if seen else "∞",
+            "; ".join([reason, *notes]),
+            style="bold" if verdict.applied else "dim",
+        )
+    console.print()
+    console.print(table)
+
+
+def _print_comparison(console: Console, comparison: Comparison) -> None:
+    table = Table(
+        title="Error against the reference run, through the gateware, ″", title_justify="left"
+    )
+    table.add_column("")
+    for heading in ("min", "max", "peak to peak", "RMS", "rows"):
+        table.add_column(heading, justify="right")
+
+    def row(name: str, of: Extent, number: int) -> None:
+        table.add_row(
+            name,
+            f"{of.lowest:.3f}",
+            f"{of.highest:.3f}",
+            f"{of.peak_to_peak:.3f}",
+            f"{of.rms:.3f}",
+            str(number),
+        )
+
+    for name, values in (("before", comparison.before_arcsec), ("after", comparison.after_arcsec)):
+        row(name, extent(values), values.size)
+        if comparison.direction is not None:
+            for sign, way in ((1, "up"), (-1, "down")):
+                chosen = values[comparison.direction == sign]
+                if chosen.size:
+                    row(f"{name}, {way}", extent(chosen), chosen.size)
+    if comparison.noise is not None:
+        row("scatter of the reference's repeats", comparison.noise, comparison.target_deg.size)
+    console.print()
+    console.print(table)
+
+
+def _figures(calibration: Calibration) -> dict[str, Any]:
+    estimate, comparison = calibration.estimate, calibration.comparison
+    before = after = None
+    if comparison is not None:
+        before, after = (
+            {"min": of.lowest, "max": of.highest, "rms": of.rms}
+            for of in (extent(comparison.before_arcsec), extent(comparison.after_arcsec))
+        )
+    return {
+        "before_arcsec": before,
+        "after_arcsec": after,
+        "head_separation_deg": math.degrees(estimate.measured_separation_rad),
+        "orders": [
+            {
+                "order": verdict.order,
+                "amplitude_arcsec": _finite(estimate.amplitude_arcsec[i]),
+                "phase_deg": _finite(math.degrees(estimate.phase_rad[i])),
+                "u_amplitude_arcsec": _finite(estimate.u_amplitude_arcsec[i]),
+                "noise_gain": _finite(estimate.noise_gain[i]),
+                "applied": verdict.applied,
+            }
+            for i, verdict in enumerate(calibration.verdicts)
+        ],
+    }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no infinity: what cannot be seen is null."""
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,22 @@
+"""The measurement set: the folder in which captures and reference runs are exchanged."""
+
+from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.measurement_set import (
+    Capture,
+    MeasurementSet,
+    Reference,
+    Table,
+)
+from arctrue.measurement.reader import open_capture, read_measurement_set
+from arctrue.measurement.writer import write_measurement_set
+
+__all__ = [
+    "Capture",
+    "MeasurementError",
+    "MeasurementSet",
+    "Reference",
+    "Table",
+    "open_capture",
+    "read_measurement_set",
+    "write_measurement_set",
+]

@@ -1,0 +1,230 @@
+"""A CSV file of any length in blocks of typed columns.
+
+pyarrow reads; where it stumbles, the file is gone through once more, line by line, to name the
+row and column of the fault.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.measurement_set import WHOLE_COLUMNS
+
+Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
+
+BLOCK_BYTES = 8 << 20
+_NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
+_WHOLE = re.compile(r"[+-]?\d+\Z")
+_FLOAT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z")
+_INT64 = range(-(2**63), 2**63)
+
+
+@dataclass
+class CsvFile:
+    """One file: which columns are wanted, which of them it has, what to warn of."""
+
+    path: Path
+    required: Sequence[str]
+    optional: Sequence[str]
+    columns: list[str] = field(default_factory=list)
+    header: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Read and check the header."""
+        try:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
+                first = file.readline()
+        except FileNotFoundError as error:
+            raise MeasurementError("missing", self.path, "no such file") from error
+        except UnicodeDecodeError as error:
+            raise MeasurementError("format", self.path, "is not text in UTF-8", row=1) from error
+        except OSError as error:
+            raise MeasurementError(
+                "missing", self.path, f"cannot be read: {error.strerror}"
+            ) from error
+        if not first.strip():
+            raise MeasurementError(
+                "empty",
+                self.path,
+                "is empty" if not first else "has no header; expected " + ",".join(self.required),
+                row=None if not first else 1,
+            )
+        self.header = [name.strip() for name in next(csv.reader([first]))]
+        for name in self.required:
+            if name not in self.header:
+                raise MeasurementError(
+                    "missing",
+                    self.path,
+                    f"is missing; the header has {','.join(self.header)}",
+                    row=1,
+                    column=name,
+                )
+        for name in (*self.required, *self.optional):
+            if self.header.count(name) > 1:
+                raise MeasurementError("format", self.path, "is there twice", row=1, column=name)
+        self.columns = [n for n in (*self.required, *self.optional) if n in self.header]
+        self.warnings = [
+            f"{self.path}: column {name or '(without a name)'} is not known and is not used"
+            for name in self.header
+            if name not in self.columns
+        ]
+
+    def blocks(self) -> Iterator[Columns]:
+        """Blocks of rows, whole numbers as int64 and the rest as float64.
+
+        Raises MeasurementError with the row and column of the first field that is not a number,
+        not finite or not there. A last line without an end that lacks fields is left out, with a
+        warning.
+        """
+        cut = self._cut_last_line()
+        rows = 0
+        try:
+            for batch in self._batches(cut):
+                block = {}
+                for name in self.columns:
+                    column = batch.column(name)
+                    if column.null_count:
+                        self._explain()
+                    values = column.to_numpy(zero_copy_only=False)
+                    if name not in WHOLE_COLUMNS and not np.isfinite(values).all():
+                        self._explain()
+                    block[name] = values
+                rows += batch.num_rows
+                if batch.num_rows:
+                    yield block
+        except pa.ArrowInvalid as error:
+            if not rows and next(self._lines(), None) is None:
+                raise self._no_rows() from error
+            self._explain(error)
+        if not rows:
+            raise self._no_rows()
+
+    def row_of(self, index: int) -> int:
+        """Line number of data row ``index`` (0, 1, …): blank lines count, the header is row 1."""
+        for number, (row, _) in enumerate(self._lines()):
+            if number == index:
+                return row
+        return index + 2
+
+    def _no_rows(self) -> MeasurementError:
+        return MeasurementError("empty", self.path, "has a header and no rows", row=1)
+
+    def _batches(self, cut: int | None) -> Iterator[pa.RecordBatch]:
+        names = [
+            name if name in self.columns else f"unused {i}" for i, name in enumerate(self.header)
+        ]
+        types = {
+            name: pa.int64() if name in WHOLE_COLUMNS else pa.float64() for name in self.columns
+        }
+        # Every other line with a wrong number of fields is an error.
+        handler = (lambda row: "skip" if row.text == self._cut_text else "error") if cut else None
+        reader = pa_csv.open_csv(
+            self.path,
+            read_options=pa_csv.ReadOptions(
+                block_size=BLOCK_BYTES, skip_rows=1, column_names=names, use_threads=False
+            ),
+            parse_options=pa_csv.ParseOptions(invalid_row_handler=handler),
+            convert_options=pa_csv.ConvertOptions(
+                column_types=types,
+                include_columns=self.columns,
+                null_values=list(_NOT_A_NUMBER),
+                check_utf8=False,
+            ),
+        )
+        with reader:
+            yield from reader
+
+    _cut_text: str = ""
+
+    def _cut_last_line(self) -> int | None:
+        """Length of a last line that has no end and lacks fields, else None."""
+        with self.path.open("rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(size - 65536, 0))
+            tail = file.read()
+        if not tail or tail.endswith((b"\n", b"\r")):
+            return None
+        last = tail.splitlines()[-1].decode("utf-8", "replace")
+        fields = last.count(",") + 1
+        if len(tail.splitlines()) == 1 and size == len(tail):
+            return None  # the header alone
+        if fields >= len(self.header):
+            self.warnings.append(f"{self.path}: the last line has no end; it may be cut off")
+            return None
+        self.warnings.append(
+            f"{self.path}: the last line is cut off after {fields} of {len(self.header)} fields "
+            f"({last!r}) and is left out"
+        )
+        self._cut_text = last
+        return len(last)
+
+    def _lines(self) -> Iterator[tuple[int, list[str]]]:
+        with self.path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+            reader = csv.reader(file)
+            for _ in reader:
+                break
+            for fields in reader:
+                if fields:
+                    yield reader.line_num, fields
+
+    def _explain(self, cause: Exception | None = None) -> NoReturn:
+        """Raise the error that names the first bad row and column."""
+        places = [(self.header.index(name), name) for name in self.columns]
+        try:
+            for row, fields in self._lines():
+                if len(fields) != len(self.header):
+                    if ",".join(fields) == self._cut_text and self._cut_text:
+                        continue
+                    raise MeasurementError(
+                        "format",
+                        self.path,
+                        f"expected {len(self.header)} fields, found {len(fields)}",
+                        row=row,
+                        column=self.header[min(len(fields), len(self.header) - 1)],
+                    )
+                for place, name in places:
+                    self._check(fields[place].strip(), row, name)
+        except csv.Error as error:
+            raise MeasurementError("format", self.path, str(error)) from error
+        raise MeasurementError("format", self.path, f"cannot be read: {cause}") from cause
+
+    def _check(self, text: str, row: int, name: str) -> None:
+        kind = "a whole number" if name in WHOLE_COLUMNS else "a number"
+        if text in _NOT_A_NUMBER:
+            found = f"found {text!r}" if text else "the field is empty"
+            raise MeasurementError(
+                "not_a_number", self.path, f"expected {kind}, {found}", row=row, column=name
+            )
+        if name in WHOLE_COLUMNS:
+            right = bool(_WHOLE.match(text))
+            if right and int(text) not in _INT64:
+                raise MeasurementError(
+                    "value", self.path, f"{text} does not fit into 64 bits", row=row, column=name
+                )
+        else:
+            right = bool(_FLOAT.match(text)) and math.isfinite(float(text))
+            if re.fullmatch(r"[+-]?inf(inity)?", text, re.IGNORECASE):
+                raise MeasurementError(
+                    "not_a_number",
+                    self.path,
+                    f"expected {kind}, found {text!r}",
+                    row=row,
+                    column=name,
+                )
+        if not right:
+            raise MeasurementError(
+                "value", self.path, f"expected {kind}, found {text!r}", row=row, column=name
+            )

@@ -1,0 +1,143 @@
+"""``measurement.toml``: what was measured, and with what."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.measurement_set import SCHEMA
+
+FILE_NAME = "measurement.toml"
+
+Kind = Literal["text", "whole", "number"]
+
+
+@dataclass(frozen=True)
+class Key:
+    """Type and range of one key: ``low`` itself is allowed only where ``closed``."""
+
+    kind: Kind
+    low: float = -math.inf
+    high: float = math.inf
+    closed: bool = True
+
+
+KEYS: Mapping[str, Mapping[str, Key]] = {
+    "": {"schema": Key("whole"), "title": Key("text")},
+    "table": {
+        "counts_per_rev": Key("whole", low=4, high=2**62),
+        "grating_lines": Key("whole", low=1),
+        "disc_diameter_mm": Key("number", low=0, closed=False),
+        "head_separation_deg": Key("number", low=-360, high=360, closed=False),
+        "drive_gear_teeth": Key("whole", low=1),
+        "faces": Key("whole", low=1),
+    },
+    "capture": {"file": Key("text"), "clock_hz": Key("number", low=0, closed=False)},
+    "reference": {
+        "file": Key("text"),
+        "instrument": Key("text"),
+        "faces": Key("whole", low=1),
+        "standard_uncertainty_arcsec": Key("number", low=0),
+    },
+}
+_KIND_NAMES = {"text": "text", "whole": "a whole number", "number": "a finite number"}
+
+
+@dataclass(frozen=True)
+class Description:
+    """Checked keys by section ("" is the top), the unknown ones, and warnings about them."""
+
+    path: Path
+    values: Mapping[str, Mapping[str, Any]]
+    sections: frozenset[str]
+    other: Mapping[str, Any]
+    warnings: tuple[str, ...]
+
+
+def read_description(folder: Path) -> Description:
+    """Read and check ``folder``/measurement.toml; MeasurementError names file and key."""
+    path = folder / FILE_NAME
+    if not folder.is_dir():
+        what = "is a file, expected a folder" if folder.exists() else "no such folder"
+        raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise MeasurementError("missing", path, "no such file; every set needs one") from error
+    except UnicodeDecodeError as error:
+        raise MeasurementError("format", path, "is not text in UTF-8") from error
+    except OSError as error:
+        raise MeasurementError("missing", path, f"cannot be read: {error.strerror}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise MeasurementError("format", path, f"is not TOML: {error}") from error
+
+    values: dict[str, dict[str, Any]] = {section: {} for section in KEYS}
+    other: dict[str, Any] = {}
+    sections: set[str] = set()
+    for name, value in content.items():
+        if name in KEYS:
+            if not isinstance(value, dict):
+                raise MeasurementError(
+                    "value", path, f"{name}: expected a section [{name}], found {value!r}"
+                )
+            sections.add(name)
+            _take(path, name, value, values[name], other)
+        else:
+            _take(path, "", {name: value}, values[""], other)
+    schema = values[""].get("schema")
+    if schema is None:
+        raise MeasurementError("missing", path, f"schema: is missing; expected schema = {SCHEMA}")
+    if schema != SCHEMA:
+        raise MeasurementError(
+            "value", path, f"schema: this program reads schema {SCHEMA}, found {schema}"
+        )
+    warnings = tuple(f"{path}: {key}: is not known and is not used" for key in other)
+    return Description(path, values, frozenset(sections), other, warnings)
+
+
+def _take(
+    path: Path,
+    section: str,
+    content: Mapping[str, Any],
+    values: dict[str, Any],
+    other: dict[str, Any],
+) -> None:
+    for name, value in content.items():
+        dotted = f"{section}.{name}" if section else name
+        key = KEYS[section].get(name)
+        if key is None:
+            other[dotted] = value
+        else:
+            values[name] = _checked(path, dotted, key, value)
+
+
+def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
+    if key.kind == "text":
+        right = isinstance(value, str)
+    else:
+        right = (
+            isinstance(value, int if key.kind == "whole" else int | float)
+            and not isinstance(value, bool)
+            and math.isfinite(value)
+        )
+    if not right:
+        raise MeasurementError(
+            "value", path, f"{dotted}: expected {_KIND_NAMES[key.kind]}, found {value!r}"
+        )
+    if key.kind == "text":
+        return value
+    inside = key.low <= value <= key.high if key.closed else key.low < value < key.high
+    if not inside:
+        low = "at least" if key.closed else "more than"
+        limits = [f"{low} {key.low:g}"] if math.isfinite(key.low) else []
+        if math.isfinite(key.high):
+            limits.append(f"{'at most' if key.closed else 'less than'} {key.high:g}")
+        raise MeasurementError(
+            "value", path, f"{dotted}: expected {' and '.join(limits)}, found {value!r}"
+        )
+    return value

@@ -1,0 +1,40 @@
+"""What is wrong with a measurement set, for the person who has to mend it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+Fault = Literal["missing", "format", "value", "not_a_number", "empty", "time", "order"]
+"""missing: file, key or column; format: not TOML or CSV; value: wrong type or range;
+not_a_number: NaN, infinite or an empty field; empty: no rows; time: runs backwards;
+order: rows of a run are not together."""
+
+
+class MeasurementError(ValueError):
+    """A measurement set that cannot be used.
+
+    ``row`` counts lines of the file as an editor does: the header is row 1. ``row`` and
+    ``column`` are None where the fault has none.
+    """
+
+    def __init__(
+        self,
+        fault: Fault,
+        file: Path,
+        message: str,
+        *,
+        row: int | None = None,
+        column: str | None = None,
+    ) -> None:
+        """Keep the place apart from the message, and join them for people."""
+        place = str(file)
+        if row is not None:
+            place += f", row {row}"
+        if column is not None:
+            place += f", column {column}"
+        super().__init__(f"{place}: {message}")
+        self.fault: Fault = fault
+        self.file = file
+        self.row = row
+        self.column = column

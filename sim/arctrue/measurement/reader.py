@@ -1,0 +1,161 @@
+"""Reads a measurement set; a bad file becomes a MeasurementError, never a wrong answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.measurement.csv_blocks import Columns, CsvFile
+from arctrue.measurement.description import Description, read_description
+from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.measurement_set import (
+    CAPTURE_COLUMNS,
+    CAPTURE_OPTIONAL,
+    REFERENCE_COLUMNS,
+    REFERENCE_OPTIONAL,
+    Capture,
+    MeasurementSet,
+    Reference,
+    Table,
+)
+
+
+def read_measurement_set(
+    folder: Path | str, *, capture: bool = True, reference: bool = True
+) -> MeasurementSet:
+    """Read a whole set; memory is 8 bytes a field and one block of the file.
+
+    ``capture``, ``reference``: False leaves that file unread. Raises MeasurementError.
+    """
+    folder = Path(folder)
+    description = read_description(folder)
+    warnings = list(description.warnings)
+    capture_path = _data_file(description, "capture")
+    reference_path = _data_file(description, "reference")
+    if capture_path is None and reference_path is None:
+        raise MeasurementError(
+            "missing", folder, "has neither a capture.csv nor a reference.csv: nothing was measured"
+        )
+    return MeasurementSet(
+        table=Table(**description.values["table"]),
+        capture=_capture(description, capture_path, warnings) if capture and capture_path else None,
+        reference=(
+            _reference(description, reference_path, warnings)
+            if reference and reference_path
+            else None
+        ),
+        title=description.values[""].get("title", ""),
+        other=description.other,
+        warnings=tuple(warnings),
+        folder=folder,
+    )
+
+
+@contextmanager
+def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
+    """The capture of a set in blocks, checked: for sets that should not be held in memory."""
+    description = read_description(Path(folder))
+    path = _data_file(description, "capture")
+    if path is None:
+        raise MeasurementError("missing", Path(folder), "has no capture.csv")
+    _require_for_capture(description)
+    yield _checked_blocks(CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL))
+
+
+def _data_file(description: Description, section: str) -> Path | None:
+    name = description.values[section].get("file")
+    path = description.path.parent / (name or f"{section}.csv")
+    if path.is_file():
+        return path
+    if name is not None or section in description.sections:
+        raise MeasurementError(
+            "missing", path, f"no such file, but {description.path.name} has a [{section}]"
+        )
+    return None
+
+
+def _require_for_capture(description: Description) -> None:
+    for key in ("counts_per_rev", "head_separation_deg"):
+        if key not in description.values["table"]:
+            raise MeasurementError(
+                "missing", description.path, f"table.{key}: is missing; a capture needs it"
+            )
+
+
+def _capture(description: Description, path: Path, warnings: list[str]) -> Capture:
+    _require_for_capture(description)
+    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL)
+    columns = _joined(list(_checked_blocks(file)))
+    warnings.extend(file.warnings)
+    return Capture(**columns, clock_hz=description.values["capture"].get("clock_hz"))
+
+
+def _reference(description: Description, path: Path, warnings: list[str]) -> Reference:
+    file = CsvFile(path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL)
+    columns = _joined(list(_checked_blocks(file)))
+    warnings.extend(file.warnings)
+    direction = columns.get("direction")
+    if direction is not None:
+        wrong = np.flatnonzero(np.abs(direction) != 1)
+        if wrong.size:
+            raise MeasurementError(
+                "value",
+                path,
+                f"expected +1 or -1, found {direction[wrong[0]]}",
+                row=file.row_of(int(wrong[0])),
+                column="direction",
+            )
+    keys = {k: v for k, v in description.values["reference"].items() if k != "file"}
+    keys.setdefault("faces", description.values["table"].get("faces"))
+    return Reference(**columns, **keys)
+
+
+def _joined(blocks: list[Columns]) -> dict[str, Any]:
+    # Column by column, so that no more than one column is there twice.
+    return {name: np.concatenate([block.pop(name) for block in blocks]) for name in list(blocks[0])}
+
+
+def _checked_blocks(file: CsvFile) -> Iterator[Columns]:
+    """The blocks of ``file``: a run is in one piece, and its time does not run backwards."""
+    finished: set[int] = set()
+    last_run: int | None = None
+    last_time = 0.0
+    start = 0
+    for block in file.blocks():
+        runs, times = block.get("run"), block.get("time_s")
+        if runs is None and times is not None:
+            runs = np.zeros(times.size, dtype=np.int64)
+        if runs is not None:
+            before_run = np.concatenate(([runs[0] if last_run is None else last_run], runs[:-1]))
+            changes = np.flatnonzero(runs != before_run)
+            for index in changes:
+                finished.add(int(before_run[index]))
+                if int(runs[index]) in finished:
+                    raise MeasurementError(
+                        "order",
+                        file.path,
+                        f"run {runs[index]} goes on here after another run; "
+                        "the rows of a run must be together",
+                        row=file.row_of(start + int(index)),
+                        column="run",
+                    )
+            if times is not None:
+                before = np.concatenate(([times[0] if last_run is None else last_time], times[:-1]))
+                back = np.flatnonzero((times < before) & (runs == before_run))
+                if back.size:
+                    first = int(back[0])
+                    raise MeasurementError(
+                        "time",
+                        file.path,
+                        f"time runs backwards, from {before[first]} to {times[first]} s",
+                        row=file.row_of(start + first),
+                        column="time_s",
+                    )
+                last_time = float(times[-1])
+            last_run = int(runs[-1])
+            start += runs.size
+        yield block

@@ -1,0 +1,111 @@
+"""Writes a measurement set."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from arctrue.measurement.description import FILE_NAME
+from arctrue.measurement.measurement_set import (
+    CAPTURE_COLUMNS,
+    CAPTURE_OPTIONAL,
+    SCHEMA,
+    WHOLE_COLUMNS,
+    Capture,
+    MeasurementSet,
+    Reference,
+)
+
+_REFERENCE_ORDER = (
+    "run",
+    "time_s",
+    "cycle",
+    "direction",
+    "target_deg",
+    "head1_counts",
+    "error_arcsec",
+    "temperature_c",
+)
+_DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3}
+
+
+def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
+    """Write ``measurement`` to ``folder``, which is made if it is not there.
+
+    Times are written to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
+
+    Raises ValueError for a set with neither capture nor reference, columns of unequal length or a
+    value that is not finite, OSError where the folder cannot be written.
+    """
+    if measurement.capture is None and measurement.reference is None:
+        raise ValueError("a measurement set needs a capture or a reference run")
+    folder = Path(folder)
+    tables = {}
+    if measurement.capture is not None:
+        tables["capture.csv"] = _arrow_table(
+            measurement.capture, (*CAPTURE_COLUMNS, *CAPTURE_OPTIONAL)
+        )
+    if measurement.reference is not None:
+        tables["reference.csv"] = _arrow_table(measurement.reference, _REFERENCE_ORDER)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / FILE_NAME).write_text(_description(measurement), encoding="utf-8")
+    for name, table in tables.items():
+        with (folder / name).open("wb") as file:
+            file.write((",".join(table.column_names) + "\n").encode())
+            pa_csv.write_csv(
+                table, file, pa_csv.WriteOptions(include_header=False, quoting_style="none")
+            )
+
+
+def _description(measurement: MeasurementSet) -> str:
+    lines = [f"schema = {SCHEMA}"]
+    if measurement.title:
+        lines.append(f"title = {json.dumps(measurement.title, ensure_ascii=False)}")
+    sections: dict[str, Mapping[str, Any]] = {"table": vars(measurement.table)}
+    if measurement.capture is not None:
+        sections["capture"] = {"file": "capture.csv", "clock_hz": measurement.capture.clock_hz}
+    if measurement.reference is not None:
+        sections["reference"] = {
+            "file": "reference.csv",
+            "instrument": measurement.reference.instrument,
+            "faces": measurement.reference.faces,
+            "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
+        }
+    for name, section in sections.items():
+        entries = {key: value for key, value in section.items() if value is not None}
+        if entries:
+            lines += ["", f"[{name}]"]
+            lines += [f"{key} = {_toml(value)}" for key, value in entries.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: str | float) -> str:
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+
+
+def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Table:
+    arrays: dict[str, NDArray[Any]] = {
+        name: np.asarray(getattr(columns, name))
+        for name in names
+        if getattr(columns, name) is not None
+    }
+    if len({array.shape for array in arrays.values()}) != 1:
+        lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        raise ValueError(f"the columns of a file must be equally long, found {lengths}")
+    converted = {}
+    for name, array in arrays.items():
+        if name in WHOLE_COLUMNS:
+            converted[name] = pa.array(array.astype(np.int64))
+        else:
+            bad = np.flatnonzero(~np.isfinite(array))
+            if bad.size:
+                raise ValueError(f"{name}[{bad[0]}]: {array[bad[0]]} is not a finite number")
+            converted[name] = pa.array(np.round(array.astype(np.float64), _DECIMALS[name]))
+    return pa.table(converted)

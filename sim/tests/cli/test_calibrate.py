@@ -1,0 +1,168 @@
+"""``arctrue calibrate`` as a person meets it: figures, files and exit codes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from sim.tests.calibration.synthetic import (
+    Disc,
+    capture_of,
+    polygon_of,
+    set_of,
+    turn_angles,
+)
+
+from arctrue.cli import main
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.measurement import write_measurement_set
+
+DISC = Disc({1: (95.0, 0.4), 2: (0.8, 2.0), 8: (0.3, 1.0)})
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    random = np.random.default_rng(7)
+    heads = [
+        DISC.heads(turn_angles(3000, 2), 0.1, random),
+        DISC.heads(turn_angles(3000, 2, direction=-1), 0.1, random),
+        DISC.heads(turn_angles(3000, 2), 0.1, random),
+    ]
+    capture = capture_of(heads, [1e-3, 1e-3, 4e-4])
+    write_measurement_set(tmp_path / "set", set_of(DISC, capture, polygon_of(DISC, 0.15, random)))
+    return tmp_path / "set"
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(main, ["calibrate", *map(str, words)])
+
+
+def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
+    out, figures = tmp_path / "out", tmp_path / "figures.json"
+    answer = run(folder, "--out", out, "--json", figures)
+    assert answer.exit_code == 0, answer.output
+    assert "runs 0 (2 turns up), 1 (2 turns down)" in answer.output
+    for words in ("noise gain", "applied", "not significant", "after, down", "head separation"):
+        assert words in answer.output
+    assert str(out / "calibration.png") in answer.output
+    assert (out / "calibration.png").read_bytes().startswith(b"\x89PNG")
+    loaded = read_coefficient_file(out / "coefficients.toml")
+    assert loaded.orders[loaded.amplitudes != 0].tolist() == [1, 2, 8]
+
+    data = json.loads(figures.read_text())
+    assert set(data) == {"before_arcsec", "after_arcsec", "head_separation_deg", "orders"}
+    for key in ("before_arcsec", "after_arcsec"):
+        assert set(data[key]) == {"min", "max", "rms"}
+    assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
+    assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
+    assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
+    assert set(data["orders"][0]) == {
+        "order", "amplitude_arcsec", "phase_deg", "u_amplitude_arcsec", "noise_gain", "applied",
+    }  # fmt: skip
+    found = {entry["order"]: entry for entry in data["orders"] if entry["applied"]}
+    assert list(found) == [1, 2, 8]
+    assert found[1]["amplitude_arcsec"] == pytest.approx(95.0, abs=0.03)
+    assert found[1]["phase_deg"] == pytest.approx(np.degrees(0.4), abs=0.03)
+
+
+def test_options(folder: Path, tmp_path: Path) -> None:
+    words = ("--out", tmp_path / "out", "--method", "fourier", "--head-separation", "nominal")
+    for runs in (("--run", 0, 2), ("--run", 0, "--run", 2)):
+        answer = run(*words, *runs, folder)
+        assert answer.exit_code == 0, answer.output
+        assert "fourier: runs 0 (2 turns up), 2 (2 turns up)" in answer.output
+        assert "nominal used" in answer.output
+
+
+def test_unseen_order_is_null_in_json(folder: Path, tmp_path: Path) -> None:
+    figures = tmp_path / "figures.json"
+    answer = run(folder, "--out", tmp_path / "o", "--json", figures, "--orders", 121)
+    assert answer.exit_code == 0, answer.output
+    entry = json.loads(figures.read_text())["orders"][119]
+    assert (entry["order"], entry["noise_gain"], entry["applied"]) == (120, None, False)
+    assert "cannot be seen" in answer.output
+
+
+def test_set_without_reference(folder: Path, tmp_path: Path) -> None:
+    (folder / "reference.csv").unlink()
+    description = (folder / "measurement.toml").read_text().split("[reference]")[0]
+    (folder / "measurement.toml").write_text(description)
+    figures = tmp_path / "f.json"
+    answer = run(folder, "--out", tmp_path / "o", "--json", figures)
+    assert answer.exit_code == 0, answer.output
+    assert json.loads(figures.read_text())["before_arcsec"] is None
+
+
+def edit(folder: Path, change) -> None:
+    path = folder / "capture.csv"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(change(lines)) + "\n")
+
+
+def put(lines: list[str], row: int, text: str) -> list[str]:
+    fields = lines[row].split(",")
+    fields[2] = text
+    return [*lines[:row], ",".join(fields), *lines[row + 1 :]]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda lines: lines[:1000], "short_of_a_turn"),
+        (lambda lines: [*lines[:500], *lines[700:]], "jump"),
+        (lambda lines: put(lines, 500, "123456789012"), "sample 499"),
+        (lambda lines: put(lines, 500, "NaN"), "row 501, column head1_counts"),
+        (lambda lines: lines[:1], "refused (empty)"),
+    ],
+    ids=["short", "jump", "spike", "NaN", "empty"],
+)
+def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> None:
+    out = tmp_path / "out"
+    assert run(folder, "--out", out).exit_code == 0
+    before = (out / "coefficients.toml").read_bytes()
+    edit(folder, change)
+    answer = run(folder, "--out", out)
+    assert answer.exit_code == 3, answer.output
+    assert "refused" in answer.stderr
+    assert words in answer.stderr
+    assert answer.stdout == ""
+    # The last good coefficients stay.
+    assert (out / "coefficients.toml").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda lines: put(lines, 500, "abc"), "row 501, column head1_counts"),
+        (lambda lines: [line.rpartition(",")[0] for line in lines], "head2_counts: is missing"),
+    ],
+)
+def test_bad_input(folder: Path, change, words: str) -> None:
+    edit(folder, change)
+    answer = run(folder)
+    assert answer.exit_code == 2
+    assert words in answer.stderr
+    assert "Traceback" not in answer.output
+
+
+def test_bad_usage(folder: Path, tmp_path: Path) -> None:
+    for words in (
+        (tmp_path / "nowhere",),
+        (folder, "--method", "magic"),
+        (folder, "--run", 17),
+        (folder, "--lanes", 0),
+        (),
+    ):
+        answer = run(*words)
+        assert answer.exit_code == 2, words
+        assert answer.stderr
+
+
+def test_every_command_is_listed() -> None:
+    answer = CliRunner().invoke(main, ["--help"])
+    assert answer.exit_code == 0
+    assert "calibrate" in answer.output
+    assert "demo" in answer.output
