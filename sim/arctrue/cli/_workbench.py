@@ -1,0 +1,148 @@
+"""What the commands of the workbench share: options, loading, errors, JSON."""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+
+from arctrue.effects.base import Effect
+from arctrue.effects.registry import EffectFileError, EffectNotFoundError, catalogue
+from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.model.growth import AlreadyThereError, NotTestableError
+from arctrue.model.model import Model, default_model
+from arctrue.model.model_file import ModelFileError, read_model
+from arctrue.observations import Observations
+from arctrue.observations.build import observations_of
+
+EXIT_BAD_INPUT = 2
+console = Console()
+progress_console = Console(stderr=True)
+
+PEOPLE_ERRORS = (
+    MeasurementError,
+    ModelFileError,
+    EffectFileError,
+    EffectNotFoundError,
+    NotTestableError,
+    AlreadyThereError,
+    ValueError,
+    OSError,
+)
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """A measurement set, a model and the effects that are known."""
+
+    observations: Observations
+    model: Model
+    effects: dict[str, type[Effect]]
+    measurement: str
+
+
+def set_argument(function: Callable[..., None]) -> Callable[..., None]:
+    """The SET argument: the folder of a measurement set."""
+    return click.argument(
+        "measurement_set", metavar="SET", type=click.Path(path_type=Path, file_okay=False)
+    )(function)
+
+
+def common_options(function: Callable[..., None]) -> Callable[..., None]:
+    """--model, --effects, --json, --out, --seed."""
+    for option in (
+        click.option("--seed", type=int, default=1, show_default=True, help="Of the surrogates."),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for pictures."),
+        click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON."),
+        click.option(
+            "--effects",
+            "folders",
+            type=click.Path(path_type=Path),
+            multiple=True,
+            help="Folder of own effects.",
+        ),
+        click.option(
+            "--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML)."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def for_people(function: Callable[..., None]) -> Callable[..., None]:
+    """What is wrong with the input goes to stderr in one sentence; exit code 2."""
+
+    @functools.wraps(function)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            function(*arguments, **options)
+        except PEOPLE_ERRORS as error:
+            click.echo(f"arctrue: {error}", err=True)
+            raise SystemExit(EXIT_BAD_INPUT) from error
+
+    return wrapped
+
+
+def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
+    """The model of the file; the default model without one."""
+    if model_file is None or (may_be_new and not model_file.exists()):
+        return default_model()
+    return read_model(model_file)
+
+
+def effects_for(
+    model: Model, model_file: Path | None, folders: tuple[Path, ...]
+) -> dict[str, type[Effect]]:
+    """All effects: built-in, of the model's folders (relative to its file), of --effects."""
+    base = model_file.parent if model_file is not None else Path()
+    places = [*(base / folder for folder in model.folders), *folders]
+    unique = list(dict.fromkeys(place.resolve() for place in places))
+    return catalogue(unique)
+
+
+def load(
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    *,
+    may_be_new: bool = False,
+) -> Workbench:
+    """Everything that a command needs."""
+    model = load_model(model_file, may_be_new=may_be_new)
+    effects = effects_for(model, model_file, folders)
+    for entry in model.effects:
+        entry.effect(effects)
+    with progress_console.status("reading the measurement set"):
+        measurement = read_measurement_set(measurement_set)
+        observations = observations_of(measurement)
+    for warning in measurement.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    return Workbench(observations, model, effects, measurement.title or measurement_set.name)
+
+
+def write_json(path: Path | None, data: dict[str, Any]) -> None:
+    """Write JSON if a path is given; what is not a finite number becomes null."""
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(plain(data), indent=1, ensure_ascii=False)
+        path.write_text(text + "\n", encoding="utf-8")
+
+
+def plain(value: Any) -> Any:
+    """numpy numbers as numbers, NaN and infinity as null."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

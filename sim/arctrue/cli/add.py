@@ -1,0 +1,104 @@
+"""arctrue add: one effect more in the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from arctrue.cli._ladder import ladder_table
+from arctrue.cli._settings import settings_from
+from arctrue.cli._workbench import (
+    Workbench,
+    common_options,
+    console,
+    for_people,
+    load,
+    progress_console,
+    set_argument,
+    write_json,
+)
+from arctrue.diagnose.diagnosis import diagnose
+from arctrue.diagnose.report import parameter_data
+from arctrue.fit.solution import Solution
+from arctrue.model.growth import add_effect
+from arctrue.model.model import HistoryStep, Model
+from arctrue.model.model_file import write_model
+
+
+@click.command("add")
+@click.argument("effect")
+@set_argument
+@common_options
+@click.option("--set", "pairs", multiple=True, metavar="KEY=VALUE", help="A setting of the effect.")
+@for_people
+def add(
+    effect: str,
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+    pairs: tuple[str, ...],
+) -> None:
+    """Add EFFECT to the model, fit it to SET, and show how the error falls."""
+    bench = load(measurement_set, model_file, folders, may_be_new=True)
+    with progress_console.status(f"adding {effect}"):
+        model, solution = add_effect(
+            bench.model,
+            effect,
+            settings_from(pairs),
+            bench.observations,
+            bench.effects,
+            bench.measurement,
+        )
+    model.folders = list(
+        dict.fromkeys([*model.folders, *(str(item.resolve()) for item in folders)])
+    )
+    if model_file is not None:
+        write_model(model_file, model)
+    console.print(ladder_table(model.history))
+    for name, parameter in model.effects[-1].parameters.items():
+        console.print(f"{name} = {parameter.value:.6g} ± {parameter.sigma:.2g} {parameter.unit}")
+    if model_file is not None:
+        console.print(f"wrote {model_file}")
+    if json_file is not None:
+        with progress_console.status("diagnosing what is left"):
+            write_json(json_file, step_data(bench, model, solution, seed))
+    if out is not None:
+        from arctrue.report.residual_plots import plot_history
+
+        console.print(f"wrote {plot_history(model.history, out)}")
+
+
+def step_data(bench: Workbench, model: Model, solution: Solution, seed: int) -> dict[str, Any]:
+    """The ladder's last step, before and after, and the verdict on what is left."""
+    after = model.history[-1]
+    before = model.history[-2] if len(model.history) > 1 else after
+    left = diagnose(bench.observations, solution.terms, bench.effects, seed=seed)
+    entry = model.effects[-1]
+    return {
+        "schema": 1,
+        "action": after.action,
+        "effect": after.effect,
+        "model": model.names(),
+        **_change("rms", before, after),
+        **_change("peak", before, after),
+        **_change("heldout", before, after),
+        "noise_arcsec": after.noise_arcsec,
+        "parameters": parameter_data(entry.parameters),
+        "verdict_after": left.verdict,
+        "named_after": None if left.named is None else left.named.name,
+    }
+
+
+def _change(figure: str, before: HistoryStep, after: HistoryStep) -> dict[str, Any]:
+    attribute = {"rms": "rms_arcsec", "peak": "peak_arcsec", "heldout": "heldout_rms_arcsec"}[
+        figure
+    ]
+    return {
+        f"{figure}_before_arcsec": getattr(before, attribute),
+        f"{figure}_after_arcsec": getattr(after, attribute),
+    }

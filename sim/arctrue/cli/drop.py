@@ -1,0 +1,52 @@
+"""arctrue drop: one effect less in the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from arctrue.cli._ladder import ladder_table
+from arctrue.cli._workbench import (
+    common_options,
+    console,
+    for_people,
+    load,
+    progress_console,
+    set_argument,
+    write_json,
+)
+from arctrue.cli.add import step_data
+from arctrue.model.growth import drop_effect
+from arctrue.model.model_file import write_model
+
+
+@click.command("drop")
+@click.argument("effect")
+@set_argument
+@common_options
+@for_people
+def drop(
+    effect: str,
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+) -> None:
+    """Drop EFFECT from the model, fit the rest to SET, and show what that costs."""
+    bench = load(measurement_set, model_file, folders)
+    with progress_console.status(f"dropping {effect}"):
+        model, solution = drop_effect(
+            bench.model, effect, bench.observations, bench.effects, bench.measurement
+        )
+    if model_file is not None:
+        write_model(model_file, model)
+    console.print(ladder_table(model.history))
+    if json_file is not None:
+        write_json(json_file, step_data(bench, model, solution, seed))
+    if out is not None:
+        from arctrue.report.residual_plots import plot_history
+
+        console.print(f"wrote {plot_history(model.history, out)}")

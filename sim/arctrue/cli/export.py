@@ -1,0 +1,88 @@
+"""arctrue export: a fitted model as coefficients of the gateware."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from arctrue.cli._workbench import (
+    common_options,
+    console,
+    for_people,
+    load,
+    progress_console,
+    set_argument,
+    write_json,
+)
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
+from arctrue.model.export import export_model
+from arctrue.model.growth import fitted
+
+
+@click.command("export")
+@set_argument
+@common_options
+@click.option(
+    "--lanes",
+    type=click.IntRange(1, LANES_MAX),
+    default=LANES_DEFAULT,
+    show_default=True,
+    help="Lanes of the gateware.",
+)
+@click.option("--temperature", type=float, help="°C, for effects that depend on it.")
+@click.option(
+    "--coefficients",
+    "coefficient_file",
+    type=click.Path(path_type=Path),
+    default=Path("coefficients.toml"),
+    show_default=True,
+    help="File to write.",
+)
+@for_people
+def export(
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+    lanes: int,
+    temperature: float | None,
+    coefficient_file: Path,
+) -> None:
+    """Write the model, fitted to SET where it has no values yet, as gateware coefficients."""
+    bench = load(measurement_set, model_file, folders)
+    model = bench.model
+    if not all(entry.coefficients for entry in model.effects):
+        with progress_console.status("fitting"):
+            model, _ = fitted(model, bench.observations, bench.effects)
+    result = export_model(
+        model, bench.observations, bench.effects, lanes=lanes, temperature_c=temperature
+    )
+    path = coefficient_file if out is None else out / coefficient_file.name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_coefficient_file(path, result.coefficients, title=bench.measurement)
+    table = Table(title="Lanes")
+    table.add_column("order", justify="right")
+    table.add_column("amplitude ″", justify="right")
+    for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):
+        table.add_row(str(order), f"{amplitude:.4f}")
+    console.print(table)
+    for text in result.left_out:
+        console.print(f"not corrected: {text}")
+    console.print(f"wrote {path}")
+    write_json(
+        json_file,
+        {
+            "schema": 1,
+            "file": str(path),
+            "lanes": [
+                {"order": order, "amplitude_arcsec": amplitude}
+                for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True)
+            ],
+            "not_corrected": result.left_out,
+        },
+    )

@@ -1,0 +1,30 @@
+"""arctrue history: how the model grew and the error fell."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from arctrue.cli._ladder import ladder_table
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.model.model_file import read_model
+
+
+@click.command("history")
+@click.option("--model", "model_file", type=click.Path(path_type=Path), required=True)
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the picture.")
+@for_people
+def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
+    """Print the ladder of a model and draw the falling error."""
+    model = read_model(model_file)
+    if not model.history:
+        raise ValueError(f"{model_file}: the model has no history yet; add an effect first")
+    console.print(ladder_table(model.history))
+    write_json(json_file, {"schema": 1, "history": [asdict(step) for step in model.history]})
+    if out is not None:
+        from arctrue.report.residual_plots import plot_history
+
+        console.print(f"wrote {plot_history(model.history, out)}")

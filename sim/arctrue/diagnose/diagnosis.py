@@ -1,0 +1,287 @@
+"""Which physical effect is missing, or that the data cannot tell, or that none of these fits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from arctrue.diagnose.candidate import Candidate, sizes_arcsec
+from arctrue.diagnose.classes import alike
+from arctrue.diagnose.data_faults import data_faults
+from arctrue.diagnose.heldout import HeldOut, held_out, improvement
+from arctrue.diagnose.inflation import noise_inflation
+from arctrue.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.diagnose.parts_scan import best_parts
+from arctrue.diagnose.significance import corrected_p_value
+from arctrue.effects.base import Effect
+from arctrue.fit.normal import Term
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.solution import Solution, fit
+from arctrue.observations import Observations
+
+Verdict = Literal["adequate", "named", "ambiguous", "unknown", "bad_data"]
+Progress = Callable[[str], None]
+
+SIGNIFICANCE = 0.01
+"""Largest corrected p that names an effect: at most 1 % of adequate sets get a false name."""
+MATTERS_COUNTS = 0.5
+"""An effect that moves the prediction by less than this many counts RMS is negligible."""
+PARTS_ADVANTAGE = 10.0
+"""BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1."""
+HELD_OUT_LIMIT = 6
+"""So many candidates at most are tried on rows that the fit never saw."""
+
+
+@dataclass
+class Diagnosis:
+    """The verdict and what it rests on."""
+
+    observations: Observations
+    base: Solution | None
+    verdict: Verdict
+    named: Candidate | None = None
+    effect_class: list[str] = field(default_factory=list)
+    candidates: list[Candidate] = field(default_factory=list)
+    parts: list[Candidate] = field(default_factory=list)
+    description: str | None = None
+    next_measurement: str | None = None
+    noise_arcsec: dict[str, float] = field(default_factory=dict)
+    residual_rms_arcsec: dict[str, float] = field(default_factory=dict)
+    lack_of_fit: dict[str, float] = field(default_factory=dict)
+    held_out_before: HeldOut | None = None
+    untestable: dict[str, list[str]] = field(default_factory=dict)
+    negligible: list[Candidate] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+
+
+def diagnose(
+    observations: Observations,
+    terms: Sequence[Term],
+    effects: Mapping[str, type[Effect]],
+    *,
+    seed: int = 1,
+    matters_counts: float = MATTERS_COUNTS,
+    progress: Progress = lambda text: None,
+) -> Diagnosis:
+    """Judge every effect that ``terms`` lacks; same inputs and ``seed``, same result."""
+    faults = data_faults(observations)
+    if faults:
+        return Diagnosis(
+            observations,
+            None,
+            "bad_data",
+            faults=faults,
+            next_measurement="record the faulty runs again",
+        )
+    progress("fitting the model")
+    base = fit(terms, observations)
+    residuals = Residuals(base)
+    result = Diagnosis(observations, base, "adequate")
+    _judge_fit(result, residuals)
+    present = {term.effect.name for term in terms}
+    absent = {name: effect for name, effect in effects.items() if name not in present}
+    repeatable = {
+        name: effect for name, effect in effects.items() if name in present and effect.search
+    }
+    for name, kind in [*absent.items(), *repeatable.items()]:
+        effect = kind()
+        lacking = effect.missing(observations)
+        if lacking:
+            result.untestable[name] = lacking
+            continue
+        progress(f"trying {name}")
+        candidate = _try_effect(effect, base, residuals, len(absent))
+        if candidate is not None:
+            result.candidates.append(candidate)
+    progress("trying products of parts")
+    result.parts = _try_parts(base, residuals)
+    _correct_for_surrogates(result, np.random.default_rng(seed), len(absent), progress)
+    progress("checking on held-out rows")
+    _hold_out(result, base)
+    _rank(result)
+    _decide(result, residuals, effects, matters_counts)
+    return result
+
+
+def _judge_fit(result: Diagnosis, residuals: Residuals) -> None:
+    for channel, values, noise, lack in (
+        ("capture", residuals.capture_arcsec, capture_noise_arcsec, capture_lack_of_fit),
+        ("reference", residuals.reference_arcsec, reference_noise_arcsec, reference_lack_of_fit),
+    ):
+        if values is None:
+            continue
+        result.noise_arcsec[channel] = noise(result.observations, values)
+        result.residual_rms_arcsec[channel] = float(np.sqrt(np.mean(values**2)))
+        p_value = lack(residuals)
+        if p_value is not None:
+            result.lack_of_fit[channel] = p_value
+
+
+def _try_effect(
+    effect: Effect, base: Solution, residuals: Residuals, candidates: int
+) -> Candidate | None:
+    observations = base.observations
+    nonlinear: dict[str, float] = {}
+    trials = 1.0
+    if effect.search:
+        places = effect.scan(residuals)
+        if not places:
+            return None
+        nonlinear, trials = places[0].nonlinear, places[0].trials
+    score = residuals.score(effect, nonlinear)
+    if score.rank == 0:
+        return None
+    return _candidate(
+        effect,
+        nonlinear,
+        score.gain,
+        score.rank,
+        trials,
+        base,
+        candidates,
+        effect.variety(observations),
+    )
+
+
+def _candidate(
+    effect: Effect,
+    nonlinear: dict[str, float],
+    gain: float,
+    rank: int,
+    trials: float,
+    base: Solution,
+    candidates: int,
+    lacking_variety: list[str],
+) -> Candidate:
+    solution = fit([*base.terms, Term(effect, nonlinear)], base.observations, base.context)
+    # The gain at the maximum of the likelihood; the score's holds the noise of the base model.
+    likelihood_gain = 2.0 * (solution.log_likelihood - base.log_likelihood)
+    charged = rank * np.log(base.observations.rows) + 2.0 * np.log(max(trials, 1.0))
+    return Candidate(
+        effect=effect,
+        nonlinear=nonlinear,
+        gain=gain,
+        rank=rank,
+        trials=trials,
+        solution=solution,
+        delta_bic=float(likelihood_gain - charged),
+        size_arcsec=sizes_arcsec(base, solution),
+        p_corrected=corrected_p_value(gain, rank, trials, candidates),
+        lacking_variety=lacking_variety,
+    )
+
+
+def _try_parts(base: Solution, residuals: Residuals) -> list[Candidate]:
+    found = [
+        _candidate(item.effect, {}, item.gain, item.rank, item.trials, base, 1, [])
+        for item in best_parts(residuals)
+    ]
+    return sorted(found, key=lambda item: -item.delta_bic)
+
+
+def _correct_for_surrogates(
+    result: Diagnosis, random: np.random.Generator, candidates: int, progress: Progress
+) -> None:
+    """Let the noise's own correlation speak where it could decide: the leading candidates."""
+    leading = sorted(result.candidates, key=lambda item: -item.delta_bic)[:1]
+    everything = [*leading, *result.parts[:1]]
+    if not everything:
+        return
+    best = max(everything, key=lambda item: item.delta_bic)
+    for item in everything:
+        if item.p_corrected > 0.1:
+            continue
+        progress(f"surrogates for {item.name}")
+        inflation = noise_inflation(item, best, random)
+        item.p_corrected = corrected_p_value(
+            item.gain,
+            item.rank,
+            item.trials,
+            1 if item in result.parts else candidates,
+            inflation,
+        )
+
+
+def _hold_out(result: Diagnosis, base: Solution) -> None:
+    result.held_out_before = before = held_out(base.terms, base.observations, base.context)
+    worth = [item for item in result.candidates if item.p_corrected < 0.05]
+    worth = sorted(worth, key=lambda item: -item.delta_bic)[:HELD_OUT_LIMIT]
+    for item in [*worth, *result.parts[:1]]:
+        item.held_out = after = held_out(
+            item.solution.terms, base.observations, item.solution.context
+        )
+        for channel in ("capture", "reference"):
+            fall = improvement(
+                getattr(before, f"{channel}_square"), getattr(after, f"{channel}_square")
+            )
+            if fall is not None:
+                item.improvement[channel] = fall
+
+
+def _rank(result: Diagnosis) -> None:
+    result.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
+
+
+def _decide(
+    result: Diagnosis,
+    residuals: Residuals,
+    effects: Mapping[str, type[Effect]],
+    matters_counts: float,
+) -> None:
+    count = result.observations.count_arcsec
+    matters = 0.0 if count is None else matters_counts * count
+    significant = [item for item in result.candidates if item.p_corrected < SIGNIFICANCE]
+    result.negligible = [
+        item for item in significant if max(item.size_arcsec.values(), default=0.0) < matters
+    ]
+    real = [item for item in significant if item not in result.negligible and _holds_out(item)]
+    parts = [
+        item
+        for item in result.parts
+        if item.p_corrected < SIGNIFICANCE
+        and max(item.size_arcsec.values(), default=0.0) >= matters
+        and item.delta_bic > 0.0
+        and _holds_out(item)
+    ]
+    best = real[0] if real else None
+    if parts and (best is None or parts[0].delta_bic > best.delta_bic + PARTS_ADVANTAGE):
+        result.verdict = "unknown"
+        chosen = parts[0]
+        result.description = chosen.effect.describe(chosen.parameters())  # type: ignore[attr-defined]
+        result.next_measurement = (
+            "change one condition at a time: " + ", ".join(chosen.effect.parts)  # type: ignore[attr-defined]
+        )
+        return
+    if best is None or best.delta_bic <= 0.0:
+        return
+    # The named one stands first, whatever negligible ones fit as well.
+    result.candidates.remove(best)
+    result.candidates.insert(0, best)
+    similar = alike(best, result.candidates[1:], residuals, effects)
+    result.effect_class = [best.name, *similar.all_names]
+    if best.lacking_variety or similar.equals:
+        result.verdict = "ambiguous"
+        result.next_measurement = (
+            "; ".join(best.lacking_variety)
+            if best.lacking_variety
+            else best.effect.next_measurement
+        )
+        return
+    result.verdict = "named"
+    result.named = best
+    result.next_measurement = best.effect.next_measurement if similar.all_names else None
+
+
+def _holds_out(item: Candidate) -> bool:
+    """The error on held-out rows falls by more than its own standard error in some channel.
+
+    Effects known from run to run only are free in every run's offset, so that held-out
+    revolutions cannot show them; there the runs' own statistics decide.
+    """
+    if item.effect.run_level or not item.improvement:
+        return True
+    return any(fall.is_real for fall in item.improvement.values())

@@ -1,0 +1,206 @@
+"""Error on rows that the fit never saw: revolutions of the capture, cycles of the reference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.effects.base import FitContext
+from arctrue.fit.normal import (
+    ChannelSums,
+    Matrix,
+    Term,
+    capture_block,
+    reference_block,
+    row_blocks,
+    term_widths,
+)
+from arctrue.fit.solution import solve
+from arctrue.observations import Observations
+
+FOLDS = 4
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Mean squared held-out error of every unit (revolution or cycle), by channel."""
+
+    capture_square: NDArray[np.float64] | None
+    reference_square: NDArray[np.float64] | None
+
+    @property
+    def capture_rms_arcsec(self) -> float | None:
+        """RMS over all units."""
+        return _rms(self.capture_square)
+
+    @property
+    def reference_rms_arcsec(self) -> float | None:
+        """RMS over all units."""
+        return _rms(self.reference_square)
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """How much the held-out RMS falls, with its standard error over the units."""
+
+    fall_arcsec: float
+    standard_error_arcsec: float
+
+    @property
+    def is_real(self) -> bool:
+        """It falls by more than its own standard error."""
+        return self.fall_arcsec > self.standard_error_arcsec
+
+
+def _rms(squares: NDArray[np.float64] | None) -> float | None:
+    return None if squares is None or squares.size == 0 else float(np.sqrt(np.mean(squares)))
+
+
+def improvement(
+    before: NDArray[np.float64] | None, after: NDArray[np.float64] | None
+) -> Improvement | None:
+    """Of the RMS, from the paired differences of the units' mean squares."""
+    if before is None or after is None or before.size == 0:
+        return None
+    old, new = float(np.sqrt(before.mean())), float(np.sqrt(after.mean()))
+    differences = before - after
+    spread = float(differences.std(ddof=1) / np.sqrt(differences.size)) if before.size > 1 else 0.0
+    return Improvement(old - new, spread / max(old + new, 1e-30))
+
+
+def capture_units(observations: Observations) -> NDArray[np.int64] | None:
+    """Number of the held-out unit of each capture row: its revolution."""
+    rows = observations.capture
+    return None if rows is None else rows.revolution
+
+
+def reference_units(observations: Observations) -> NDArray[np.int64] | None:
+    """Number of the held-out unit of each reference row: its cycle, or a piece of the run."""
+    rows = observations.reference
+    if rows is None:
+        return None
+    if rows.cycle is not None:
+        pairs = rows.run * (int(rows.cycle.max(initial=0)) + 1) + rows.cycle
+        _, units = np.unique(pairs, return_inverse=True)
+        if units.max(initial=0) >= 3:
+            return np.asarray(units, dtype=np.int64)
+    # Pieces in turn, so that every piece has neighbours in the fit.
+    return np.asarray(np.arange(rows.run.size) * 16 // max(rows.run.size, 1), dtype=np.int64)
+
+
+def held_out(terms: Sequence[Term], observations: Observations, context: FitContext) -> HeldOut:
+    """Fit without each fold of units, judge on it. Sums are additive: one pass over the rows."""
+    widths = term_widths(terms, observations)
+    capture_fold = _folds(capture_units(observations))
+    reference_fold = _folds(reference_units(observations))
+    capture_parts = _fold_sums(terms, widths, observations, context, capture_fold, capture=True)
+    reference_parts = _fold_sums(
+        terms, widths, observations, context, reference_fold, capture=False
+    )
+    squares: list[NDArray[np.float64] | None] = []
+    solutions = []
+    for fold in range(FOLDS):
+        solutions.append(
+            solve(
+                terms,
+                observations,
+                context,
+                capture=_without(capture_parts, fold),
+                reference=_without(reference_parts, fold),
+            )
+        )
+    for channel, units, fold_of in (
+        ("capture", capture_units(observations), capture_fold),
+        ("reference", reference_units(observations), reference_fold),
+    ):
+        if units is None or fold_of is None:
+            squares.append(None)
+            continue
+        total = np.zeros(int(units.max()) + 1)
+        for block in row_blocks(units.size):
+            if channel == "capture":
+                assert observations.capture is not None
+                matrix = capture_block(terms, widths, observations, block, context)
+                measured = observations.capture.difference_arcsec[block]
+                places = [
+                    np.concatenate([item.coefficients, item.run_offsets_arcsec])
+                    for item in solutions
+                ]
+            else:
+                assert observations.reference is not None
+                matrix = reference_block(terms, widths, observations, block, context)
+                measured = observations.reference.error_arcsec[block]
+                places = [
+                    np.append(item.coefficients, item.reference_offset_arcsec) for item in solutions
+                ]
+            predictions = matrix @ np.stack(places, axis=1)
+            chosen = predictions[np.arange(measured.size), fold_of[block]]
+            total += np.bincount(
+                units[block], weights=(measured - chosen) ** 2, minlength=total.size
+            )
+        counts = np.bincount(units, minlength=total.size)
+        there = counts > 0
+        # A rest of a few rows after the last whole revolution would weigh like a revolution.
+        whole = there & (counts > 0.25 * np.median(counts[there]))
+        squares.append(total[whole] / counts[whole])
+    return HeldOut(*squares)
+
+
+def _folds(units: NDArray[np.int64] | None) -> NDArray[np.int64] | None:
+    return None if units is None else np.asarray(units % FOLDS)
+
+
+def _fold_sums(
+    terms: Sequence[Term],
+    widths: Sequence[int],
+    observations: Observations,
+    context: FitContext,
+    fold_of: NDArray[np.int64] | None,
+    *,
+    capture: bool,
+) -> list[ChannelSums] | None:
+    if fold_of is None:
+        return None
+    size = sum(widths) + (observations.runs if capture else 1)
+    gram = np.zeros((FOLDS, size, size))
+    moment, square = np.zeros((FOLDS, size)), np.zeros(FOLDS)
+    count = np.zeros(FOLDS, dtype=np.int64)
+    for block in row_blocks(fold_of.size):
+        matrix: Matrix
+        if capture:
+            assert observations.capture is not None
+            matrix = capture_block(terms, widths, observations, block, context)
+            measured = observations.capture.difference_arcsec[block]
+        else:
+            assert observations.reference is not None
+            matrix = reference_block(terms, widths, observations, block, context)
+            measured = observations.reference.error_arcsec[block]
+        for fold in range(FOLDS):
+            inside = fold_of[block] == fold
+            chosen, values = matrix[inside], measured[inside]
+            gram[fold] += chosen.T @ chosen
+            moment[fold] += chosen.T @ values
+            square[fold] += float(values @ values)
+            count[fold] += values.size
+    return [
+        ChannelSums(gram[fold], moment[fold], float(square[fold]), int(count[fold]))
+        for fold in range(FOLDS)
+    ]
+
+
+def _without(parts: list[ChannelSums] | None, fold: int) -> ChannelSums | None:
+    if parts is None:
+        return None
+    kept = [part for index, part in enumerate(parts) if index != fold]
+    rows = sum(part.rows for part in kept)
+    if rows == 0:
+        return None
+    return ChannelSums(
+        np.sum([part.gram for part in kept], axis=0),
+        np.sum([part.moment for part in kept], axis=0),
+        sum(part.square for part in kept),
+        rows,
+    )

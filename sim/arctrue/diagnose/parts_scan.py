@@ -1,0 +1,155 @@
+"""Which product of parts takes most from what a model leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.diagnose.parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.fit.normal import row_blocks
+from arctrue.fit.residuals import Residuals
+from arctrue.observations import Observations
+
+Float = NDArray[np.float64]
+
+HIGHEST_ORDER = 30
+"""Orders of the angle, in halves, that the parts are tried with."""
+ELECTRICAL_MULTIPLES = (1.0, 2.0)
+SHORTLIST = 8
+FRAME_MARGIN = 6.0
+"""BIC by which a frame must beat a more natural one: odds of 20 to 1."""
+
+
+@dataclass(frozen=True)
+class PartsCandidate:
+    """A product of parts with its gain, and the number of products that were tried."""
+
+    effect: ProductOfParts
+    gain: float
+    rank: int
+    trials: float
+
+
+def _half_orders() -> Float:
+    return np.arange(1, 2 * HIGHEST_ORDER + 1) / 2.0
+
+
+def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+    """Approximate gain of every (condition, half order), and of (condition, constant)."""
+    rows, residual = residuals.observations.capture, residuals.capture_arcsec
+    assert rows is not None
+    assert residual is not None
+    orders = _half_orders()
+    sums = np.zeros((len(factors), orders.size), dtype=np.complex128)
+    constant = np.zeros(len(factors))
+    for block in row_blocks(residual.size):
+        weighted = np.stack([factor[block] * residual[block] for factor in factors])
+        step = np.exp(-0.5j * rows.angle_rad[block])
+        power = np.ones_like(step)
+        for index in range(orders.size):
+            power = power * step
+            sums[:, index] += weighted @ power
+        constant += weighted.sum(axis=1)
+    squares = np.array([float(factor @ factor) for factor in factors])
+    variance = residuals.capture_sigma_arcsec**2
+    scale = np.maximum(squares, 1e-30) * variance
+    return 2.0 * np.abs(sums) ** 2 / scale[:, None], constant**2 / scale
+
+
+def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+    rows, residual = residuals.observations.reference, residuals.reference_arcsec
+    assert rows is not None
+    assert residual is not None
+    orders = _half_orders()
+    waves = np.exp(-1j * np.outer(rows.target_rad, orders))
+    weighted = np.stack([factor * residual for factor in factors])
+    squares = np.array([float(factor @ factor) for factor in factors])
+    scale = np.maximum(squares, 1e-30) * residuals.reference_sigma_arcsec**2
+    return 2.0 * np.abs(weighted @ waves) ** 2 / scale[:, None], weighted.sum(axis=1) ** 2 / scale
+
+
+def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
+    """Frames worth a try, the most natural first: it wins when the data cannot tell."""
+    frames: list[Frame] = []
+    if observations.capture is not None and not in_reference:
+        if order is None:
+            frames = ["head2", "head1"]
+        elif order == round(order):
+            frames = ["disc", "stator", "head2", "head1"]
+        else:
+            # The disc closes after a turn: a half order cannot be fixed to it.
+            frames = ["stator", "head2", "head1", "disc"]
+    if observations.reference is not None and in_reference:
+        frames.append("reference")
+    if observations.capture is None and not frames:
+        frames = ["reference"]
+    return frames
+
+
+def _scored(residuals: Residuals, effect: ProductOfParts, tried: float) -> PartsCandidate:
+    score = residuals.score(effect, {})
+    return PartsCandidate(effect, score.gain, score.rank, tried)
+
+
+def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
+    """The first frame that is about as good as the best: the data must speak for another."""
+    worth = [item.gain - item.rank * np.log(rows) for item in frames]
+    return next(
+        item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
+    )
+
+
+def best_parts(residuals: Residuals) -> list[PartsCandidate]:
+    """The products of parts with the largest gains, best first."""
+    observations = residuals.observations
+    found = conditions(observations)
+    places: list[tuple[float, Condition, float | None, bool]] = []
+    tried = 0.0
+    for in_reference, rows, waves in (
+        (False, observations.capture, _capture_waves),
+        (True, observations.reference, _reference_waves),
+    ):
+        if rows is None:
+            continue
+        usable: list[Condition] = []
+        factors: list[Float] = []
+        for condition in found:
+            values = condition.values(rows)
+            if values is not None and float(np.abs(values).max(initial=0.0)) > 0.0:
+                usable.append(condition)
+                factors.append(values)
+        orders, constants = waves(residuals, factors)
+        tried += orders.size + constants.size
+        for index, condition in enumerate(usable):
+            best = np.argsort(orders[index])[::-1][:3]
+            places += [
+                (float(orders[index, k]), condition, float(_half_orders()[k]), in_reference)
+                for k in best
+            ]
+            places.append((float(constants[index]), condition, None, in_reference))
+    places.sort(key=lambda place: -place[0])
+    scored: list[PartsCandidate] = []
+    chosen = places[: 4 * SHORTLIST]
+    for _, condition, order, in_reference in chosen:
+        orders_of = () if order is None else (order,)
+        tried_frames = [
+            _scored(residuals, ProductOfParts(condition, orders_of, frame), tried)
+            for frame in _frames(order, observations, in_reference)
+            if orders_of or frame != "stator"
+        ]
+        if tried_frames:
+            scored.append(_natural(tried_frames, observations.rows))
+    for condition in found:
+        for head in (1, 2):
+            rows = observations.capture
+            if rows is None or rows.electrical1_rad is None or not condition.part:
+                continue
+            if condition.part == "settling":
+                continue
+            frame_of_head: Frame = "head1" if head == 1 else "head2"
+            effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
+            scored.append(_scored(residuals, effect, tried))
+    return sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]

@@ -1,0 +1,1 @@
+"""Physical effects, one file each; :mod:`arctrue.effects.registry` finds them."""

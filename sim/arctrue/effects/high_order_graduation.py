@@ -1,0 +1,78 @@
+"""A line or few in the order spectrum, above the orders of the base model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+    amplitude_and_phase,
+)
+from arctrue.effects.harmonics import disc_difference, harmonic_columns
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.scan import disc_order_scan
+from arctrue.observations import CaptureRows, Observations, ReferenceRows
+
+
+class HighOrderGraduation(Effect):
+    """c·cos nψ + s·sin nψ with n above the base model, found in the order spectrum."""
+
+    name = "high_order_graduation"
+    physics = (
+        "The machine that ruled the disc, or a ring of screws that holds it, leaves an error with "
+        "many periods a turn. It turns with the disc like every graduation error."
+    )
+    equation = "ε(ψ) = c cos nψ + s sin nψ, n > N found"
+    source = "paper, equation (5), beyond the N that it analyses"
+    capture_sees = "order n with the factor e^{jnα} − 1"
+    reference_sees = "an alias: 24 faces show order n mod 24"
+    told_apart_by = "a line in the order spectrum of R₂ − R₁ at a whole order"
+    next_measurement = "a capture with more samples a turn than twice the order"
+    plausible = "0.05 to 2″"
+    parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
+    compensation = "lanes"
+    search = (SearchParameter("order", "1", 21.0, 4096.0, "periods a turn", integer=True),)
+    defaults = {"above": 20}
+
+    def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
+        return (round(nonlinear["order"]),)
+
+    def missing(self, observations: Observations) -> list[str]:
+        return [] if observations.capture is not None else ["a capture of both heads"]
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["cos", "sin"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return disc_difference(rows.disc1_rad, rows.disc2_rad, [nonlinear["order"]])
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return harmonic_columns(rows.target_rad, [nonlinear["order"]])
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        above = self.settings["above"]
+        assert isinstance(above, int)
+        return disc_order_scan(self, residuals, above)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        found = {"order": Parameter(nonlinear["order"], 0.0, "1")}
+        return found | amplitude_and_phase(coefficients[0], coefficients[1], covariance, "")

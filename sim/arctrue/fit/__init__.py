@@ -1,0 +1,1 @@
+"""The fit of a list of effects to capture and reference together."""

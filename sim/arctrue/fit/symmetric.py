@@ -1,0 +1,27 @@
+"""Symmetric positive semidefinite systems, solved with their rank."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Matrix = NDArray[np.float64]
+
+RANK_TOLERANCE = 1e-9
+"""Eigenvalues of the scaled normal matrix below this share of the largest count as zero: double
+precision keeps about 1e-16 · rows of them."""
+UNSEEN = 1e-18
+"""Columns whose square sum is below this share of the largest are rounding, not data."""
+
+
+def solve_symmetric(normal: Matrix, moment: Matrix) -> tuple[Matrix, Matrix, int, float]:
+    """Solution of least norm, covariance, rank and condition of a scaled normal system."""
+    diagonal = np.diag(normal)
+    seen = diagonal > UNSEEN * max(float(diagonal.max(initial=0.0)), 1e-300)
+    # A column that is zero but for rounding (order 120 at 33°) must not be scaled up to one.
+    scale = np.where(seen, np.sqrt(np.where(seen, diagonal, 1.0)), 1e150)
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    kept = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T / np.outer(scale, scale)
+    condition = float(values[-1] / values[kept][0]) if kept.any() else float("inf")
+    return inverse @ moment, inverse, int(kept.sum()), condition

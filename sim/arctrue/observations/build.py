@@ -1,0 +1,166 @@
+"""Rows with their conditions, from the columns of a measurement set."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.observations.observations import ARCSEC_PER_TURN, Observations
+from arctrue.observations.rows import CaptureRows, ReferenceRows
+from arctrue.observations.true_angle import true_angle
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+FACE_TOLERANCE_DEG = 0.05
+"""A station belongs to a face when it is this near to it."""
+MOVING_STEP_DEG = 1.0
+"""Reference rows further apart than this are stations, where the table stands still."""
+
+
+def observations_of(measurement: MeasurementSet) -> Observations:
+    """Observations of a measurement set.
+
+    Raises ValueError for a capture without counts_per_rev or head_separation_deg.
+    """
+    facts, capture, reference = measurement.table, measurement.capture, measurement.reference
+    separation = float(np.radians(facts.head_separation_deg or 0.0))
+    warmths = [
+        channel.temperature_c
+        for channel in (capture, reference)
+        if channel is not None and channel.temperature_c is not None
+    ]
+    usual = float(np.median(np.concatenate(warmths))) if warmths else 0.0
+    faces = facts.faces
+    if faces is None and reference is not None:
+        faces = reference.faces
+    return Observations(
+        title=measurement.title,
+        capture=None if capture is None else _capture_rows(facts, capture, separation, usual),
+        reference=None if reference is None else _reference_rows(facts, reference, usual, faces),
+        counts_per_rev=facts.counts_per_rev,
+        grating_lines=facts.grating_lines,
+        head_separation_rad=separation,
+        drive_gear_teeth=facts.drive_gear_teeth,
+        disc_diameter_mm=facts.disc_diameter_mm,
+    )
+
+
+def _capture_rows(facts: Table, columns: Capture, separation: float, usual_c: float) -> CaptureRows:
+    if facts.counts_per_rev is None or facts.head_separation_deg is None:
+        raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
+    count_rad = 2.0 * np.pi / facts.counts_per_rev
+    names, run = np.unique(columns.run, return_inverse=True)
+    reading1 = columns.head1_counts.astype(np.float64) * count_rad
+    apart = (columns.head2_counts - columns.head1_counts).astype(np.float64)
+    difference = apart * count_rad - separation
+    angle = true_angle(reading1, difference, separation)
+    direction, speed, revolution = np.empty(run.size), np.empty(run.size), np.empty(run.size)
+    run_start = np.empty(run.size)
+    next_revolution = 0
+    for number in range(names.size):
+        inside = np.flatnonzero(run == number)
+        times, counts = columns.time_s[inside], columns.head1_counts[inside]
+        run_start[inside] = times[0]
+        travel = float(counts[-1] - counts[0])
+        direction[inside] = 1.0 if travel >= 0.0 else -1.0
+        duration = float(times[-1] - times[0])
+        speed[inside] = travel * count_rad / duration if duration > 0.0 else 0.0
+        turns = np.abs(counts - counts[0]) // facts.counts_per_rev
+        revolution[inside] = next_revolution + turns
+        next_revolution += int(turns.max(initial=0)) + 1
+    return CaptureRows(
+        run=run.astype(np.int64),
+        revolution=revolution.astype(np.int64),
+        time_s=columns.time_s,
+        temperature_c=columns.temperature_c,
+        direction=direction,
+        speed_rad_s=speed,
+        angle_rad=angle,
+        disc1_rad=angle,
+        disc2_rad=angle + separation,
+        electrical1_rad=_electrical(columns.head1_counts, facts),
+        electrical2_rad=_electrical(columns.head2_counts, facts),
+        run_start_s=run_start,
+        set_start_s=float(columns.time_s.min()),
+        runs=int(names.size),
+        head_separation_rad=separation,
+        reference_temperature_c=usual_c,
+        difference_arcsec=difference * (ARCSEC_PER_TURN / (2.0 * np.pi)),
+    )
+
+
+def _electrical(counts: Integer | None, facts: Table) -> Float | None:
+    """2π·frac(counts·lines/counts_per_rev), by whole numbers: no count is rounded."""
+    if counts is None or facts.grating_lines is None or facts.counts_per_rev is None:
+        return None
+    within = (counts % facts.counts_per_rev) * facts.grating_lines % facts.counts_per_rev
+    return within.astype(np.float64) * (2.0 * np.pi / facts.counts_per_rev)
+
+
+def _reference_rows(
+    facts: Table, columns: Reference, usual_c: float, faces: int | None
+) -> ReferenceRows:
+    target = np.radians(columns.target_deg)
+    run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
+    electrical = _electrical(columns.head1_counts, facts)
+    if electrical is None and facts.counts_per_rev is not None and facts.grating_lines is not None:
+        reading_turns = columns.target_deg / 360.0 + columns.error_arcsec / ARCSEC_PER_TURN
+        electrical = 2.0 * np.pi * np.mod(reading_turns * facts.grating_lines, 1.0)
+    time = columns.time_s
+    return ReferenceRows(
+        run=run,
+        cycle=columns.cycle,
+        time_s=time,
+        temperature_c=columns.temperature_c,
+        direction=None if columns.direction is None else columns.direction.astype(np.float64),
+        target_rad=target,
+        face=_faces(faces, columns.target_deg),
+        faces=faces,
+        electrical1_rad=electrical,
+        teeth=facts.drive_gear_teeth,
+        speed_rad_s=_reference_speed(run, time, columns.target_deg),
+        run_start_s=_run_start(run, time),
+        set_start_s=0.0 if time is None else float(time.min()),
+        middle_time_s=0.0
+        if time is None or time.size == 0
+        else float(0.5 * (time.min() + time.max())),
+        reference_temperature_c=usual_c,
+        error_arcsec=columns.error_arcsec - float(np.mean(columns.error_arcsec)),
+    )
+
+
+def _run_start(run: Integer, time_s: Float | None) -> Float | None:
+    if time_s is None:
+        return None
+    _, first, inverse = np.unique(run, return_index=True, return_inverse=True)
+    return np.asarray(time_s[first][inverse])
+
+
+def _faces(faces: int | None, target_deg: Float) -> Integer | None:
+    if faces is None or target_deg.size == 0:
+        return None
+    place = target_deg * (faces / 360.0)
+    offset = float(np.median(place - np.round(place)))
+    face = np.round(place - offset)
+    if np.max(np.abs(place - offset - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
+        return None
+    return face.astype(np.int64) % faces
+
+
+def _reference_speed(run: Integer, time_s: Float | None, target_deg: Float) -> Float | None:
+    """Signed speed of each run on the move; None for stations or without times."""
+    if time_s is None or target_deg.size < 3:
+        return None
+    inside = np.diff(run) == 0
+    step = np.abs(np.diff(target_deg))[inside]
+    if step.size == 0 or float(np.median(step)) > MOVING_STEP_DEG:
+        return None
+    speed = np.zeros(target_deg.size)
+    for name in np.unique(run):
+        rows = np.flatnonzero(run == name)
+        duration = float(time_s[rows[-1]] - time_s[rows[0]])
+        travel = np.radians(float(target_deg[rows[-1]] - target_deg[rows[0]]))
+        speed[rows] = travel / duration if duration > 0.0 else 0.0
+    return speed

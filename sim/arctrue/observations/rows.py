@@ -1,0 +1,87 @@
+"""The conditions and the measured value of each row, as the effects' columns need them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+class _Sliceable:
+    """Rows [start:stop] of every column that is an array."""
+
+    __slots__ = ()
+
+    def part(self, rows: slice) -> Self:
+        """The same with only these rows."""
+        values = {}
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            values[item.name] = value[rows] if isinstance(value, np.ndarray) else value
+        return type(self)(**values)
+
+
+@dataclass(frozen=True)
+class CaptureRows(_Sliceable):
+    """One row a sample of both heads; every array has shape (rows,)."""
+
+    run: Integer
+    """0 … runs − 1, in the order of the file."""
+    revolution: Integer
+    """Number of the revolution, counted over all runs; an unfinished rest has its own."""
+    time_s: Float
+    temperature_c: Float | None
+    direction: Float
+    """+1 or −1, of the run."""
+    speed_rad_s: Float
+    """Signed, of the run: its median."""
+    angle_rad: Float
+    """Estimate of the true angle θ of the table, unwrapped."""
+    disc1_rad: Float
+    """Disc angle under head 1: θ."""
+    disc2_rad: Float
+    """Disc angle under head 2: θ + α."""
+    electrical1_rad: Float | None
+    """Phase of the signal period of head 1, 2π·frac(counts·lines/counts_per_rev)."""
+    electrical2_rad: Float | None
+    run_start_s: Float
+    """Time of the first sample of the row's run."""
+    set_start_s: float
+    runs: int
+    head_separation_rad: float
+    reference_temperature_c: float
+    """T₀ of the temperature effects: the median over the whole set."""
+    difference_arcsec: Float
+    """R₂ − R₁ − α (nominal)."""
+
+
+@dataclass(frozen=True)
+class ReferenceRows(_Sliceable):
+    """One row a comparison of head 1 with the reference; every array has shape (rows,)."""
+
+    run: Integer
+    cycle: Integer | None
+    time_s: Float | None
+    temperature_c: Float | None
+    direction: Float | None
+    target_rad: Float
+    """Angle of the reference, unwrapped as the file gives it."""
+    face: Integer | None
+    """Number of the polygon face, 0 … faces − 1."""
+    faces: int | None
+    electrical1_rad: Float | None
+    teeth: int | None
+    """drive_gear_teeth of the table."""
+    speed_rad_s: Float | None
+    """Signed speed of the table while the reference was read; None: it stood still or unknown."""
+    run_start_s: Float | None
+    set_start_s: float
+    middle_time_s: float
+    reference_temperature_c: float
+    error_arcsec: Float
+    """ε: reading of head 1 less the angle of the reference, the mean over all rows removed."""

@@ -1,0 +1,166 @@
+"""The commands of the workbench as a user runs them: files in, words, JSON and pictures out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.cli import main
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.measurement import write_measurement_set
+from arctrue.model.model_file import read_model
+
+
+def _run(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+    return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc + 0.7)
+
+
+@pytest.fixture(scope="module")
+def warm_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sets") / "warm"
+    write_measurement_set(folder, measurement_set(_warm_error))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def same_table_again(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sets") / "again"
+    write_measurement_set(folder, measurement_set(_warm_error, seed=2))
+    return folder
+
+
+def _json(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path) -> None:
+    """compare → diagnose → add → compare → another set of the same table → export."""
+    model = tmp_path / "model.toml"
+    pictures = tmp_path / "pictures"
+
+    compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
+    assert compared.exit_code == 0, compared.output
+    assert "temperature × order 1" in compared.output
+    assert {path.name for path in pictures.iterdir()} == {
+        "residual_branches.png",
+        "residual_maps.png",
+    }
+
+    diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
+    assert diagnosed.exit_code == 0, diagnosed.output
+    data = _json(tmp_path / "d.json")
+    assert data["schema"] == 1
+    assert (data["verdict"], data["named"]) == ("named", "thermal_eccentricity")
+    assert data["candidates"][0]["effect"] == "thermal_eccentricity"
+    assert data["class"][0] == "thermal_eccentricity"
+
+    added = _run("add", data["named"], warm_set, "--model", model, "--json", tmp_path / "a.json")
+    assert added.exit_code == 0, added.output
+    step = _json(tmp_path / "a.json")
+    assert step["verdict_after"] == "adequate"
+    noise = step["noise_arcsec"]["capture"]
+    assert step["rms_before_arcsec"]["capture"] > 2.0 * noise
+    assert step["heldout_after_arcsec"]["capture"] < 1.05 * noise
+    assert [entry.name for entry in read_model(model).effects] == [
+        "graduation_harmonics",
+        "thermal_eccentricity",
+    ]
+
+    judged = _run(
+        "compare", same_table_again, "--model", model, "--no-fit", "--json", tmp_path / "n.json"
+    )
+    assert judged.exit_code == 0, judged.output
+    channels = _json(tmp_path / "n.json")["channels"]
+    assert channels["capture"]["rms_arcsec"] < 1.05 * channels["capture"]["noise_arcsec"]
+
+    told = _run("history", "--model", model, "--out", pictures)
+    assert told.exit_code == 0, told.output
+    assert (pictures / "history.png").stat().st_size > 10_000
+
+    exported = _run("export", warm_set, "--model", model, "--temperature", 24, "--out", tmp_path)
+    assert exported.exit_code == 0, exported.output
+    coefficients = read_coefficient_file(tmp_path / "coefficients.toml")
+    reading = np.arange(0, 1 << 24, 65_537)
+    angle = reading * (2.0 * np.pi / (1 << 24))
+    error = np.zeros(angle.size)
+    for _ in range(5):
+        error = _warm_error(angle - error * np.pi / 648_000.0, 24.0, 0.0)
+    left = coefficients.error_counts(reading) * (1_296_000.0 / (1 << 24)) - error
+    assert np.max(np.abs(left - left.mean())) < 0.06
+
+    dropped = _run("drop", "thermal_eccentricity", warm_set, "--model", model)
+    assert dropped.exit_code == 0, dropped.output
+    assert read_model(model).names() == ["graduation_harmonics"]
+    assert [step.action for step in read_model(model).history] == ["fit", "add", "drop"]
+
+
+def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> None:
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
+            2 * disc + 0.7
+        )
+
+    folder, effects, model = tmp_path / "set", tmp_path / "effects", tmp_path / "m.toml"
+    write_measurement_set(folder, measurement_set(error))
+    diagnosed = _run(
+        "diagnose", folder, "--json", tmp_path / "d.json", "--adopt", "warm_ovality",
+        "--folder", effects,
+    )  # fmt: skip
+    assert diagnosed.exit_code == 0, diagnosed.output
+    data = _json(tmp_path / "d.json")
+    assert data["verdict"] == "unknown"
+    assert data["named"] is None
+    assert data["parts"] == ["temperature", "order:2", "disc"]
+    added = _run("add", "warm_ovality", folder, "--effects", effects, "--model", model,
+                 "--json", tmp_path / "a.json")  # fmt: skip
+    assert added.exit_code == 0, added.output
+    step = _json(tmp_path / "a.json")
+    assert step["verdict_after"] == "adequate"
+    assert step["heldout_after_arcsec"]["capture"] < 1.05 * step["noise_arcsec"]["capture"]
+    # The model file knows where the effect is: no --effects any more.
+    assert _run("compare", folder, "--model", model).exit_code == 0
+
+
+def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
+    listed = _run("effects", "--json", tmp_path / "e.json")
+    assert listed.exit_code == 0
+    assert len(_json(tmp_path / "e.json")["effects"]) == 19
+    shown = _run("effects", "show", "hysteresis", "--json", tmp_path / "h.json")
+    assert shown.exit_code == 0
+    assert _json(tmp_path / "h.json")["parameters"] == {"reversal_error": "arcsec"}
+
+
+def _bad_commands(good: Path, folder: Path) -> dict[str, tuple[object, ...]]:
+    other = folder / "other.toml"
+    other.write_text('schema = 1\n[[effect]]\nname = "nonsense"\n', encoding="utf-8")
+    return {
+        "no such": ("compare", folder / "nowhere"),
+        "no effect is named 'nonsense'": ("compare", good, "--model", other),
+        "no such model file": ("compare", good, "--model", folder / "none.toml"),
+        "no effect is named 'hysterese'": ("add", "hysterese", good),
+        "cannot be tested with this set": ("add", "drive_gear_error", good),
+        "the model has graduation_harmonics already": ("add", "graduation_harmonics", good),
+        "has no hysteresis": ("drop", "hysteresis", good),
+        "expected KEY=VALUE": ("add", "subdivision_error", good, "--set", "multiples"),
+        "unknown setting": ("add", "subdivision_error", good, "--set", "x=1"),
+        "nothing to adopt": ("diagnose", good, "--adopt", "mine"),
+        "no coefficients": ("compare", good, "--no-fit"),
+    }
+
+
+def test_bad_input_is_one_sentence_and_exit_code_2(warm_set: Path, tmp_path: Path) -> None:
+    for said, arguments in _bad_commands(warm_set, tmp_path).items():
+        result = _run(*arguments)
+        assert result.exit_code == 2, (arguments, result.output, result.exception)
+        assert said in result.output, (arguments, result.output)
+        assert isinstance(result.exception, SystemExit)

@@ -1,0 +1,115 @@
+"""The diagnosis on small sets whose hidden effect is written down here, not in the package."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.effects.registry import built_in
+from arctrue.fit.normal import Term
+from arctrue.measurement import MeasurementSet
+from arctrue.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _diagnosis(measurement: MeasurementSet) -> Diagnosis:
+    base = [Term(EFFECTS["graduation_harmonics"](), {})]
+    return diagnose(observations_of(measurement), base, EFFECTS)
+
+
+def test_nothing_hidden_is_adequate() -> None:
+    result = _diagnosis(measurement_set())
+    assert result.verdict == "adequate"
+    assert result.named is None
+
+
+def test_thermal_eccentricity_is_named_with_its_size() -> None:
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
+            disc + 0.7
+        )
+
+    result = _diagnosis(measurement_set(error))
+    assert result.named is not None
+    assert result.named.name == "thermal_eccentricity"
+    found = result.named.parameters()
+    assert found["amplitude"].value == pytest.approx(0.4, abs=4 * found["amplitude"].sigma + 0.005)
+    assert found["phase"].value == pytest.approx(np.degrees(0.7), abs=2.0)
+
+
+def test_subdivision_error_is_named() -> None:
+    result = _diagnosis(measurement_set(electrical=lambda phase: 0.4 * np.cos(phase + 1.0)))
+    assert result.named is not None
+    assert result.named.name == "subdivision_error"
+
+
+def test_hysteresis_is_named_with_the_reversal_error() -> None:
+    result = _diagnosis(measurement_set(reversal_arcsec=0.8))
+    assert result.named is not None
+    assert result.named.name == "hysteresis"
+    assert result.named.parameters()["reversal_error"].value == pytest.approx(0.8, abs=0.06)
+
+
+def test_timing_skew_is_named_from_the_speeds() -> None:
+    # 2 µs at 90°/s are 0.65″: ten times the scatter of the index.
+    result = _diagnosis(
+        measurement_set(head2_only=lambda time, speed: speed * 2e-6 / np.pi * 648_000.0 + 0 * time)
+    )
+    assert result.named is not None
+    assert result.named.name == "timing_skew"
+    assert result.named.parameters()["skew"].value == pytest.approx(2.0, abs=0.3)
+
+
+def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(
+            2 * disc + 0.7
+        )
+
+    result = _diagnosis(measurement_set(error))
+    assert result.verdict == "unknown"
+    assert result.parts[0].effect.parts == ["temperature", "order:2", "disc"]  # type: ignore[attr-defined]
+    assert "order 2" in str(result.description)
+
+
+def test_too_small_to_matter_is_said_not_named() -> None:
+    # 0.03″ of reversal is found in 480 × 6 rows, but is less than half a count.
+    result = _diagnosis(measurement_set(reversal_arcsec=0.05, cycles=60))
+    assert result.verdict == "adequate"
+    assert [item.name for item in result.negligible] == ["hysteresis"]
+
+
+def test_a_jump_of_both_heads_is_bad_data() -> None:
+    good = measurement_set()
+    assert good.capture is not None
+    good.capture.head1_counts[5000:] += 5000
+    good.capture.head2_counts[5000:] += 5000
+    result = _diagnosis(good)
+    assert result.verdict == "bad_data"
+    assert "run 1" in result.faults[0]
+
+
+def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
+    result = _diagnosis(
+        measurement_set(
+            runs=1,
+            reference=False,
+            head2_only=lambda time, speed: 0.6 * np.cos(2 * np.pi * 3.3 * time),
+        )
+    )
+    assert result.verdict == "ambiguous"
+    assert {"vibration", "bearing_ball_pass"} <= set(result.effect_class)
+    assert result.next_measurement is not None
+    assert "speed" in result.next_measurement
+
+
+def test_the_same_seed_gives_the_same_diagnosis() -> None:
+    first, second = (
+        _diagnosis(measurement_set(reversal_arcsec=0.8, runs=2, cycles=3)) for _ in range(2)
+    )
+    assert [item.p_corrected for item in first.candidates] == [
+        item.p_corrected for item in second.candidates
+    ]

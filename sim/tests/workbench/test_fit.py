@@ -1,0 +1,74 @@
+"""The fit against numpy's own least squares, and its uncertainties against repetition."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import (
+    ALPHA,
+    CAPTURE_NOISE,
+    REFERENCE_NOISE,
+    measurement_set,
+    paper_error,
+)
+
+from arctrue.effects.registry import built_in
+from arctrue.fit.normal import Term
+from arctrue.fit.solution import fit
+from arctrue.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _graduation() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](), {})
+
+
+def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
+    observations = observations_of(measurement_set(runs=1, reference=False))
+    solution = fit([_graduation()], observations)
+    rows = observations.capture
+    assert rows is not None
+    design = [np.ones(rows.angle_rad.size)]
+    for order in range(1, 21):
+        for wave in (np.cos, np.sin):
+            design.append(wave(order * (rows.angle_rad + ALPHA)) - wave(order * rows.angle_rad))
+    expected, *_ = np.linalg.lstsq(np.stack(design, axis=1), rows.difference_arcsec, rcond=None)
+    # The run offset's prior pulls the constant alone, by less than a thousandth of its sigma.
+    np.testing.assert_allclose(solution.coefficients, expected[1:], atol=1e-6)
+
+
+def test_noise_of_both_channels_and_the_truth_are_found() -> None:
+    solution = fit([_graduation()], observations_of(measurement_set()))
+    # Two heads' noise, and the rounding of both to whole counts of 0.0772″.
+    both_heads = np.sqrt(2.0 * (CAPTURE_NOISE**2 + 0.0772**2 / 12.0))
+    assert solution.capture_sigma_arcsec == pytest.approx(both_heads, rel=0.03)
+    assert solution.reference_sigma_arcsec == pytest.approx(REFERENCE_NOISE, rel=0.15)
+    disc = np.linspace(0.0, 2.0 * np.pi, 100)
+    found = solution.context.error_arcsec(disc)
+    left = found - paper_error(disc, disc, 0.0)
+    # Orders 11 and 12 are amplified 19 and 5 times at 33°; the reference run holds them.
+    assert np.max(np.abs(left - left.mean())) < 0.05
+
+
+def test_covariance_is_that_of_repetition() -> None:
+    draws = []
+    sigma = None
+    for seed in range(40):
+        solution = fit(
+            [_graduation()], observations_of(measurement_set(seed=seed, runs=2, cycles=2))
+        )
+        draws.append(solution.coefficients[:10])
+        sigma = np.sqrt(np.diag(solution.covariance))[:10]
+    assert sigma is not None
+    ratio = np.std(draws, axis=0, ddof=1) / sigma
+    # 40 draws know each standard deviation to 11 %, their mean over 10 to 4 %.
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.12)
+
+
+def test_blind_order_is_left_at_zero_not_blown_up() -> None:
+    effect = EFFECTS["graduation_harmonics"](orders=[1, 2, 3, 4, 5, 120])
+    observations = observations_of(measurement_set(runs=1, reference=False))
+    solution = fit([Term(effect, {})], observations)
+    assert np.max(np.abs(solution.coefficients[-2:])) < 1e-6
+    assert solution.rank == 10 + 1

@@ -1,0 +1,84 @@
+"""Model files: what is written comes back, what is wrong is said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from arctrue.effects.base import Parameter
+from arctrue.model.model import HistoryStep, Model, ModelEffect
+from arctrue.model.model_file import ModelFileError, read_model, write_model
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
+NAMES = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True)
+CHANNELS = st.dictionaries(st.sampled_from(["capture", "reference"]), NUMBERS)
+
+
+@st.composite
+def models(draw: st.DrawFn) -> Model:
+    effects = []
+    for name in draw(st.lists(NAMES, min_size=1, max_size=3)):
+        columns = draw(st.lists(st.text(max_size=8), max_size=4))
+        parameter = Parameter(draw(NUMBERS), draw(NUMBERS), "arcsec")
+        effects.append(
+            ModelEffect(
+                name=name,
+                settings=draw(st.dictionaries(NAMES, st.integers(-9, 9) | st.text(max_size=5))),
+                search=draw(st.dictionaries(NAMES, NUMBERS)),
+                columns=columns,
+                coefficients=[draw(NUMBERS) for _ in columns],
+                parameters={"size": parameter},
+            )
+        )
+    step = HistoryStep("add", "x", "set", *(draw(CHANNELS) for _ in range(4)))
+    return Model(effects, draw(st.lists(NAMES)), [step], draw(NUMBERS))
+
+
+@settings(max_examples=60, deadline=None)
+@given(model=models())
+def test_what_is_written_comes_back(tmp_path_factory: pytest.TempPathFactory, model: Model) -> None:
+    path = tmp_path_factory.mktemp("model") / "m.toml"
+    write_model(path, model)
+    assert read_model(path) == model
+
+
+EFFECT = '[[effect]]\nname = "hysteresis"\n'
+BAD = {
+    "": "schema",
+    "schema = 2": "expected 1, found 2",
+    "schema = 1": "at least one",
+    "schema = 1\neffect = 3": "at least one",
+    "schema = 1\n[[effect]]\n": "expected a name",
+    "schema = [": "not valid TOML",
+    f"schema = 1\n{EFFECT}coefficients = [1.0]": "as many coefficients as columns",
+    f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = ["x"]': "expected a number",
+    f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = [nan]': "expected a number",
+    f'schema = 1\n{EFFECT}[effect.parameters.size]\nvalue = 1.0\nunit = "parsec"': "unknown unit",
+    f"schema = 1\n{EFFECT}[effect.parameters.size]\nvalue = 1.0": "expected a unit",
+    f"schema = 1\n{EFFECT}[effect.search]\norder = true": "expected a number",
+    f"schema = 1\neffect_folders = 3\n{EFFECT}": "list of texts",
+    f"schema = 1\nhistory = 3\n{EFFECT}": "history",
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD.items())
+def test_what_is_wrong_is_said_with_the_file(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "m.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ModelFileError, match=said) as caught:
+        read_model(path)
+    assert str(path) in str(caught.value)
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.binary(max_size=200))
+def test_any_bytes_give_a_model_or_a_sentence(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes
+) -> None:
+    path = tmp_path_factory.mktemp("model") / "m.toml"
+    path.write_bytes(data)
+    with pytest.raises(ModelFileError):
+        read_model(path)
