@@ -1,0 +1,181 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- The constants of the CORDIC rotation of equations (10) and (11), worked out at elaboration for
+-- any number of iterations and bits, and its adder.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+  use ieee.math_real.all;
+
+package cordic_pkg is
+
+  -- The first iterations have so few outcomes that a table of 5-input functions holds them.
+  constant TABULATED_ITERATIONS : positive := 6;
+  -- Bits of x and y below the cosine's last one.
+  constant GUARD_WIDTH          : positive := 2;
+
+  type naturals is array (natural range <>) of natural;
+
+  type reals is array (natural range <>) of real;
+
+  -- Fraction bits of z, in turns: 2**-21 turn for a cosine of 18 bits.
+  function angle_fraction (
+    cosine_width : positive
+  ) return positive;
+
+  -- arctan(2**-i) for i = 0 to iterations - 1, in 2**-fraction turn.
+  function rotation_steps (
+    iterations, fraction : positive
+  ) return naturals;
+
+  -- Bits of z, with sign, before iteration i = 1 to iterations.
+  function remainder_widths (
+    steps    : naturals;
+    fraction : positive
+  ) return naturals;
+
+  -- 1 / gain of all iterations: x0 of equation (11).
+  function start_radius (
+    iterations : positive
+  ) return real;
+
+  -- x, or y where `of_y`, after the tabulated iterations of a vector that starts
+  -- with x0 = radius, y0 = 0. The first of them turns to the left; bit TABULATED_ITERATIONS - 1 - i
+  -- of the index is high where iteration i turned to the right.
+  function tabulated_vectors (
+    radius : real;
+    of_y   : boolean
+  ) return reals;
+
+  -- a + b, or a - b, rounded, on one carry chain. b has one fraction bit more than a.
+  function add_or_subtract (
+    a, b     : u_signed;
+    subtract : std_ulogic
+  ) return u_signed;
+
+end package cordic_pkg;
+
+package body cordic_pkg is
+
+  function angle_fraction (
+    cosine_width : positive
+  ) return positive is
+  begin
+
+    -- A phase has 24 bits.
+    return minimum(cosine_width + 3, 24);
+
+  end function angle_fraction;
+
+  function rotation_steps (
+    iterations, fraction : positive
+  ) return naturals is
+
+    variable steps : naturals(0 to iterations - 1);
+
+  begin
+
+    for i in steps'range loop
+      steps(i) := natural(round(arctan(2.0 ** (-i)) / MATH_2_PI * 2.0 ** fraction));
+    end loop;
+
+    return steps;
+
+  end function rotation_steps;
+
+  function remainder_widths (
+    steps    : naturals;
+    fraction : positive
+  ) return naturals is
+
+    -- -bound <= z < bound: after iteration 0 an eighth of a turn.
+    variable bound  : natural := 2 ** (fraction - 3);
+    variable widths : naturals(1 to steps'length);
+
+  begin
+
+    for i in widths'range loop
+      widths(i) := 1;
+      while 2 ** (widths(i) - 1) < bound loop
+        widths(i) := widths(i) + 1;
+      end loop;
+      if i < steps'length then
+        bound := maximum(steps(i), bound - steps(i));
+      end if;
+    end loop;
+
+    return widths;
+
+  end function remainder_widths;
+
+  function start_radius (
+    iterations : positive
+  ) return real is
+
+    variable gain : real := 1.0;
+
+  begin
+
+    for i in 0 to iterations - 1 loop
+      gain := gain * sqrt(1.0 + 2.0 ** (-2 * i));
+    end loop;
+
+    return 1.0 / gain;
+
+  end function start_radius;
+
+  function tabulated_vectors (
+    radius : real;
+    of_y   : boolean
+  ) return reals is
+
+    variable table     : reals(0 to 2 ** (TABULATED_ITERATIONS - 1) - 1);
+    variable x         : real;
+    variable y         : real;
+    variable x_before  : real;
+    variable direction : real;
+
+  begin
+
+    for index in table'range loop
+      x := radius;
+      y := radius;
+      for i in 1 to TABULATED_ITERATIONS - 1 loop
+        direction := 1.0;
+        if (index / 2 ** (TABULATED_ITERATIONS - 1 - i)) mod 2 = 1 then
+          direction := -1.0;
+        end if;
+        x_before := x;
+        x        := x - direction * y * 2.0 ** (-i);
+        y        := y + direction * x_before * 2.0 ** (-i);
+      end loop;
+      if of_y then
+        table(index) := y;
+      else
+        table(index) := x;
+      end if;
+    end loop;
+
+    return table;
+
+  end function tabulated_vectors;
+
+  function add_or_subtract (
+    a, b     : u_signed;
+    subtract : std_ulogic
+  ) return u_signed is
+
+    variable difference : u_signed(a'length downto 0);
+
+  begin
+
+    -- The lowest bit makes the borrow: the fraction bit of b when it subtracts, its complement,
+    -- and with it the two's complement of a rounded b, when it adds. Written as a difference,
+    -- since Yosys may swap the operands of a sum; a enters the carry chain without a LUT.
+    difference := (a & '0') - (b xor (b'range => not subtract));
+    return difference(a'length downto 1);
+
+  end function add_or_subtract;
+
+end package body cordic_pkg;

@@ -1,0 +1,165 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # cordic_rotation
+--
+-- The cosine of an angle of the first quadrant by rotating a vector, equations (10) to (12) of the
+-- paper, CORDIC_ITERATIONS times, with the signs and the start value put right (see the errata).
+-- Only what the cosine needs is built.
+--
+-- **Latency.** CORDIC_ITERATIONS − 1 = 15 clocks: iteration 0 always turns to the left by an eighth
+-- of a turn, which takes no adder. One angle per clock.
+--
+-- **Number formats.** folded 22 bits, 2⁻²⁴ turn; x and y s1.COSINE_WIDTH, two bits more than the
+-- cosine at the end; z in 2⁻²¹ turn (COSINE_WIDTH + 3 fraction bits, 24 at most), each stage as
+-- wide as z can still be there: 19 bits at first, 6 in the last stage.
+--
+-- **z.** The bits of the phase below 2⁻²¹ turn are cut off. z stands for the middle of what they can
+-- be: half a unit is meant in addition throughout, at no cost, and the sign is the same.
+--
+-- **x and y.** After the iterations 0 to 5 they are one of 32 constants, rounded from the exact
+-- ones. From then on one adder does each addition or subtraction, and the shifted operand is
+-- rounded by the carry into it. y is not rotated any further when less than half a unit of x
+-- depends on it: after iteration 9, where the square of the angle left over is below 2⁻¹⁸.
+--
+-- **Error.** Swept, with the rounding to s1.16 behind it: at most 5.2·10⁻⁵ over all phases of 20
+-- bits and 5.5·10⁻⁵ over all of 24 bits, where (A.1) + (A.5) as printed give 1.18·10⁻⁴.
+--
+-- There is no reset: it would only touch angles on their way.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+  use ieee.math_real.all;
+
+  use work.cordic_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity cordic_rotation is
+  generic (
+    COSINE_WIDTH      : positive range 8 to 24 := work.number_formats_pkg.COSINE_WIDTH;
+    CORDIC_ITERATIONS : positive range 8 to 24 := work.number_formats_pkg.CORDIC_ITERATIONS
+  );
+  port (
+    clock  : in    std_ulogic;
+    folded : in    u_unsigned(PHASE_WIDTH - 3 downto 0);                                  -- 2⁻²⁴ turn
+    cosine : out   u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0) := (others => '0')   -- s1.COSINE_WIDTH
+  );
+end entity cordic_rotation;
+
+architecture rtl of cordic_rotation is
+
+  constant LAST           : positive := CORDIC_ITERATIONS - 1;
+  constant T              : positive := TABULATED_ITERATIONS;
+  constant FRACTION       : positive := COSINE_WIDTH - 2 + GUARD_WIDTH;
+  constant WIDTH          : positive := COSINE_WIDTH + GUARD_WIDTH;
+  -- The first iteration that leaves y as it is.
+  constant Y_FINAL        : positive := (FRACTION + 3) / 2;
+  constant Z_FRACTION     : positive := angle_fraction(COSINE_WIDTH);
+  constant Z_WIDTH        : positive := Z_FRACTION - 2;
+  constant STEPS          : naturals := rotation_steps(CORDIC_ITERATIONS, Z_FRACTION);
+  constant WIDTHS         : naturals := remainder_widths(STEPS, Z_FRACTION);
+
+  subtype coordinate is u_signed(WIDTH - 1 downto 0);
+
+  subtype remainder is u_signed(Z_WIDTH - 1 downto 0);
+
+  type coordinates is array (natural range <>) of coordinate;
+
+  type remainders is array (natural range <>) of remainder;
+
+  subtype direction is u_unsigned(1 to T - 1);
+
+  type directions is array (natural range <>) of direction;
+
+  function rounded (
+    table : reals
+  ) return coordinates is
+
+    variable result : coordinates(table'reverse_range);
+
+  begin
+
+    for index in table'range loop
+      result(index) := to_signed(integer(round(table(index) * 2.0 ** FRACTION)), WIDTH);
+    end loop;
+
+    return result;
+
+  end function rounded;
+
+  constant X_TABLE : coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), false));
+  constant Y_TABLE : coordinates := rounded(tabulated_vectors(start_radius(CORDIC_ITERATIONS), true));
+
+begin
+
+  rotate : process (clock) is
+
+    -- Registers before the iteration of their index. turned(i)(j): iteration j turned to the right.
+    variable x      : coordinates(T to LAST)    := (others => (others => '0'));
+    variable y      : coordinates(T to LAST)    := (others => (others => '0'));
+    variable z      : remainders(2 to LAST)     := (others => (others => '0'));
+    variable turned : directions(2 to T - 1)    := (others => (others => '0'));
+
+    variable left      : std_ulogic;
+    variable turn      : direction;
+    variable old_z     : remainder;
+    variable new_x     : coordinate;
+
+  begin
+
+    if rising_edge(clock) then
+
+      -- The last iteration first: a variable is read before it takes its new value.
+      for i in LAST downto 1 loop
+        if i > 1 then
+          old_z := z(i);
+        else
+          -- Iteration 0: an eighth of a turn less.
+          old_z           := u_signed(folded(folded'high downto folded'length - Z_WIDTH));
+          old_z(Z_WIDTH - 1) := not old_z(Z_WIDTH - 1);
+        end if;
+        left := not old_z(WIDTHS(i) - 1);
+
+        if i >= T then
+          new_x := add_or_subtract(x(i), shift_right(y(i) & '0', i), left);
+
+          if i = LAST then
+            cosine <= new_x;
+          else
+            x(i + 1) := new_x;
+
+            if i < Y_FINAL then
+              y(i + 1) := add_or_subtract(y(i), shift_right(x(i) & '0', i), not left);
+            else
+              y(i + 1) := y(i);
+            end if;
+          end if;
+        else
+          turn := (others => '0');
+          if i > 1 then
+            turn := turned(i);
+          end if;
+          turn(i) := not left;
+
+          if i < T - 1 then
+            turned(i + 1) := turn;
+          else
+            x(T) := X_TABLE(to_integer(turn));
+            y(T) := Y_TABLE(to_integer(turn));
+          end if;
+        end if;
+
+        if i < LAST then
+          z(i + 1)(WIDTHS(i + 1) - 1 downto 0) := add_or_subtract(
+            old_z(WIDTHS(i + 1) - 1 downto 0),
+            u_signed(to_unsigned(STEPS(i), WIDTHS(i + 1))) & '0',
+            left
+          );
+        end if;
+      end loop;
+
+    end if;
+
+  end process rotate;
+
+end architecture rtl;

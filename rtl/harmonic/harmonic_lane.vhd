@@ -1,0 +1,113 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # harmonic_lane
+--
+-- One term amplitude · cos(phase) of equation (9): quadrant_fold, cordic_rotation, one rounding of
+-- the cosine to COSINE_WIDTH bits and the multiplication by the amplitude in one DSP48E1, which
+-- can add the product of a partner lane on the way.
+--
+-- **Latency.** One angle per clock, from `phase`: fold 1 clock, rotation CORDIC_ITERATIONS − 1 (15),
+-- rounding 1, multiplication 2; in all CORDIC_ITERATIONS + 3 (19) clocks to `product`. With
+-- ADD_PARTNER one clock more, CORDIC_ITERATIONS + 4 (20), so that the product of a partner without
+-- ADD_PARTNER arrives when it is added. `amplitude` belongs to the phase that came CORDIC_ITERATIONS
+-- (16, AMPLITUDE_CLOCK) clocks before, `partner` to that of CORDIC_ITERATIONS + 3 (19) clocks before.
+--
+-- **Number formats.** phase u0.24 turn; cosine sign, integer bit and COSINE_WIDTH − 2 fraction bits
+-- (s1.16); amplitude s13.11 counts; products s15.(COSINE_WIDTH + 9) counts (s15.27), exact.
+--
+-- **Rounding.** The rotation's two extra bits are rounded half up, then the sign of the quadrant
+-- is applied: −cos and cos have the same size.
+--
+-- **Error.** Of the cosine, swept over all phases: see cordic_rotation.
+--
+-- There is no reset: it would only touch phases on their way.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.cordic_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity harmonic_lane is
+  generic (
+    COSINE_WIDTH      : positive range 8 to 24 := work.number_formats_pkg.COSINE_WIDTH;
+    CORDIC_ITERATIONS : positive range 8 to 24 := work.number_formats_pkg.CORDIC_ITERATIONS;
+    ADD_PARTNER       : boolean                := false
+  );
+  port (
+    clock     : in    std_ulogic;
+    phase     : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                  -- turn, u0.24
+    amplitude : in    u_signed(AMPLITUDE_WIDTH - 1 downto 0);                -- counts, s13.11, with the cosine
+    partner   : in    u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0); -- counts, s15.27, with the product
+    product   : out   u_signed(AMPLITUDE_WIDTH + COSINE_WIDTH - 1 downto 0) := (others => '0') -- counts, s15.27
+  );
+end entity harmonic_lane;
+
+architecture rtl of harmonic_lane is
+
+  signal folded          : u_unsigned(PHASE_WIDTH - 3 downto 0);
+  signal folded_negative : std_ulogic;
+  signal rotated         : u_signed(COSINE_WIDTH + GUARD_WIDTH - 1 downto 0);
+
+begin
+
+  fold : entity work.quadrant_fold
+    port map (
+      clock    => clock,
+      phase    => phase,
+      folded   => folded,
+      negative => folded_negative
+    );
+
+  rotation : entity work.cordic_rotation
+    generic map (
+      COSINE_WIDTH      => COSINE_WIDTH,
+      CORDIC_ITERATIONS => CORDIC_ITERATIONS
+    )
+    port map (
+      clock  => clock,
+      folded => folded,
+      cosine => rotated
+    );
+
+  round_and_multiply : process (clock) is
+
+    -- Registers; those of the multiplier's ports are twofold where a partner comes a clock earlier.
+    variable negative       : std_ulogic_vector(1 to CORDIC_ITERATIONS - 1) := (others => '0');
+    variable cosine         : u_signed(COSINE_WIDTH - 1 downto 0)           := (others => '0');
+    variable factor         : u_signed(AMPLITUDE_WIDTH - 1 downto 0)        := (others => '0');
+    variable later_cosine   : u_signed(COSINE_WIDTH - 1 downto 0)           := (others => '0');
+    variable later_factor   : u_signed(AMPLITUDE_WIDTH - 1 downto 0)        := (others => '0');
+    variable unadded        : u_signed(product'range)                       := (others => '0');
+
+    variable signed_bits    : u_signed(rotated'range);
+    variable sum            : u_signed(COSINE_WIDTH downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+
+      -- Multiplication: product register, register in the multiplier's middle.
+      if ADD_PARTNER then
+        product      <= unadded + partner;
+        unadded      := later_cosine * later_factor;
+        later_cosine := cosine;
+        later_factor := factor;
+      else
+        product <= unadded;
+        unadded := cosine * factor;
+      end if;
+      factor := amplitude;
+
+      -- Rounding. With the complement instead of the negative, the last guard bits make up for the
+      -- unit that it lacks: the result is the negative of the rounded value.
+      signed_bits := rotated xor (rotated'range => negative(negative'right));
+      sum         := signed_bits(rotated'high downto GUARD_WIDTH - 1) + ('0' & signed_bits(GUARD_WIDTH - 1));
+      cosine      := sum(COSINE_WIDTH downto 1);
+      negative    := folded_negative & negative(1 to negative'right - 1);
+    end if;
+
+  end process round_and_multiply;
+
+end architecture rtl;

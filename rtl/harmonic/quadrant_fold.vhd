@@ -1,0 +1,47 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # quadrant_fold
+--
+-- Folds a phase into the first quadrant, where the rotation of equations (10) to (12) converges,
+-- and tells whether the cosine of the phase is the negative of that of the folded one.
+--
+-- **Latency.** 1 clock.
+--
+-- **Number formats.** phase u0.24 turn; folded 22 bits, 2⁻²⁴ turn, 0 to a quarter turn.
+--
+-- A phase p of the second or fourth quadrant is mirrored by the complement of its bits, which
+-- is one unit, 2⁻²⁴ turn, less than half a turn − p: no adder is needed, and a cosine is off by less
+-- than 4·10⁻⁷.
+--
+-- There is no reset: it would only touch phases on their way.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity quadrant_fold is
+  port (
+    clock    : in    std_ulogic;
+    phase    : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                    -- turn, u0.24
+    folded   : out   u_unsigned(PHASE_WIDTH - 3 downto 0) := (others => '0'); -- 2⁻²⁴ turn
+    negative : out   std_ulogic                           := '0'              -- cos(phase) = −cos(folded)
+  );
+end entity quadrant_fold;
+
+architecture rtl of quadrant_fold is
+
+begin
+
+  fold : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      folded   <= phase(PHASE_WIDTH - 3 downto 0) xor (folded'range => phase(PHASE_WIDTH - 2));
+      negative <= phase(PHASE_WIDTH - 1) xor phase(PHASE_WIDTH - 2);
+    end if;
+
+  end process fold;
+
+end architecture rtl;

@@ -1,0 +1,28 @@
+"""Model of the entity ``phase_lane``: n·θ + Φ of one lane of equation (9)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.generated.number_formats import PHASE_STEP_WIDTH, PHASE_WIDTH
+
+_CUT_OFF = PHASE_STEP_WIDTH - PHASE_WIDTH
+
+
+def phase_lane(
+    angle: ArrayLike, phase_step: ArrayLike, phase_offset: ArrayLike
+) -> NDArray[np.int32]:
+    """θ·K + Φ modulo one turn in 2⁻²⁴ turn, rounded half up.
+
+    ``angle``: counts below 2²⁴; ``phase_step``: K in 2⁻⁴⁸ turn a count; ``phase_offset``: Φ in
+    2⁻²⁴ turn; whole numbers, of shapes that numpy broadcasts to one. Returns that shape.
+    """
+    # Products wrap modulo 2⁶⁴; the 48 bits of a turn are the low ones.
+    turns = np.asarray(angle, dtype=np.uint64) * np.asarray(phase_step, dtype=np.uint64)
+    rounding = np.uint64(1 << (_CUT_OFF - 1))
+    turns += (np.asarray(phase_offset, dtype=np.uint64) << np.uint64(_CUT_OFF)) + rounding
+    turns >>= np.uint64(_CUT_OFF)
+    phase = np.asarray(turns).astype(np.int32)
+    phase &= (1 << PHASE_WIDTH) - 1
+    return phase

@@ -1,0 +1,30 @@
+"""Model of the entity ``quadrant_fold``: any phase into the first quadrant."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.generated.number_formats import PHASE_WIDTH
+
+
+class Folded(NamedTuple):
+    """``folded``: int32 in 2⁻²⁴ turn, below a quarter; ``negative``: int32, −1 for −cos, else 0."""
+
+    folded: NDArray[np.int32]
+    negative: NDArray[np.int32]
+
+
+def quadrant_fold(phase: NDArray[np.int32]) -> Folded:
+    """Fold ``phase``, 2⁻²⁴ turn, 0 <= phase < 2²⁴, of any shape; the results have that shape."""
+    # The bit of the half turn and that of the quarter turn, spread over the word.
+    half = phase << (32 - PHASE_WIDTH)
+    half >>= 31
+    quarter = phase << (33 - PHASE_WIDTH)
+    quarter >>= 31
+    half ^= quarter
+    quarter ^= phase
+    quarter &= (1 << (PHASE_WIDTH - 2)) - 1
+    return Folded(quarter, half)

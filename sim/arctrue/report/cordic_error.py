@@ -1,0 +1,133 @@
+"""How far the gateware's cosine is from the true one, and the bounds of the paper's appendix.
+
+``python -m arctrue.report.cordic_error [FILE.png]`` draws it.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from arctrue.gateware.harmonic_lane import lane_cosine
+from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
+from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style
+
+SWEEP_BITS = 20
+DEFAULT_FILE = Path("build/reports/cordic_error.png")
+_BINS = 1024
+
+
+def approximation_bound(iterations: int = CORDIC_ITERATIONS) -> float:
+    """δ_max of equation (A.1): the angle of the last iteration, in radians."""
+    return math.atan(2.0 ** -(iterations - 1))
+
+
+def rounding_bound(bits: int = COSINE_WIDTH, iterations: int = CORDIC_ITERATIONS) -> float:
+    """ε_max of equation (A.5), as printed, for a width of ``bits``."""
+    gains = (
+        math.prod(math.sqrt(1.0 + 2.0 ** (-2 * i)) for i in range(j, iterations))
+        for j in range(1, iterations)
+    )
+    return math.ldexp(math.sqrt(2.0), -bits) * (1.0 + sum(gains))
+
+
+def cosine_bound(bits: int = COSINE_WIDTH, iterations: int = CORDIC_ITERATIONS) -> float:
+    """(A.1) + (A.5), as printed: 1.18·10⁻⁴ for 16 iterations of 18 bits."""
+    return approximation_bound(iterations) + rounding_bound(bits, iterations)
+
+
+def swept_phases(bits: int = SWEEP_BITS) -> NDArray[np.int32]:
+    """All 2^``bits`` phases with as many bits, in 2⁻²⁴ turn."""
+    return np.arange(0, 1 << PHASE_WIDTH, 1 << (PHASE_WIDTH - bits), dtype=np.int32)
+
+
+def cosine_error(
+    phase: NDArray[np.int32],
+    cosine: NDArray[np.int32] | None = None,
+    bits: int = COSINE_WIDTH,
+    iterations: int = CORDIC_ITERATIONS,
+) -> NDArray[np.float64]:
+    """Cosine of the gateware less that of numpy, of the shape of ``phase`` (2⁻²⁴ turn).
+
+    ``cosine``: what the gateware gave, ``bits`` − 2 fraction bits; without it, the model's.
+    """
+    if cosine is None:
+        cosine = lane_cosine(phase, bits, iterations)
+    error = cosine.astype(np.float64)
+    error *= 2.0 ** (2 - bits)
+    error -= np.cos(phase * (2.0 * math.pi / 2**PHASE_WIDTH))
+    return error
+
+
+def draw_cordic_error(
+    path: Path,
+    simulated: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
+    bits: int = COSINE_WIDTH,
+    iterations: int = CORDIC_ITERATIONS,
+) -> float:
+    """Write a PNG: error over the phase, all 2²⁰ phases, with the bounds of the appendix.
+
+    ``simulated``: phases (2⁻²⁴ turn) and cosines that came out of the VHDL, drawn as dots. Makes
+    the folder of ``path``. Returns the largest error of the model.
+    """
+    phase = swept_phases()
+    error = cosine_error(phase, bits=bits, iterations=iterations)
+    bins = error.reshape(_BINS, -1)
+    middle_deg = (np.arange(_BINS) + 0.5) * (360.0 / _BINS)
+    approximation = approximation_bound(iterations)
+    bound = cosine_bound(bits, iterations)
+    with house_style():
+        figure = Figure(figsize=(9.6, 4.6), layout="constrained")
+        axes = figure.subplots()
+        axes.fill_between(
+            middle_deg,
+            bins.min(axis=1),
+            bins.max(axis=1),
+            color=AFTER,
+            linewidth=0.9,
+            label=f"model, all 2²⁰ phases: |error| ≤ {np.abs(error).max():.2e}",
+        )
+        if simulated is not None:
+            axes.plot(
+                simulated[0] * (360.0 / 2**PHASE_WIDTH),
+                cosine_error(*simulated, bits, iterations),
+                linestyle="none",
+                marker=".",
+                markersize=1.2,
+                color=INK,
+                label=f"VHDL, {simulated[0].size} phases",
+            )
+        for sign in (-1, 1):
+            axes.axhline(
+                sign * approximation,
+                color=LIMIT,
+                linestyle=(0, (4, 3)),
+                label=f"(A.1), {iterations} iterations: {approximation:.2e}" if sign > 0 else None,
+            )
+            axes.axhline(
+                sign * bound,
+                color=BEFORE,
+                label=f"(A.1) + (A.5), {bits} bits: {bound:.2e}" if sign > 0 else None,
+            )
+        axes.set_title("Error of the cosine")
+        axes.set_xlabel("phase, °")
+        axes.set_ylabel("cosine of the gateware − cos")
+        axes.set_xlim(0, 360)
+        axes.set_xticks(range(0, 361, 45))
+        axes.set_ylim(-1.5 * bound, 1.5 * bound)
+        axes.ticklabel_format(axis="y", scilimits=(0, 0), useMathText=True)
+        axes.legend(loc="upper center", ncols=2)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=150, metadata={"Software": None})
+    return float(np.abs(error).max())
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_FILE
+    largest = draw_cordic_error(target)
+    print(f"{target}: largest error {largest:.3e}, bound {cosine_bound():.3e}")

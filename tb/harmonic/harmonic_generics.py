@@ -1,0 +1,24 @@
+"""The generics of the run, and the other values that the tests take."""
+
+from __future__ import annotations
+
+import os
+
+from arctrue.generated import number_formats
+
+COSINE_WIDTH = int(os.environ.get("COSINE_WIDTH", number_formats.COSINE_WIDTH))
+CORDIC_ITERATIONS = int(os.environ.get("CORDIC_ITERATIONS", number_formats.CORDIC_ITERATIONS))
+
+DEFAULT = (number_formats.COSINE_WIDTH, number_formats.CORDIC_ITERATIONS)
+# Narrower and wider than the default, fewer and more iterations, and the ends of the ranges.
+OTHERS = ((14, 12), (20, 18), (18, 11), (8, 8), (24, 24), (8, 24))
+
+
+def generics(width: int, iterations: int) -> dict[str, int]:
+    """The generics of the entities, and the environment of their benches."""
+    return {"COSINE_WIDTH": width, "CORDIC_ITERATIONS": iterations}
+
+
+def environment(**values: int | str) -> dict[str, str]:
+    """The same as text."""
+    return {name: str(value) for name, value in values.items()}

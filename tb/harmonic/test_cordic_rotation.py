@@ -1,0 +1,20 @@
+"""The rotation in VHDL equals its model bit by bit, with the default and other generics."""
+
+import pytest
+
+from tb.harmonic.harmonic_generics import DEFAULT, OTHERS, environment, generics
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(
+    ("width", "iterations", "angles"), [(*DEFAULT, 20_000), *((*other, 3000) for other in OTHERS)]
+)
+def test_cordic_rotation(width: int, iterations: int, angles: int) -> None:
+    values = generics(width, iterations)
+    simulate(
+        "cordic_rotation",
+        "tb.harmonic.cordic_rotation_bench",
+        generics=values,
+        environment=environment(**values, ANGLES=angles),
+        backend="llvm",
+    )

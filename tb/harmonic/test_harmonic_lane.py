@@ -1,0 +1,44 @@
+"""One term of equation (9) in VHDL equals its model; its error is drawn beside the bounds."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.report.cordic_error import cosine_bound, cosine_error, draw_cordic_error
+from tb.harmonic.harmonic_generics import DEFAULT, OTHERS, environment, generics
+from tb.support.simulation import ROOT, simulate
+
+BENCH = "tb.harmonic.harmonic_lane_bench"
+
+
+@pytest.mark.parametrize("add_partner", ["false", "true"])
+@pytest.mark.parametrize(("width", "iterations"), OTHERS[:2])
+def test_other_generics(width: int, iterations: int, add_partner: str) -> None:
+    values = generics(width, iterations)
+    simulate(
+        "harmonic_lane",
+        BENCH,
+        generics={**values, "ADD_PARTNER": add_partner},
+        environment=environment(**values, ADD_PARTNER=add_partner, ANGLES=2500),
+        backend="llvm",
+    )
+
+
+@pytest.mark.parametrize("add_partner", ["false", "true"])
+def test_default_on_20000_phases(add_partner: str, tmp_path: Path) -> None:
+    file = tmp_path / "cosines.npz"
+    simulate(
+        "harmonic_lane",
+        BENCH,
+        generics={"ADD_PARTNER": add_partner},
+        environment=environment(ADD_PARTNER=add_partner, ANGLES=20_000, COSINES_FILE=str(file)),
+        backend="llvm",
+    )
+    with np.load(file) as simulated:
+        phase, cosine = simulated["phase"], simulated["cosine"]
+    assert phase.size >= 20_000
+    assert np.abs(cosine_error(phase, cosine)).max() <= cosine_bound(*DEFAULT)
+    picture = ROOT / "build" / "reports" / "cordic_error.png"
+    draw_cordic_error(picture, (phase, cosine))
+    assert picture.stat().st_size > 20_000

@@ -1,0 +1,29 @@
+"""The pair sums of all lanes in VHDL equal their model, also of odd numbers of lanes."""
+
+import pytest
+
+from tb.harmonic.harmonic_generics import DEFAULT, environment, generics
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(
+    ("lanes", "angles", "width", "iterations"),
+    [
+        (1, 500, *DEFAULT),
+        (2, 500, *DEFAULT),
+        (5, 500, *DEFAULT),
+        (32, 600, *DEFAULT),
+        (64, 100, *DEFAULT),
+        (3, 500, 14, 12),
+        (4, 500, 20, 18),
+    ],
+)
+def test_harmonic_unit(lanes: int, angles: int, width: int, iterations: int) -> None:
+    values = {"LANES": lanes, **generics(width, iterations)}
+    simulate(
+        "harmonic_unit",
+        "tb.harmonic.harmonic_unit_bench",
+        generics=values,
+        environment=environment(**values, ANGLES=angles),
+        backend="llvm",
+    )

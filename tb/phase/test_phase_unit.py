@@ -1,0 +1,16 @@
+"""The phases of all lanes in VHDL equal their model."""
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(("lanes", "angles"), [(1, 500), (3, 500), (32, 400), (64, 200)])
+def test_phase_unit(lanes: int, angles: int) -> None:
+    simulate(
+        "phase_unit",
+        "tb.phase.phase_unit_bench",
+        generics={"LANES": lanes},
+        environment={"LANES": str(lanes), "ANGLES": str(angles)},
+        backend="llvm",
+    )
