@@ -20,10 +20,6 @@ from arctrue import cli
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-# The matrices here are small: a second thread of the linear algebra costs more than it brings.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-
 class _Commands(click.Group):
     """Imports a command's module only when it is asked for."""
 

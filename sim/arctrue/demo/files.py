@@ -1,0 +1,75 @@
+"""The files through which the demo and the simulator talk to each other."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class DemoFiles:
+    """Names inside the demo's working folder."""
+
+    folder: Path
+
+    @property
+    def settings(self) -> Path:
+        """The scale of the demo."""
+        return self.folder / "settings.json"
+
+    @property
+    def played(self) -> Path:
+        """Pin changes of both heads."""
+        return self.folder / "played.txt"
+
+    @property
+    def recorded(self) -> Path:
+        """Pin changes of the output."""
+        return self.folder / "recorded.txt"
+
+    @property
+    def capture(self) -> Path:
+        """The capture memory as read, counts (2, n)."""
+        return self.folder / "capture.npy"
+
+    @property
+    def run(self) -> Path:
+        """What the processor did: :class:`ProcessorRun`."""
+        return self.folder / "run.json"
+
+    @property
+    def latency(self) -> Path:
+        """Clocks of each unit."""
+        return self.folder / "latency.json"
+
+    @property
+    def progress(self) -> Path:
+        """How far the simulation is."""
+        return self.folder / "progress.json"
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessorRun:
+    """What the processor saw and did. Clocks count as those of the played edges."""
+
+    capture_first_clock: int
+    capture_ready_clock: int
+    swap_clock: int
+    settled_clock: int
+    """The swap's remainder has decayed: from here the output is fully corrected."""
+    end_clock: int
+    samples: int
+    orders: list[int] = field(default_factory=list)
+    amplitudes_counts: list[float] = field(default_factory=list)
+    phases_rad: list[float] = field(default_factory=list)
+    uncertainties_counts: list[float] = field(default_factory=list)
+
+    def write(self, file: Path) -> None:
+        """Write as JSON."""
+        file.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+
+    @classmethod
+    def read(cls, file: Path) -> ProcessorRun:
+        """Read what :meth:`write` wrote."""
+        return cls(**json.loads(file.read_text(encoding="utf-8")))

@@ -1,0 +1,55 @@
+"""Every number of the demo, and the scale at which it runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class DemoSettings:
+    """The demo's scale. Full scale is 2²⁴ counts a turn, 12,000 samples a turn, 32 lanes."""
+
+    counts_per_rev: int = 1 << 16
+    """The paper's 16,384 lines, interpolated ×4 in place of ×1024."""
+    lanes: int = 4
+    capture_depth: int = 3072
+    clock_hz: float = 100e6
+    clocks_per_count: float = 1.3
+    """Mean spacing of the edges of a head; not a whole number, so that clock and counts drift."""
+    sample_period_clocks: int = 40
+    disc_scale: float = 8.0
+    """How many times larger than the paper's the errors of the disc are."""
+    noise_arcsec: float = 0.4
+    ripple_rad: float = 0.002
+    ripple_order: int = 7
+    turns: float = 3.2
+    """Length of the stimulus; the simulation ends as soon as the judged turn is complete."""
+    ramp_rate: int = 64 << 24
+    """Decay of the swap's remainder, u8.24 in 2⁻¹¹ count a clock."""
+    output_spacing_clocks: int = 1
+    peak_limit_counts: float = 2.0
+    order_limit_counts: float = 0.1
+    fitted_orders: int = 32
+    judged_orders: int = 64
+    seed: int = 1
+
+    @property
+    def arcsec_per_count(self) -> float:
+        """One count in seconds of arc."""
+        return 1_296_000 / self.counts_per_rev
+
+    @property
+    def speed_rad_s(self) -> float:
+        """Mean speed of the table at this scale of time."""
+        return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
+
+    def write(self, file: Path) -> None:
+        """Write as JSON, for the process inside the simulator."""
+        file.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+
+    @classmethod
+    def read(cls, file: Path) -> DemoSettings:
+        """Read what :meth:`write` wrote."""
+        return cls(**json.loads(file.read_text(encoding="utf-8")))

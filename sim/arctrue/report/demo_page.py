@@ -1,0 +1,48 @@
+"""The demo's page: one HTML file that needs no other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+from arctrue.demo.result import DemoResult
+from arctrue.report import demo_figures
+
+
+def write_demo_page(result: DemoResult, file: Path) -> None:
+    """Render the result and write it, the folder included, with the error figure beside it."""
+    environment = Environment(
+        loader=PackageLoader("arctrue.report"),
+        autoescape=select_autoescape(("html", "j2")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["signed"] = _signed
+    environment.filters["thousands"] = _thousands
+    error_figure = demo_figures.error_over_a_turn(result)
+    page = environment.get_template("demo.html.j2").render(
+        result=result,
+        settings=result.settings,
+        before=result.before,
+        after=result.after,
+        pipeline_clocks=sum(unit.measured_clocks for unit in result.latencies),
+        error_figure=Markup(error_figure),
+        spectrum_figure=Markup(demo_figures.spectrum(result)),
+    )
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(page, encoding="utf-8")
+    # The README's picture, see `make docs`.
+    (file.parent / "error_before_after.svg").write_text(error_figure, encoding="utf-8")
+
+
+def _signed(value: float, digits: int = 2) -> str:
+    """A number with a true minus sign."""
+    return f"{value:.{digits}f}".replace("-", "−")
+
+
+def _thousands(value: float) -> str:
+    """A whole number in groups of three."""
+    return f"{value:,.0f}"

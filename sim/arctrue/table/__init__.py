@@ -1,0 +1,51 @@
+"""The rotary table as a thing of physics: what the heads of a real one would put out.
+
+Independent of the calibration: it knows points, rays and lines, and no Fourier series.
+"""
+
+from arctrue.table.capture import ReferenceRun, SampledRun, measure_with_polygon, sample
+from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
+from arctrue.table.effects import (
+    DiscEccentricity,
+    GraduationHarmonics,
+    GraduationLines,
+    PhysicalEffect,
+)
+from arctrue.table.head import Head
+from arctrue.table.measurement_set import measurement_set
+from arctrue.table.motion import Motion
+from arctrue.table.pins import PinEvents, TooFastError, clocked_pins, decode_quadrature, pin_states
+from arctrue.table.rotary_table import (
+    DISC_RADIUS_M,
+    HEAD_SEPARATION_RAD,
+    RotaryTable,
+    two_heads,
+)
+from arctrue.table.state import TableState
+
+__all__ = [
+    "DISC_RADIUS_M",
+    "HEAD_SEPARATION_RAD",
+    "CountEdges",
+    "DiscEccentricity",
+    "GraduationHarmonics",
+    "GraduationLines",
+    "Head",
+    "Motion",
+    "PhysicalEffect",
+    "PinEvents",
+    "ReferenceRun",
+    "RotaryTable",
+    "SampledRun",
+    "TableState",
+    "TooFastError",
+    "angle_of_reading",
+    "clocked_pins",
+    "count_edges",
+    "decode_quadrature",
+    "measure_with_polygon",
+    "measurement_set",
+    "pin_states",
+    "sample",
+    "two_heads",
+]

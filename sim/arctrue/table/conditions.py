@@ -1,0 +1,49 @@
+"""Under which conditions the table is read: its state, and what only some causes ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.state import TableState
+
+USUAL_TEMPERATURE_C = 20.0
+"""Temperature at which the table was adjusted: what is thermal is zero there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions(TableState):
+    """A table's state with the conditions of each instant; every array has the shape ``(n,)``."""
+
+    temperature_c: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    """+1 or −1: from which side the angle was reached; 0: unknown."""
+    run: NDArray[np.int64]
+    since_run_start_s: NDArray[np.float64]
+
+    def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
+        """The same conditions at other angles."""
+        return replace(self, angle_rad=angle_rad)
+
+
+def conditions_of(state: TableState) -> Conditions:
+    """The state as conditions; a bare state is at the usual temperature, long after the start."""
+    if isinstance(state, Conditions):
+        return state
+    like = state.angle_rad
+    return Conditions(
+        state.time_s,
+        state.angle_rad,
+        state.speed_rad_s,
+        np.full_like(like, USUAL_TEMPERATURE_C),
+        np.zeros_like(like),
+        np.zeros(like.shape, dtype=np.int64),
+        np.full_like(like, np.inf),
+    )
+
+
+def heating_k(state: TableState) -> NDArray[np.float64]:
+    """Kelvin above the temperature at which the table was adjusted, shape ``(n,)``."""
+    return conditions_of(state).temperature_c - USUAL_TEMPERATURE_C

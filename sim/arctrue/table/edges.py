@@ -1,0 +1,102 @@
+"""When each count of a head changes: the edges of its A, B and Z wires."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.crossings import level_crossings, solve_brackets
+from arctrue.table.motion import Motion
+from arctrue.table.rotary_table import RotaryTable
+from arctrue.table.state import TableState
+
+TOLERANCE_COUNTS = 1e-7
+"""How exactly an edge is found. A turn of 2^24 counts in float64 resolves 4e-9 counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountEdges:
+    """The count edges of one head in order of time; arrays ``(n,)``."""
+
+    first_count: int
+    """The count before the first edge."""
+    time_s: NDArray[np.float64]
+    count: NDArray[np.int64]
+    """The count after each edge, from the head's index, not wrapped."""
+    true_angle_rad: NDArray[np.float64]
+    """True angle of the table at each edge."""
+
+
+def count_edges(
+    table: RotaryTable,
+    head: int,
+    motion: Motion,
+    random: np.random.Generator | None = None,
+) -> CountEdges:
+    """Solve for the time and true angle of every count edge of head 0 or 1 during ``motion``.
+
+    With ``random`` given, noise displaces each edge; the interpolator's own hysteresis keeps
+    edges from passing their neighbours, so that noise never adds a pair of edges.
+    """
+
+    def reading(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        return table.reading_rad(head, motion.state(time_s)) / table.count_rad
+
+    offset = -0.5 if table.rounding == "nearest" else 0.0
+    grid = _time_grid(table, motion)
+    time_s, level, step = level_crossings(reading, grid, offset, tolerance=TOLERANCE_COUNTS)
+    first = int(table.round_counts(reading(grid[:1]))[0])
+    count = level - (step < 0)
+    if random is not None and table.noise_rad and time_s.size:
+        time_s = _displaced(table, head, motion, time_s, random)
+    return CountEdges(first, time_s, count, motion.state(time_s).angle_rad)
+
+
+def _time_grid(table: RotaryTable, motion: Motion) -> NDArray[np.float64]:
+    # 256 intervals a turn of travel, at least 64 between two bends of the profile: short
+    # against ripple of some tens a turn, so the reading is monotonic in each.
+    bends = motion.turning_times_s()
+    parts = []
+    for begin, end in itertools.pairwise(bends.tolist()):
+        ends = motion.state(np.array([begin, end])).angle_rad
+        turns = abs(ends[1] - ends[0]) / (2 * np.pi)
+        parts.append(np.linspace(begin, end, 65 + int(256 * turns))[:-1])
+    return np.concatenate([*parts, bends[-1:]])
+
+
+def _displaced(
+    table: RotaryTable,
+    head: int,
+    motion: Motion,
+    time_s: NDArray[np.float64],
+    random: np.random.Generator,
+) -> NDArray[np.float64]:
+    # The reading passes a level that lies off by the noise: to first order the edge comes
+    # noise / speed later. Noise is far below a count, over which speed hardly changes.
+    speed = np.abs(motion.state(time_s).speed_rad_s)
+    slowest = np.maximum(speed, 1e-3 * speed.max())
+    shifted = time_s + random.normal(0.0, table.noise_rad, time_s.shape) / slowest
+    return np.clip(np.maximum.accumulate(shifted), 0.0, motion.duration_s)
+
+
+def angle_of_reading(
+    table: RotaryTable, head: int, reading_counts: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The true angle at which the table, turning slowly, shows each reading, shape ``(n,)``.
+
+    Only for effects that do not depend on time or speed. Raises ArithmeticError where the
+    reading errs by more than a tenth of a turn.
+    """
+    nominal = reading_counts * table.count_rad + table.heads[head].angle_rad
+    nominal = nominal + table.index_mark_rad
+
+    def reading(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        return table.reading_rad(head, TableState.at_rest(angle_rad)) / table.count_rad
+
+    tenth = 2 * np.pi / 10
+    return solve_brackets(
+        reading, nominal - tenth, nominal + tenth, reading_counts, tolerance=TOLERANCE_COUNTS
+    )

@@ -1,0 +1,33 @@
+"""A read head: a point that stands still beside the disc."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """A read head at a point of the stator plane.
+
+    ``point_m`` is x + jy in metres; the nominal axis of the table is the origin.
+    """
+
+    point_m: complex
+    index_offset_counts: int = 0
+    """How many counts late (counter-clockwise) this head takes the index mark."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be built."""
+        if self.point_m == 0:
+            raise ValueError("a read head cannot stand on the axis of the table")
+
+    @classmethod
+    def on_circle(cls, radius_m: float, angle_rad: float, index_offset_counts: int = 0) -> Head:
+        """A head at a radius and at the stator angle β about the axis."""
+        return cls(cmath.rect(radius_m, angle_rad), index_offset_counts)
+
+    @property
+    def angle_rad(self) -> float:
+        """Stator angle β of the head about the axis."""
+        return cmath.phase(self.point_m)

@@ -1,0 +1,129 @@
+"""A, B and Z wires of the heads, and their changes in clocks of the electronics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.edges import CountEdges
+
+PIN_A, PIN_B, PIN_Z = 1, 2, 4
+PINS_A_HEAD = 3
+
+# Counter-clockwise A leads B: (A, B) goes 00, 10, 11, 01 with the count (figure 4 of the paper).
+_QUADRATURE = np.array([0, PIN_A, PIN_A | PIN_B, PIN_B], dtype=np.uint8)
+
+
+class TooFastError(ValueError):
+    """The table turns faster than the electronics can follow."""
+
+
+def pin_states(
+    count: NDArray[np.int64], counts_per_rev: int, index_width_counts: int = 1
+) -> NDArray[np.uint8]:
+    """Levels of A (bit 0), B (bit 1) and Z (bit 2) at each count, shape ``(n,)``.
+
+    Z is high from count 0 of every turn for ``index_width_counts`` counts.
+    """
+    at_index = count % counts_per_rev < index_width_counts
+    return _QUADRATURE[count % 4] | np.where(at_index, PIN_Z, 0).astype(np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class PinEvents:
+    """Changes of a bundle of pins; arrays ``(n,)``, clocks rising strictly.
+
+    Written as text it is a line ``0 levels`` and then a line ``clocks-since-last levels`` an
+    event, which tb/support/edge_player.vhd plays and tb/support/edge_recorder.vhd writes.
+    """
+
+    first_levels: int
+    clock: NDArray[np.int64]
+    levels: NDArray[np.uint8]
+
+    def write(self, file: Path) -> None:
+        """Write the events as text. The first event must come after clock 0."""
+        deltas = np.diff(self.clock, prepend=0)
+        if deltas.size and deltas.min() < 1:
+            raise ValueError(f"{file}: events must be in order, the first after clock 0")
+        rows = np.column_stack([deltas, self.levels.astype(np.int64)])
+        with file.open("w", encoding="ascii") as text:
+            text.write(f"0 {self.first_levels}\n")
+            np.savetxt(text, rows, fmt="%d")
+
+    @classmethod
+    def read(cls, file: Path) -> PinEvents:
+        """Read what :meth:`write` or the recorder in VHDL wrote.
+
+        Raises ValueError for an empty file or one with other than two numbers a line.
+        """
+        if not file.exists() or not file.stat().st_size:
+            raise ValueError(f"{file}: no pin events; did the simulation run to its end?")
+        rows = np.loadtxt(file, dtype=np.int64, ndmin=2)
+        if rows.shape[1] != 2:
+            raise ValueError(f"{file}: expected two numbers a line, found {rows.shape[1]}")
+        clock = np.cumsum(rows[1:, 0])
+        return cls(int(rows[0, 1]), clock, rows[1:, 1].astype(np.uint8))
+
+
+def clocked_pins(
+    heads: Sequence[CountEdges],
+    counts_per_rev: int,
+    clock_hz: float,
+    index_width_counts: int = 1,
+) -> PinEvents:
+    """The wires of all heads as a clocked input sees them, head 1 in the lowest bits.
+
+    An edge is seen at the first clock at or after it. Raises TooFastError, naming head and
+    time, where two edges of one head fall on one clock: the electronics could not tell them
+    from an illegal transition.
+    """
+    first_levels = 0
+    clocks, owners, levels = [], [], []
+    for number, edges in enumerate(heads):
+        clock = np.ceil(edges.time_s * clock_hz).astype(np.int64)
+        crowded = np.flatnonzero(np.diff(clock) < 1)
+        if crowded.size:
+            at = crowded[0]
+            raise TooFastError(
+                f"head {number + 1}: two count edges on one clock at {edges.time_s[at]:.6g} s "
+                f"({crowded.size} such places); turn the table slower or raise the clock of "
+                f"{clock_hz:g} Hz"
+            )
+        shift = PINS_A_HEAD * number
+        state = pin_states(edges.count, counts_per_rev, index_width_counts)
+        first = pin_states(np.array([edges.first_count]), counts_per_rev, index_width_counts)
+        first_levels |= int(first[0]) << shift
+        clocks.append(clock)
+        owners.append(np.full(clock.size, number))
+        levels.append(state)
+    clock = np.concatenate(clocks)
+    order = np.argsort(clock, kind="stable")
+    clock, owner = clock[order], np.concatenate(owners)[order]
+    level = np.concatenate(levels)[order]
+    bundle = np.zeros(clock.size, dtype=np.int64)
+    for number in range(len(heads)):
+        shift = PINS_A_HEAD * number
+        own = np.concatenate([[first_levels >> shift & 7], level[owner == number]])
+        bundle |= own[np.cumsum(owner == number)].astype(np.int64) << shift
+    last_on_clock = np.append(np.diff(clock) > 0, True) if clock.size else np.zeros(0, dtype=bool)
+    # Clock 0 is the state before the first event can be played.
+    return PinEvents(first_levels, clock[last_on_clock], bundle[last_on_clock].astype(np.uint8))
+
+
+def decode_quadrature(
+    first_levels: int, levels: NDArray[np.uint8]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Steps of a recorded A/B/Z output, and where they are illegal.
+
+    ``levels`` as in :func:`pin_states`, one an event. Returns the step at each event (−1, 0, +1;
+    shape ``(n,)``) and the events at which A and B changed together.
+    """
+    phase_of = np.array([0, 1, 3, 2])  # of A + 2·B along 00, 10, 11, 01
+    phase = phase_of[np.concatenate([[first_levels], levels]).astype(np.int64) & 3]
+    step = (np.diff(phase) + 1) % 4 - 1
+    return np.where(step == 2, 0, step), np.flatnonzero(step == 2)

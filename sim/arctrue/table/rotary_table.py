@@ -1,0 +1,126 @@
+"""The table: an axis, a disc on it, two heads beside it, and what disturbs them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.effects.base import PhysicalEffect
+from arctrue.table.head import Head
+from arctrue.table.state import TableState
+
+DISC_RADIUS_M = 107.95e-3 / 2
+"""MicroE PurePrecision disc (section 4 of the paper)."""
+HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
+"""α of the paper; head 2 stands at β₂ = −α."""
+
+TURN_RAD = 2 * np.pi
+
+
+def two_heads(
+    radius_m: float = DISC_RADIUS_M, separation_rad: float = HEAD_SEPARATION_RAD
+) -> tuple[Head, Head]:
+    """Head 1 at the stator angle 0 and head 2 at −α, as the sign convention wants them."""
+    return Head.on_circle(radius_m, 0.0), Head.on_circle(radius_m, -separation_rad)
+
+
+@dataclass(frozen=True, slots=True)
+class RotaryTable:
+    """A disc on an axis, read by two heads; exact plane geometry, no small-angle formula.
+
+    At the true angle θ the disc centre is at C = axis + e^{jθ}·disc shift. The ray from C
+    through a head at H meets the graduation at the disc angle g = θ − arg(H − C); the lines
+    there say g + γ(g). Each head counts from the index mark on the disc. With β₁ = 0 and
+    β₂ = −α this gives R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α).
+
+    The interpolator counts ``counts_per_rev`` a turn; a count changes where the reading passes
+    a whole number (``"floor"``) or a half (``"nearest"``). ``noise_rad`` is the standard
+    deviation of white noise on the reading of each head, taken by captures and edges.
+    """
+
+    heads: tuple[Head, Head]
+    effects: tuple[PhysicalEffect, ...] = ()
+    counts_per_rev: int = 1 << 24
+    rounding: Literal["floor", "nearest"] = "floor"
+    noise_rad: float = 0.0
+    index_mark_rad: float = 0.0
+    """Disc angle of the index mark."""
+    index_width_counts: int = 1
+    """How many counts long Z stays high."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be built."""
+        if self.counts_per_rev < 4 or self.counts_per_rev % 4:
+            raise ValueError(
+                f"a graduation gives a multiple of 4 counts a turn, found {self.counts_per_rev}"
+            )
+        if not 1 <= self.index_width_counts < self.counts_per_rev:
+            raise ValueError(
+                f"the index is 1 to {self.counts_per_rev - 1} counts wide, "
+                f"found {self.index_width_counts}"
+            )
+        if self.noise_rad < 0:
+            raise ValueError(f"noise is a standard deviation and not negative: {self.noise_rad}")
+
+    @property
+    def count_rad(self) -> float:
+        """One count, radians."""
+        return TURN_RAD / self.counts_per_rev
+
+    def disc_angle_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
+        """Disc angle under head 0 or 1, not wrapped, shape ``(n,)``."""
+        axis: NDArray[np.complex128] = np.zeros(state.angle_rad.shape, dtype=np.complex128)
+        disc = axis.copy()
+        point = axis + self.heads[head].point_m
+        for effect in self.effects:
+            axis += effect.axis_shift_m(state)
+            disc += effect.disc_shift_m(state)
+            point += effect.head_shift_m(head, state)
+        ray = point - (axis + np.exp(1j * state.angle_rad) * disc)
+        # Taken about the head's own direction, the angle of the ray never wraps.
+        nominal = self.heads[head].angle_rad
+        off_nominal: NDArray[np.float64] = np.angle(ray * np.exp(-1j * nominal))
+        return state.angle_rad - nominal - off_nominal
+
+    def _disc_reading_rad(
+        self, disc_angle_rad: NDArray[np.float64], state: TableState
+    ) -> NDArray[np.float64]:
+        reading = disc_angle_rad.copy()
+        for effect in self.effects:
+            reading += effect.graduation_error_rad(disc_angle_rad, state)
+        return reading
+
+    def index_count(self, head: int) -> int:
+        """The count of the graduation at which head 0 or 1 takes the index mark."""
+        mark = np.array([self.index_mark_rad])
+        reading = self._disc_reading_rad(mark, TableState.at_rest(mark))
+        counts = self.round_counts(reading / self.count_rad)
+        return int(counts[0]) + self.heads[head].index_offset_counts
+
+    def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
+        """Reading of head 0 or 1 from the index mark: continuous, without noise, shape ``(n,)``."""
+        reading = self._disc_reading_rad(self.disc_angle_rad(head, state), state)
+        lines = reading.copy()
+        for effect in self.effects:
+            reading += effect.signal_error_rad(head, lines, state)
+        return reading - self.index_count(head) * self.count_rad
+
+    def round_counts(self, reading_counts: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Whole counts of a continuous reading in counts, same shape."""
+        half = 0.5 if self.rounding == "nearest" else 0.0
+        return np.floor(reading_counts + half).astype(np.int64)
+
+    def counts(
+        self, head: int, state: TableState, random: np.random.Generator | None = None
+    ) -> NDArray[np.int64]:
+        """What the counter of head 0 or 1 shows, from its index, not wrapped, shape ``(n,)``.
+
+        Noise is added where ``random`` is given.
+        """
+        reading = self.reading_rad(head, state) / self.count_rad
+        if random is not None and self.noise_rad:
+            reading += random.normal(0.0, self.noise_rad / self.count_rad, reading.shape)
+        return self.round_counts(reading)

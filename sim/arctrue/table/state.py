@@ -1,0 +1,28 @@
+"""Where the table is, at a row of instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class TableState:
+    """The state of the table at ``n`` instants; every array has the shape ``(n,)``.
+
+    Physical effects read it: what depends on temperature or load later adds a field here.
+    """
+
+    time_s: NDArray[np.float64]
+    angle_rad: NDArray[np.float64]
+    """True angle of the table, not wrapped, growing counter-clockwise."""
+    speed_rad_s: NDArray[np.float64]
+    """True speed, signed."""
+
+    @classmethod
+    def at_rest(cls, angle_rad: NDArray[np.float64]) -> TableState:
+        """A table that stands still at each of the given angles, at time 0."""
+        angle_rad = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
+        return cls(np.zeros_like(angle_rad), angle_rad, np.zeros_like(angle_rad))

@@ -1,0 +1,111 @@
+"""The demo's page and command: self-contained, and honest about a failure."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from arctrue.cli import demo as command
+from arctrue.demo.judgement import RecordingError, TurnError
+from arctrue.demo.result import DemoResult, LoadedHarmonic, UnitLatency
+from arctrue.demo.settings import DemoSettings
+from arctrue.demo.source_tree import DemoError
+from arctrue.report.demo_page import write_demo_page
+
+
+def turn(amplitude: float) -> TurnError:
+    angle = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
+    order = np.arange(1, 65)
+    return TurnError(angle, amplitude * np.cos(angle), order, amplitude / order)
+
+
+@pytest.fixture
+def result() -> DemoResult:
+    return DemoResult(
+        settings=DemoSettings(),
+        before=turn(61.25),
+        after=turn(0.0875),
+        faults=(),
+        latencies=(
+            UnitLatency("phase calculation", 5, 5),
+            UnitLatency("harmonic calculation", 20, 20),
+            UnitLatency("error compensation", 4, 4),
+        ),
+        pin_to_pin_clocks=41,
+        index_offset_counts=0.4,
+        harmonics=(LoadedHarmonic(1, 61.2, -12.5, 0.02, 61.25, 0.0875),),
+        samples=4151,
+        edges_played=300_000,
+        clocks_simulated=310_000,
+        simulation_s=90.0,
+        total_s=100.0,
+        simulator="GHDL 2.0.0 (LLVM)",
+    )
+
+
+def test_page_needs_no_other_file(result: DemoResult, tmp_path: Path) -> None:
+    page = tmp_path / "deep" / "index.html"
+    write_demo_page(result, page)
+    text = page.read_text(encoding="utf-8")
+    references = re.findall(r'(?:src|href)="([^"]*)"', text)
+    assert all(reference.startswith(("#", "data:")) for reference in references)
+    assert "@import" not in text
+    assert not re.search(r"url\((?!#)", text)
+    assert len(text) < 1_000_000
+
+
+def test_page_holds_three_pictures_of_sound_xml(result: DemoResult, tmp_path: Path) -> None:
+    write_demo_page(result, tmp_path / "index.html")
+    pictures = re.findall(r"<svg.*?</svg>", (tmp_path / "index.html").read_text(), re.DOTALL)
+    assert len(pictures) == 3
+    for picture in pictures:
+        ElementTree.fromstring(picture)
+    assert "decoder 1" in pictures[0]
+    assert "Output against the true angle" in pictures[1]
+    assert "Orders of the error" in pictures[2]
+    alone = ElementTree.parse(tmp_path / "error_before_after.svg").getroot()
+    assert alone.tag == "{http://www.w3.org/2000/svg}svg"
+
+
+def test_page_states_figures_scale_and_verdict(result: DemoResult, tmp_path: Path) -> None:
+    write_demo_page(result, tmp_path / "good.html")
+    good = (tmp_path / "good.html").read_text()
+    for words in ("Within the limits", "65,536", "16,777,216", "19.78″", "−61.2 … 61.2"):
+        assert words in good
+    write_demo_page(replace(result, faults=("order 3 is <left>",)), tmp_path / "bad.html")
+    bad = (tmp_path / "bad.html").read_text()
+    assert "Outside the limits" in bad
+    assert "order 3 is &lt;left&gt;" in bad
+
+
+def run_command(
+    monkeypatch: pytest.MonkeyPatch, folder: Path, outcome: DemoResult | Exception
+) -> tuple[int, str]:
+    def instead(*_: object) -> DemoResult:
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    monkeypatch.setattr(command, "run_demo", instead)
+    answer = CliRunner().invoke(command.demo, ["--out", str(folder)])
+    return answer.exit_code, answer.output
+
+
+def test_exit_code_follows_the_judgement(
+    monkeypatch: pytest.MonkeyPatch, result: DemoResult, tmp_path: Path
+) -> None:
+    code, output = run_command(monkeypatch, tmp_path, result)
+    assert code == 0
+    assert "Within the limits" in output
+    assert re.search(r"harmonic calculation +20 +20", output)
+    code, output = run_command(monkeypatch, tmp_path, replace(result, faults=("too large",)))
+    assert code == 1
+    assert "demo: too large" in output
+    for error in (DemoError("no rtl/ here"), RecordingError("no Z")):
+        code, output = run_command(monkeypatch, tmp_path, error)
+        assert code == 2
+        assert f"demo: {error}" in output

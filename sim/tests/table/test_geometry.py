@@ -1,0 +1,165 @@
+"""The rays of the table against triangles, a series, and the convention of the signs."""
+
+import numpy as np
+import pytest
+
+from arctrue.table import (
+    DISC_RADIUS_M,
+    HEAD_SEPARATION_RAD,
+    DiscEccentricity,
+    GraduationHarmonics,
+    GraduationLines,
+    Head,
+    PhysicalEffect,
+    RotaryTable,
+    TableState,
+    two_heads,
+)
+
+ANGLES = np.linspace(-7.0, 11.0, 5003)
+STATE = TableState.at_rest(ANGLES)
+ARCSEC = np.deg2rad(1 / 3600)
+
+
+def eccentric(offset_m: float, direction_rad: float = 0.7) -> RotaryTable:
+    return RotaryTable(two_heads(), (DiscEccentricity(offset_m, direction_rad),))
+
+
+@pytest.mark.parametrize("offset_m", [1e-6, 40e-6, 5e-3])
+def test_eccentric_reading_follows_the_law_of_sines(offset_m: float) -> None:
+    # Triangle axis, disc centre, head: two sides and the angle at the axis give the angle at the
+    # head, by which the ray from the disc centre differs from the one from the axis.
+    table = eccentric(offset_m)
+    for head, stator in ((0, 0.0), (1, -HEAD_SEPARATION_RAD)):
+        at_axis = ANGLES + 0.7 - stator
+        to_centre = np.sqrt(
+            offset_m**2 + DISC_RADIUS_M**2 - 2 * offset_m * DISC_RADIUS_M * np.cos(at_axis)
+        )
+        expected = ANGLES - stator + np.arcsin(offset_m * np.sin(at_axis) / to_centre)
+        np.testing.assert_allclose(table.reading_rad(head, STATE), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("offset_m", [4e-6, 40e-6, 400e-6])
+def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
+    ratio = offset_m / DISC_RADIUS_M
+    error = eccentric(offset_m).reading_rad(0, STATE) - ANGLES
+    missing = np.abs(error - ratio * np.sin(ANGLES + 0.7)).max()
+    # Next term of the series is (e/R)²/2·sin 2x: it must be there, and nothing larger.
+    assert missing == pytest.approx(ratio**2 / 2, rel=2 * ratio + 1e-4)
+
+
+def test_second_order_is_the_known_one() -> None:
+    # 30 µm: (a²/2) = 0.032″ of the second order (slip 5 of the paper is of that size).
+    ratio = 30e-6 / DISC_RADIUS_M
+    turn = np.arange(4096) * (2 * np.pi / 4096)
+    table = eccentric(30e-6, 0.0)
+    error = table.reading_rad(0, TableState.at_rest(turn)) - turn
+    second = 2 * np.mean(error * np.sin(2 * turn)) / ARCSEC
+    assert second == pytest.approx(ratio**2 / 2 / ARCSEC, rel=1e-4)
+
+
+def test_both_heads_see_one_error_function_alpha_apart() -> None:
+    # R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α): so R₂(θ) is R₁(θ + α).
+    random = np.random.default_rng(1)
+    table = RotaryTable(
+        two_heads(),
+        (
+            DiscEccentricity(40e-6, 2.0),
+            GraduationHarmonics((2, 5, 11), (4 * ARCSEC, ARCSEC, ARCSEC), (0.1, 2.0, 4.0)),
+            GraduationLines(random.normal(0, ARCSEC, 16384), lines_seen=40),
+        ),
+    )
+    ahead = TableState.at_rest(ANGLES + HEAD_SEPARATION_RAD)
+    # interpolation between lines has slopes of 1″ a line: 1e-12 rad of angle moves it by less
+    np.testing.assert_allclose(
+        table.reading_rad(1, STATE), table.reading_rad(0, ahead), rtol=0, atol=1e-11
+    )
+    assert np.ptp(table.reading_rad(0, STATE) - ANGLES) > 300 * ARCSEC
+
+
+def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
+    # method: averaged over uniform reading it is off by (a²/2)·sin α, 0.017″ for 30 µm.
+    table = eccentric(30e-6)
+    turn = np.arange(3600) * (2 * np.pi / 3600)
+    state = TableState.at_rest(turn)
+    difference = table.reading_rad(1, state) - table.reading_rad(0, state)
+    assert difference.mean() == pytest.approx(HEAD_SEPARATION_RAD, abs=1e-5 * ARCSEC)
+    reading = table.reading_rad(0, state)
+    weights = (np.roll(reading, -1) - np.roll(reading, 1)) % (2 * np.pi)
+    off = np.sum(weights * difference) / np.sum(weights) - HEAD_SEPARATION_RAD
+    expected = (30e-6 / DISC_RADIUS_M) ** 2 / 2 * np.sin(HEAD_SEPARATION_RAD)
+    assert abs(off) == pytest.approx(expected, rel=0.01)
+    assert expected / ARCSEC == pytest.approx(0.017, abs=0.0005)
+
+
+def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
+    class Shift(PhysicalEffect):
+        def __init__(self, shift_m: complex) -> None:
+            self.shift_m = shift_m
+
+        def axis_shift_m(self, state: TableState) -> complex:
+            return self.shift_m
+
+    def change(shift_m: complex, head: int) -> float:
+        table = RotaryTable(two_heads(), (Shift(shift_m),))
+        return float(table.reading_rad(head, STATE).mean() - STATE.angle_rad.mean())
+
+    tiny = 1e-9
+    assert change(1j * tiny, 0) == pytest.approx(tiny / DISC_RADIUS_M, rel=1e-6)
+    assert change(tiny, 0) == pytest.approx(0, abs=1e-14)
+    # δ₂₁ sees x·sin α + y·(cos α − 1)
+    alpha = HEAD_SEPARATION_RAD
+    both = change(tiny * (1 + 1j), 1) - alpha - change(tiny * (1 + 1j), 0)
+    expected = tiny / DISC_RADIUS_M * (np.sin(alpha) + np.cos(alpha) - 1)
+    assert both == pytest.approx(expected, rel=1e-5)
+
+
+def test_line_errors_are_read_at_their_lines() -> None:
+    errors = np.array([1.0, 4.0, -2.0, 0.0]) * ARCSEC
+    table = RotaryTable(two_heads(), (GraduationLines(errors),), counts_per_rev=1 << 24)
+    at_lines = TableState.at_rest(np.arange(8) * (np.pi / 2))
+    read = table.reading_rad(0, at_lines) - at_lines.angle_rad
+    np.testing.assert_allclose(read - read[0], np.tile(errors - errors[0], 2), atol=1e-13)
+    seen = GraduationLines(errors, lines_seen=3).seen_errors_rad()
+    np.testing.assert_allclose(seen[1], errors[:3].mean())
+    np.testing.assert_allclose(seen[0], errors[[3, 0, 1]].mean())
+
+
+def test_index_of_each_head_is_the_mark_on_the_disc() -> None:
+    mark = 1.234
+    table = RotaryTable(
+        two_heads(),
+        (DiscEccentricity(40e-6), GraduationHarmonics((3,), (9 * ARCSEC,), (0.0,))),
+        counts_per_rev=65536,
+        index_mark_rad=mark,
+    )
+    for head in (0, 1):
+        # Let the disc angle under the head be the mark: the count there is 0 by definition.
+        angle = np.array([mark + table.heads[head].angle_rad])
+        for _ in range(20):
+            angle += mark - table.disc_angle_rad(head, TableState.at_rest(angle))
+        assert table.counts(head, TableState.at_rest(angle))[0] == 0
+    late = RotaryTable((Head.on_circle(DISC_RADIUS_M, 0.0, 5), table.heads[1]))
+    assert late.counts(0, TableState.at_rest(np.array([1e-9])))[0] == -5
+
+
+def test_counts_round_as_they_are_told() -> None:
+    count = 2 * np.pi / 4096
+    state = TableState.at_rest(np.array([-0.75, -0.25, 0.25, 0.75, 1.25]) * count)
+    down = RotaryTable(two_heads(), counts_per_rev=4096)
+    near = RotaryTable(two_heads(), counts_per_rev=4096, rounding="nearest")
+    assert down.counts(0, state).tolist() == [-1, -1, 0, 0, 1]
+    assert near.counts(0, state).tolist() == [-1, 0, 0, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"counts_per_rev": 10}, "multiple of 4"),
+        ({"noise_rad": -1.0}, "not negative"),
+        ({"index_width_counts": 0}, "counts wide"),
+    ],
+)
+def test_impossible_tables_are_refused(arguments: dict[str, float], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        RotaryTable(two_heads(), **arguments)  # type: ignore[arg-type]

@@ -1,0 +1,120 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # demo_harness
+--
+-- For simulation: the core between a player of recorded encoder edges and a recorder of its
+-- output. The processor side, AXI4-Lite and interrupt, is left to the test bench.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.number_formats_pkg.all;
+
+entity demo_harness is
+  generic (
+    LANES         : positive := 4;
+    CAPTURE_DEPTH : positive := CAPTURE_DEPTH_DEFAULT;
+    PLAYED        : string   := "played.txt";
+    RECORDED      : string   := "recorded.txt"
+  );
+  port (
+    reset          : in    std_ulogic;
+    run            : in    std_ulogic;
+    clock          : out   std_ulogic := '0';
+    played_out     : out   std_ulogic;
+    s_axil_awvalid : in    std_ulogic;
+    s_axil_awready : out   std_ulogic;
+    s_axil_awaddr  : in    std_ulogic_vector(17 downto 0);
+    s_axil_awprot  : in    std_ulogic_vector(2 downto 0);
+    s_axil_wvalid  : in    std_ulogic;
+    s_axil_wready  : out   std_ulogic;
+    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
+    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
+    s_axil_bvalid  : out   std_ulogic;
+    s_axil_bready  : in    std_ulogic;
+    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
+    s_axil_arvalid : in    std_ulogic;
+    s_axil_arready : out   std_ulogic;
+    s_axil_araddr  : in    std_ulogic_vector(17 downto 0);
+    s_axil_arprot  : in    std_ulogic_vector(2 downto 0);
+    s_axil_rvalid  : out   std_ulogic;
+    s_axil_rready  : in    std_ulogic;
+    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
+    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
+    interrupt      : out   std_ulogic
+  );
+end entity demo_harness;
+
+architecture simulation of demo_harness is
+
+  signal head_pins : std_ulogic_vector(5 downto 0);
+  signal out_pins  : std_ulogic_vector(2 downto 0);
+
+begin
+
+  -- 100 MHz, made here: Python need not wake for every edge.
+  clock <= not clock after 5 ns;
+
+  player : entity work.edge_player
+    generic map (
+      FILE_NAME => PLAYED,
+      PINS      => 6
+    )
+    port map (
+      clock    => clock,
+      run      => run,
+      levels   => head_pins,
+      finished => played_out
+    );
+
+  core : entity work.arctrue_core
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      clock          => clock,
+      reset          => reset,
+      s_axil_awvalid => s_axil_awvalid,
+      s_axil_awready => s_axil_awready,
+      s_axil_awaddr  => s_axil_awaddr,
+      s_axil_awprot  => s_axil_awprot,
+      s_axil_wvalid  => s_axil_wvalid,
+      s_axil_wready  => s_axil_wready,
+      s_axil_wdata   => s_axil_wdata,
+      s_axil_wstrb   => s_axil_wstrb,
+      s_axil_bvalid  => s_axil_bvalid,
+      s_axil_bready  => s_axil_bready,
+      s_axil_bresp   => s_axil_bresp,
+      s_axil_arvalid => s_axil_arvalid,
+      s_axil_arready => s_axil_arready,
+      s_axil_araddr  => s_axil_araddr,
+      s_axil_arprot  => s_axil_arprot,
+      s_axil_rvalid  => s_axil_rvalid,
+      s_axil_rready  => s_axil_rready,
+      s_axil_rdata   => s_axil_rdata,
+      s_axil_rresp   => s_axil_rresp,
+      interrupt      => interrupt,
+      head1_a        => head_pins(0),
+      head1_b        => head_pins(1),
+      head1_z        => head_pins(2),
+      head2_a        => head_pins(3),
+      head2_b        => head_pins(4),
+      head2_z        => head_pins(5),
+      out_a          => out_pins(0),
+      out_b          => out_pins(1),
+      out_z          => out_pins(2)
+    );
+
+  recorder : entity work.edge_recorder
+    generic map (
+      FILE_NAME => RECORDED,
+      PINS      => 3
+    )
+    port map (
+      clock  => clock,
+      run    => run,
+      levels => out_pins
+    );
+
+end architecture simulation;

@@ -1,0 +1,19 @@
+"""Plays a file of pin changes, and halts the player once on the way."""
+
+from __future__ import annotations
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, RisingEdge
+
+
+@cocotb.test()
+async def play_to_the_end(dut: object) -> None:
+    dut.run.value = 0
+    Clock(dut.clock, 10, unit="ns").start()
+    await ClockCycles(dut.clock, 5)
+    dut.run.value = 1
+    await RisingEdge(dut.finished)
+    await ClockCycles(dut.clock, 3)
+    dut.run.value = 0
+    await ClockCycles(dut.clock, 3)
