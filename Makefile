@@ -10,10 +10,12 @@ UV_VERSION := 0.13.8
 PYTEST_WORKERS ?= 2
 PYTEST_OPTIONS ?=
 MUTATIONS ?=
+BOARD ?= pynq_z2
+BLIND ?=
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware synth formal bench blind mutate lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -45,6 +47,7 @@ lint: generate ## style and types: ruff, mypy, vsg; and documents that are out o
 	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
 	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)
 	$(VENV)/python -m scripts.make_docs --check
+	$(VENV)/python -m scripts.make_effects_page --check
 
 format: setup ## mend the style of Python and VHDL files
 	$(VENV)/ruff check --fix --quiet
@@ -53,7 +56,26 @@ format: setup ## mend the style of Python and VHDL files
 
 docs: generate ## write entity pages, registers, formats and pictures anew (README's: from the last demo)
 	$(VENV)/python -m scripts.make_docs
+	$(VENV)/python -m scripts.make_effects_page
+	$(VENV)/python -m scripts.make_workbench_pictures
 	@if test -f build/demo/error_before_after.svg; then cp build/demo/error_before_after.svg docs/images/; fi
+
+firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board)
+	@$(MAKE) -C firmware BOARD=$(BOARD)
+
+synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and of the core, budgets checked
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.synth
+
+formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.formal
+
+bench: generate ## how long a diagnosis takes, and how it grows with the rows
+	$(VENV)/python -m scripts.bench_workbench
+
+blind: generate ## sealed sets with a hidden effect, judged by the diagnosis alone (an hour or more; BLIND=--quick)
+	$(VENV)/python -m scripts.blind $(BLIND)
 
 mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)

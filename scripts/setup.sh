@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes ready what the Makefile's targets need, and touches nothing else of the machine:
-#   1. system packages (GHDL, Python's venv and shared library, gcc), only those that are missing;
+#   1. system packages (GHDL, Yosys, Python's venv and shared library, gcc for the host and the
+#      Cortex-A9, QEMU), only those that are missing;
 #   2. the Python environment .venv, exactly as requirements.lock says (with hashes).
 # Run as often as you like: when all is there it says nothing and takes a blink.
 #
@@ -11,7 +12,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 PYTHON=${PYTHON:-/usr/bin/python3}
 OS_RELEASE=${OS_RELEASE:-/etc/os-release}
-PACKAGES=(gcc ghdl-llvm ghdl-mcode make python3-dev python3-venv zlib1g-dev)
+PACKAGES=(gcc gcc-arm-none-eabi ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make python3-dev
+    python3-venv qemu-system-arm yosys zlib1g-dev)
 LOG=build/logs/setup.log
 
 say() { printf '[setup] %s\n' "$*" >&2; }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +62,10 @@ def add(
         write_model(model_file, model)
     console.print(ladder_table(model.history))
     for name, parameter in model.effects[-1].parameters.items():
-        console.print(f"{name} = {parameter.value:.6g} ± {parameter.sigma:.2g} {parameter.unit}")
+        known = isfinite(parameter.sigma) and parameter.sigma > 0.0
+        sigma = f" ± {parameter.sigma:.2g}" if known else ""
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        console.print(f"{name} = {parameter.value:.6g}{sigma}{unit}")
     if model_file is not None:
         console.print(f"wrote {model_file}")
     if json_file is not None:

@@ -17,7 +17,7 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.compare.comparison import Comparison
+from arctrue.compare.comparison import SIGNIFICANCE, Comparison
 from arctrue.compare.comparison import compare as compare_model
 from arctrue.model.growth import as_stored, fitted
 
@@ -83,7 +83,13 @@ def _print(result: Comparison) -> None:
             f"{item.lack_of_fit_p:.2g}",
         )
     console.print(table)
-    if not result.findings:
+    lacking = [name for name, item in result.channels.items() if item.lack_of_fit_p < SIGNIFICANCE]
+    if not result.findings and lacking:
+        console.print(
+            f"The model does not fit the {' and the '.join(lacking)}, yet the residual follows "
+            "none of the conditions drawn here: ask arctrue diagnose."
+        )
+    elif not result.findings:
         console.print("Nothing beyond chance: the residual follows none of the conditions.")
     for finding in result.findings:
         console.print(f"• {finding.text}")

@@ -32,6 +32,8 @@ MATTERS_COUNTS = 0.5
 """An effect that moves the prediction by less than this many counts RMS is negligible."""
 PARTS_ADVANTAGE = 10.0
 """BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1."""
+MOVED_SHARE = 0.02
+"""A channel counts when it is moved by more than this share of its noise."""
 HELD_OUT_LIMIT = 6
 """So many candidates at most are tried on rows that the fit never saw."""
 
@@ -126,7 +128,7 @@ def _try_effect(
 ) -> Candidate | None:
     observations = base.observations
     nonlinear: dict[str, float] = {}
-    trials = 1.0
+    effect, trials = effect.narrowed(residuals)
     if effect.search:
         places = effect.scan(residuals)
         if not places:
@@ -160,7 +162,9 @@ def _candidate(
     solution = fit([*base.terms, Term(effect, nonlinear)], base.observations, base.context)
     # The gain at the maximum of the likelihood; the score's holds the noise of the base model.
     likelihood_gain = 2.0 * (solution.log_likelihood - base.log_likelihood)
-    charged = rank * np.log(base.observations.rows) + 2.0 * np.log(max(trials, 1.0))
+    size_arcsec = sizes_arcsec(base, solution)
+    rows = _rows_moved(size_arcsec, base) or base.observations.rows
+    charged = rank * np.log(rows) + 2.0 * np.log(max(trials, 1.0))
     return Candidate(
         effect=effect,
         nonlinear=nonlinear,
@@ -169,9 +173,27 @@ def _candidate(
         trials=trials,
         solution=solution,
         delta_bic=float(likelihood_gain - charged),
-        size_arcsec=sizes_arcsec(base, solution),
+        size_arcsec=size_arcsec,
         p_corrected=corrected_p_value(gain, rank, trials, candidates),
         lacking_variety=lacking_variety,
+    )
+
+
+def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
+    """Rows of the channels that the effect moves: the others say nothing of it.
+
+    A polygon's faces are known from the 480 reference rows, however long the capture.
+    """
+    channels = (
+        ("capture", base.observations.capture, base.capture_sigma_arcsec),
+        ("reference", base.observations.reference, base.reference_sigma_arcsec),
+    )
+    return sum(
+        rows.run.size
+        for name, rows, sigma in channels
+        if rows is not None
+        and sigma is not None
+        and size_arcsec.get(name, 0.0) > MOVED_SHARE * sigma
     )
 
 

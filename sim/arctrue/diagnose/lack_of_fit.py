@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
 from arctrue.fit.residuals import Residuals
+from arctrue.fit.scan import stations_a_turn
 from arctrue.observations import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -17,6 +18,7 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 120
 ELECTRICAL_BINS = 24
 LEAST_ROWS_A_GROUP = 3
+LEAST_ROWS_A_PERIODOGRAM = 64
 
 
 def analysis_of_variance(values: Float, group: Integer) -> float:
@@ -45,15 +47,35 @@ def line_in_time(rows: CaptureRows, residual: Float) -> float:
     """p of Fisher's test for one line in the periodogram of any run."""
     smallest, runs = 1.0, max(rows.runs, 1)
     for run in range(rows.runs):
-        values = residual[rows.run == run]
-        if values.size < 64:
-            continue
-        power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
-        share = float(power.max() / max(power.sum(), 1e-300))
-        # First term of Fisher's series; exact enough where it is small.
-        log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))
-        smallest = min(smallest, float(np.exp(min(log_p, 0.0))))
+        smallest = min(smallest, fisher_p(residual[rows.run == run]))
     return min(1.0, smallest * runs)
+
+
+def fisher_p(values: Float) -> float:
+    """p of Fisher's test for one line in the periodogram; 1 for too few values."""
+    if values.size < LEAST_ROWS_A_PERIODOGRAM:
+        return 1.0
+    power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
+    share = float(power.max() / max(power.sum(), 1e-300))
+    # First term of Fisher's series; exact enough where it is small.
+    log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))
+    return float(np.exp(min(log_p, 0.0)))
+
+
+def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
+    """p of Fisher's test along dense stations, each run and direction for itself.
+
+    Stations that never repeat have no scatter of repeats; a line in their order spectrum still
+    tells a lack of fit. A polygon's few stations are left to the analysis of variance.
+    """
+    side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
+    passes = np.cumsum(np.diff(rows.run, prepend=rows.run[0]) != 0) * 2 + (side > 0)
+    names = np.unique(passes)
+    smallest = 1.0
+    for name in names:
+        inside = np.flatnonzero(passes == name)
+        smallest = min(smallest, fisher_p(residual[inside]))
+    return min(1.0, smallest * names.size)
 
 
 def _bins(angle_rad: Float, bins: int) -> Integer:
@@ -97,4 +119,6 @@ def reference_lack_of_fit(residuals: Residuals) -> float | None:
     if rows is None or residual is None:
         return None
     found = [analysis_of_variance(residual, group) for group in _reference_groupings(rows)]
+    if stations_a_turn(rows) >= LEAST_ROWS_A_PERIODOGRAM:
+        found.append(line_in_angle(rows, residual))
     return float(min(1.0, min(found) * len(found)))

@@ -248,7 +248,7 @@ class ProductOfParts(Effect):
         elif self.frame == "stator":
             wave = reference_motion(rows, self.orders)
         else:
-            wave = self._wave(rows.target_rad)
+            wave = self._wave(rows.angle_rad)
         return factor[:, np.newaxis] * wave
 
     def parameters(

@@ -64,11 +64,15 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     assert rows is not None
     assert residual is not None
     orders = _half_orders()
-    waves = np.exp(-1j * np.outer(rows.target_rad, orders))
+    waves = np.exp(-1j * np.outer(rows.angle_rad, orders))
     weighted = np.stack([factor * residual for factor in factors])
     squares = np.array([float(factor @ factor) for factor in factors])
     scale = np.maximum(squares, 1e-30) * residuals.reference_sigma_arcsec**2
-    return 2.0 * np.abs(weighted @ waves) ** 2 / scale[:, None], weighted.sum(axis=1) ** 2 / scale
+    power = 2.0 * np.abs(weighted @ waves) ** 2 / scale[:, None]
+    if rows.face is not None and rows.faces is not None:
+        # Faces see an order n and its alias faces − n alike: the lower one stands for both.
+        power[:, orders > rows.faces / 2.0] = 0.0
+    return power, weighted.sum(axis=1) ** 2 / scale
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
@@ -107,6 +111,7 @@ def best_parts(residuals: Residuals) -> list[PartsCandidate]:
     observations = residuals.observations
     found = conditions(observations)
     places: list[tuple[float, Condition, float | None, bool]] = []
+    certain: list[tuple[float, Condition, float | None, bool]] = []
     tried = 0.0
     for in_reference, rows, waves in (
         (False, observations.capture, _capture_waves),
@@ -129,10 +134,12 @@ def best_parts(residuals: Residuals) -> list[PartsCandidate]:
                 (float(orders[index, k]), condition, float(_half_orders()[k]), in_reference)
                 for k in best
             ]
-            places.append((float(constants[index]), condition, None, in_reference))
+            # A constant of the runs is not in the residuals, which are less their offsets: it is
+            # always scored exactly.
+            certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
     scored: list[PartsCandidate] = []
-    chosen = places[: 4 * SHORTLIST]
+    chosen = [*places[: 4 * SHORTLIST], *certain]
     for _, condition, order, in_reference in chosen:
         orders_of = () if order is None else (order,)
         tried_frames = [
@@ -152,4 +159,25 @@ def best_parts(residuals: Residuals) -> list[PartsCandidate]:
             frame_of_head: Frame = "head1" if head == 1 else "head2"
             effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
             scored.append(_scored(residuals, effect, tried))
-    return sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
+    simple = _without_idle_conditions(scored, found)
+    return sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
+
+
+def _without_idle_conditions(
+    scored: Sequence[PartsCandidate], order: Sequence[Condition]
+) -> list[PartsCandidate]:
+    """Without those that a simpler condition describes about as well: the same wave and frame.
+
+    A settling of an hour is, within a run of a minute, no condition at all.
+    """
+    kept: list[PartsCandidate] = []
+    for item in sorted(scored, key=lambda item: order.index(item.effect.condition)):
+        wave = (item.effect.orders, item.effect.frame, item.effect.electrical_head)
+        simpler = [
+            other.gain
+            for other in kept
+            if wave == (other.effect.orders, other.effect.frame, other.effect.electrical_head)
+        ]
+        if item.gain > max(simpler, default=-np.inf) + FRAME_MARGIN:
+            kept.append(item)
+    return kept

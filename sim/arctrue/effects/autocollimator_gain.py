@@ -39,4 +39,4 @@ class AutocollimatorGain(ScalarEffect):
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return context.error_arcsec(rows.target_rad)[:, None]
+        return context.error_arcsec(rows.angle_rad)[:, None]

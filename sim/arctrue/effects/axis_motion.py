@@ -26,5 +26,5 @@ def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
 
 def reference_motion(rows: ReferenceRows, orders: Sequence[float]) -> Columns:
     """x columns (head 1 does not see them), then y columns."""
-    waves = harmonic_columns(rows.target_rad, orders)
+    waves = harmonic_columns(rows.angle_rad, orders)
     return np.hstack([np.zeros_like(waves), waves])

@@ -222,6 +222,14 @@ class Effect(ABC):
 
         return grid_scan(self, residuals)
 
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """The effect with no more settings than the residuals ask for; how many were tried.
+
+        The diagnosis judges this one, so that an effect of many orders is not charged for those
+        that are not there. The default is the effect as it is.
+        """
+        return self, 1.0
+
     def parameters(
         self,
         coefficients: NDArray[np.float64],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,11 @@ from arctrue.effects.base import (
 )
 from arctrue.effects.harmonics import harmonic_columns, harmonic_names
 from arctrue.observations import Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.fit.residuals import Residuals
+
+HIGHEST_MULTIPLE = 3
 
 
 class DriveGearError(Effect):
@@ -56,7 +63,24 @@ class DriveGearError(Effect):
     ) -> Columns | None:
         if rows.teeth is None:
             return None
-        return harmonic_columns(rows.target_rad * rows.teeth, self.integers("multiples"))
+        return harmonic_columns(rows.angle_rad * rows.teeth, self.integers("multiples"))
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """With further multiples of the tooth count, if they are worth their columns."""
+        reference = residuals.observations.reference
+        worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
+        kept = self.integers("multiples")
+        gain = residuals.score(self, {}).gain
+        for multiple in range(1, HIGHEST_MULTIPLE + 1):
+            if multiple in kept:
+                continue
+            more = tuple(sorted((*kept, multiple)))
+            larger = residuals.score(DriveGearError(multiples=list(more)), {}).gain
+            if larger > gain + worth:
+                kept, gain = more, larger
+        if kept == self.integers("multiples"):
+            return self, 1.0
+        return DriveGearError(multiples=list(kept)), float(2**HIGHEST_MULTIPLE)
 
     def lanes(
         self,

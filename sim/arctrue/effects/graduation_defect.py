@@ -57,12 +57,12 @@ class GraduationDefect(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return (bump(rows.disc2_rad, nonlinear) - bump(rows.disc1_rad, nonlinear))[:, np.newaxis]
+        return (bump(rows.line2_rad, nonlinear) - bump(rows.line1_rad, nonlinear))[:, np.newaxis]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return bump(rows.target_rad, nonlinear)[:, np.newaxis]
+        return bump(rows.line_rad, nonlinear)[:, np.newaxis]
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
         return bump_scan(self, residuals)

@@ -52,7 +52,7 @@ class GraduationHarmonics(Effect):
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return harmonic_columns(rows.target_rad, self.integers("orders"))
+        return harmonic_columns(rows.angle_rad, self.integers("orders"))
 
     def parameters(
         self,

@@ -19,7 +19,7 @@ from arctrue.effects.base import (
 )
 from arctrue.effects.harmonics import disc_difference, harmonic_columns
 from arctrue.fit.residuals import Residuals
-from arctrue.fit.scan import disc_order_scan
+from arctrue.fit.scan import disc_order_scan, reference_order_scan, stations_a_turn
 from arctrue.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -34,8 +34,10 @@ class HighOrderGraduation(Effect):
     equation = "ε(ψ) = c cos nψ + s sin nψ, n > N found"
     source = "paper, equation (5), beyond the N that it analyses"
     capture_sees = "order n with the factor e^{jnα} − 1"
-    reference_sees = "an alias: 24 faces show order n mod 24"
-    told_apart_by = "a line in the order spectrum of R₂ − R₁ at a whole order"
+    reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
+    told_apart_by = (
+        "a line at a whole order in the order spectrum of R₂ − R₁, or of a dense reference run"
+    )
     next_measurement = "a capture with more samples a turn than twice the order"
     plausible = "0.05 to 2″"
     parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
@@ -47,7 +49,21 @@ class HighOrderGraduation(Effect):
         return (round(nonlinear["order"]),)
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        rows = observations.reference
+        if observations.capture is not None:
+            return []
+        if rows is not None and stations_a_turn(rows) > 2.0 * (self._above + 1):
+            return []
+        return [
+            "a capture of both heads, or a reference run of a whole turn with more than "
+            f"{2 * (self._above + 1)} stations"
+        ]
+
+    @property
+    def _above(self) -> int:
+        above = self.settings["above"]
+        assert isinstance(above, int)
+        return above
 
     def column_names(self, observations: Observations) -> list[str]:
         return ["cos", "sin"]
@@ -55,17 +71,17 @@ class HighOrderGraduation(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return disc_difference(rows.disc1_rad, rows.disc2_rad, [nonlinear["order"]])
+        return disc_difference(rows.line1_rad, rows.line2_rad, [nonlinear["order"]])
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return harmonic_columns(rows.target_rad, [nonlinear["order"]])
+        return harmonic_columns(rows.line_rad, [nonlinear["order"]])
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
-        above = self.settings["above"]
-        assert isinstance(above, int)
-        return disc_order_scan(self, residuals, above)
+        if residuals.observations.capture is None:
+            return reference_order_scan(self, residuals, self._above)
+        return disc_order_scan(self, residuals, self._above)
 
     def parameters(
         self,

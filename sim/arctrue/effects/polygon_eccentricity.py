@@ -49,7 +49,7 @@ class PolygonEccentricity(Effect):
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        return harmonic_columns(rows.target_rad, [1])
+        return harmonic_columns(rows.angle_rad, [1])
 
     def parameters(
         self,

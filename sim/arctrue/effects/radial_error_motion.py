@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import comb
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +20,9 @@ from arctrue.effects.base import (
 )
 from arctrue.effects.harmonics import harmonic_names
 from arctrue.observations import CaptureRows, Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.fit.residuals import Residuals
 
 
 class RadialErrorMotion(Effect):
@@ -65,6 +71,19 @@ class RadialErrorMotion(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return reference_motion(rows, self.integers("orders"))
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """With the orders that are there, best first: each must be worth its two columns."""
+        orders = self.integers("orders")
+        gains = {
+            order: residuals.score(RadialErrorMotion(orders=[order]), {}).gain for order in orders
+        }
+        reference = residuals.observations.reference
+        worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
+        kept = [order for order in orders if gains[order] > worth]
+        if not kept or len(kept) == len(orders):
+            return self, 1.0
+        return RadialErrorMotion(orders=kept), float(comb(len(orders), len(kept)))
 
     def lanes(
         self,

@@ -68,7 +68,7 @@ class ThermalEccentricity(Effect):
         if rows.temperature_c is None:
             return None
         warmth = rows.temperature_c - rows.reference_temperature_c
-        return warmth[:, np.newaxis] * harmonic_columns(rows.target_rad, [1])
+        return warmth[:, np.newaxis] * harmonic_columns(rows.angle_rad, [1])
 
     def lanes(
         self,

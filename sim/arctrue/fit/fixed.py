@@ -82,4 +82,5 @@ def _solution(
         log_likelihood=0.0,
         rank=0,
         condition=1.0,
+        held=True,
     )

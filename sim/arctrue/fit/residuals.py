@@ -130,6 +130,10 @@ class Residuals:
                 normal += matrix.T @ matrix / self.reference_sigma_arcsec**2
         offsets = np.arange(self._shared, self._shared + self.observations.runs)
         normal[offsets, offsets] += 1.0 / self.observations.index_sigma_arcsec**2
+        if self.solution.held:
+            # Coefficients that were not fitted to these rows take nothing from any column.
+            normal[: self._shared] = 0.0
+            normal[:, : self._shared] = 0.0
         return normal
 
     @cached_property

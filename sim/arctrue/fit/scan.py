@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from arctrue.effects.base import Candidate, Effect
 from arctrue.fit.residuals import Residuals
+from arctrue.observations import ReferenceRows
 
 Float = NDArray[np.float64]
 
@@ -22,6 +23,10 @@ BEST_PLACES = 4
 DISC_BINS = 1 << 15
 BLIND_FACTOR = 0.02
 """|e^{jnα} − 1| below this: two heads cannot see the order."""
+STATION_DECIMALS = 6
+"""Of a radian: stations nearer than this are one."""
+LARGEST_GAP_STEPS = 8.0
+"""A reference run with a wider gap, in its own steps, does not go round the whole turn."""
 
 
 def scored(
@@ -49,7 +54,7 @@ def disc_spectrum(residuals: Residuals) -> NDArray[np.complex128]:
     capture, residual = residuals.observations.capture, residuals.capture_arcsec
     assert capture is not None
     assert residual is not None
-    place = np.floor(capture.disc1_rad * (DISC_BINS / (2.0 * np.pi))).astype(np.int64) % DISC_BINS
+    place = np.floor(capture.line1_rad * (DISC_BINS / (2.0 * np.pi))).astype(np.int64) % DISC_BINS
     binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
     return np.asarray(np.fft.rfft(binned))
 
@@ -77,6 +82,38 @@ def disc_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Ca
     orders = np.arange(highest + 1)
     blind = np.abs(np.exp(1j * orders * capture.head_separation_rad) - 1.0) < BLIND_FACTOR
     power[blind | (orders <= above)] = 0.0
+    best = np.argsort(power)[::-1][:BEST_PLACES]
+    return scored(
+        effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
+    )
+
+
+def stations_a_turn(rows: ReferenceRows) -> float:
+    """Median number of reference stations in a turn; 0 where they do not go all the way round."""
+    # The gap that closes the circle counts too: an arc has one of many steps.
+    place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
+    steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
+    moved = steps[steps > 10.0**-STATION_DECIMALS]
+    if place.size < 3 or moved.size == 0:
+        return 0.0
+    step = float(np.median(moved))
+    widest = float(np.diff(place, append=place[0] + 2.0 * np.pi).max())
+    return 2.0 * np.pi / step if widest < LARGEST_GAP_STEPS * step else 0.0
+
+
+def reference_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
+    """Whole orders above ``above``, up to half the stations a turn, in the reference run."""
+    reference, residual = residuals.observations.reference, residuals.reference_arcsec
+    if reference is None or residual is None:
+        return []
+    highest = int(min(stations_a_turn(reference) / 2.0, DISC_BINS / 8.0))
+    if highest <= above:
+        return []
+    turn = reference.line_rad * (DISC_BINS / (2.0 * np.pi))
+    place = np.floor(turn).astype(np.int64) % DISC_BINS
+    binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
+    power = np.abs(np.fft.rfft(binned)[: highest + 1]) ** 2
+    power[: above + 1] = 0.0
     best = np.argsort(power)[::-1][:BEST_PLACES]
     return scored(
         effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
@@ -213,7 +250,7 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     if capture is None or residual is None:
         return []
     bins = 1 << 14
-    place = np.floor(capture.disc1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
+    place = np.floor(capture.line1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
     binned = np.bincount(place, weights=residual, minlength=bins)
     spectrum = np.fft.rfft(binned)
     per_bin = residual.size / bins
@@ -272,8 +309,10 @@ __all__ = [
     "frequency_scan",
     "grid_scan",
     "peaks",
+    "reference_order_scan",
     "samples_a_turn",
     "scored",
+    "stations_a_turn",
     "step_scan",
     "unwrapped_order_scan",
 ]

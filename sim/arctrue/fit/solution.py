@@ -52,6 +52,8 @@ class Solution:
     rank: int
     """Number of combinations of coefficients that the data determine."""
     condition: float
+    held: bool = False
+    """The coefficients are those of another set: only offsets were fitted to this one."""
 
     def part(self, index: int) -> slice:
         """Where the coefficients of one term are."""

@@ -9,10 +9,13 @@ from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.observations.observations import ARCSEC_PER_TURN, Observations
 from arctrue.observations.rows import CaptureRows, ReferenceRows
 from arctrue.observations.true_angle import true_angle
+from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
+LARGEST_ERROR_RAD = 0.05
+"""A reading farther than this from its target has another zero or other counts."""
 FACE_TOLERANCE_DEG = 0.05
 """A station belongs to a face when it is this near to it."""
 MOVING_STEP_DEG = 1.0
@@ -38,7 +41,9 @@ def observations_of(measurement: MeasurementSet) -> Observations:
     return Observations(
         title=measurement.title,
         capture=None if capture is None else _capture_rows(facts, capture, separation, usual),
-        reference=None if reference is None else _reference_rows(facts, reference, usual, faces),
+        reference=None
+        if reference is None
+        else _reference_rows(facts, reference, usual, faces, two_heads=capture is not None),
         counts_per_rev=facts.counts_per_rev,
         grating_lines=facts.grating_lines,
         head_separation_rad=separation,
@@ -80,6 +85,8 @@ def _capture_rows(facts: Table, columns: Capture, separation: float, usual_c: fl
         angle_rad=angle,
         disc1_rad=angle,
         disc2_rad=angle + separation,
+        line1_rad=reading1,
+        line2_rad=reading1 + difference + separation,
         electrical1_rad=_electrical(columns.head1_counts, facts),
         electrical2_rad=_electrical(columns.head2_counts, facts),
         run_start_s=run_start,
@@ -100,7 +107,7 @@ def _electrical(counts: Integer | None, facts: Table) -> Float | None:
 
 
 def _reference_rows(
-    facts: Table, columns: Reference, usual_c: float, faces: int | None
+    facts: Table, columns: Reference, usual_c: float, faces: int | None, *, two_heads: bool
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
@@ -109,6 +116,9 @@ def _reference_rows(
         reading_turns = columns.target_deg / 360.0 + columns.error_arcsec / ARCSEC_PER_TURN
         electrical = 2.0 * np.pi * np.mod(reading_turns * facts.grating_lines, 1.0)
     time = columns.time_s
+    reading, seen = _reference_reading(facts, columns)
+    errors = (columns.error_arcsec - float(np.mean(columns.error_arcsec))) * RAD_PER_ARCSEC
+    angle = reading - (errors if seen else 0.0 * errors)
     return ReferenceRows(
         run=run,
         cycle=columns.cycle,
@@ -116,6 +126,10 @@ def _reference_rows(
         temperature_c=columns.temperature_c,
         direction=None if columns.direction is None else columns.direction.astype(np.float64),
         target_rad=target,
+        angle_rad=angle,
+        # Without a second head nothing ties a high order to the disc (cogging of a motor is fixed
+        # to the angle): what repeats, repeats with the angle.
+        line_rad=reading if two_heads else angle,
         face=_faces(faces, columns.target_deg),
         faces=faces,
         electrical1_rad=electrical,
@@ -129,6 +143,19 @@ def _reference_rows(
         reference_temperature_c=usual_c,
         error_arcsec=columns.error_arcsec - float(np.mean(columns.error_arcsec)),
     )
+
+
+def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
+    """Reading of head 1 at each row, radians, and whether the file gives it; else the target."""
+    target = np.radians(columns.target_deg)
+    if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
+        return target, False
+    away = columns.head1_counts * (2.0 * np.pi / facts.counts_per_rev) - target
+    # The file may unwrap one and not the other.
+    away -= np.round(away / (2.0 * np.pi)) * (2.0 * np.pi)
+    if float(np.abs(away).max()) > LARGEST_ERROR_RAD:
+        return target, False
+    return np.asarray(target + away), True
 
 
 def _run_start(run: Integer, time_s: Float | None) -> Float | None:

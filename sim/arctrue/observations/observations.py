@@ -63,9 +63,9 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset: two heads, each uniform within ±1 count."""
+        """Standard deviation of a run's offset: two heads, each −1, 0 or +1 whole count off."""
         count = self.count_arcsec or 0.0
-        return max(INDEX_SCATTER_COUNTS * count * float(np.sqrt(2.0 / 3.0)), 1e-6)
+        return max(INDEX_SCATTER_COUNTS * count * float(np.sqrt(4.0 / 3.0)), 1e-6)
 
     @property
     def longest_run_turns(self) -> float:

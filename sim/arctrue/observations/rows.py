@@ -46,6 +46,9 @@ class CaptureRows(_Sliceable):
     """Disc angle under head 1: θ."""
     disc2_rad: Float
     """Disc angle under head 2: θ + α."""
+    line1_rad: Float
+    """Disc angle of the lines that head 1 sees: its reading. It leads or lags θ by ε."""
+    line2_rad: Float
     electrical1_rad: Float | None
     """Phase of the signal period of head 1, 2π·frac(counts·lines/counts_per_rev)."""
     electrical2_rad: Float | None
@@ -70,7 +73,11 @@ class ReferenceRows(_Sliceable):
     temperature_c: Float | None
     direction: Float | None
     target_rad: Float
-    """Angle of the reference, unwrapped as the file gives it."""
+    """Angle to which the table was driven, unwrapped as the file gives it: the same each visit."""
+    angle_rad: Float
+    """True angle θ of the table there: the servo brings the reading to the target, not θ."""
+    line_rad: Float
+    """Disc angle of the lines that head 1 sees there: its reading."""
     face: Integer | None
     """Number of the polygon face, 0 … faces − 1."""
     faces: int | None

@@ -1,0 +1,228 @@
+"""Hides a cause, lets the diagnosis see the folder only, and compares with the truth."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.effects.registry import catalogue
+from arctrue.fit.normal import capture_sums, reference_sums
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.solution import fit, solve
+from arctrue.measurement import read_measurement_set, write_measurement_set
+from arctrue.model.growth import settle
+from arctrue.model.model import default_model
+from arctrue.observations import Observations
+from arctrue.observations.build import observations_of
+from arctrue.simulate.recipes import RECIPES
+from arctrue.simulate.simulated_set import Wanted, simulate_set
+from arctrue.simulate.truth import read_truth, write_truth
+from scripts.blind_cases import Case
+
+VISIBLE_CHI_SQUARE = 30.0
+"""χ² of the cause over what the base model can absorb: below it even its exact form, known
+beforehand, would hardly stand out of 20 candidates at the 1 % level (5.2 σ, χ² = 27)."""
+MATTERS_COUNTS = 0.5
+NOTHING = 1e-9
+"""Size of a cause that is there without effect, so that the experiment stays the same."""
+OUTCOMES = (
+    "right",
+    "in class",
+    "adequate, rightly",
+    "unknown, rightly",
+    "unknown, wrong parts",
+    "unknown, wrongly",
+    "class without it",
+    "falsely adequate",
+    "false name",
+    "bad data",
+)
+GOOD = ("right", "in class", "adequate, rightly", "unknown, rightly")
+
+
+@dataclass
+class Outcome:
+    """One set: what was hidden, what was said."""
+
+    case: Case
+    hidden: str
+    size: str
+    visible: bool
+    chi_square: float
+    """Of the hidden cause over what the base model leaves of it."""
+    outcome: str
+    verdict: str
+    named: str | None
+    effect_class: list[str]
+    parts: list[str]
+    candidates: list[tuple[str, float, float]]
+    """Name, corrected p, ΔBIC of the first three."""
+    lack_of_fit: dict[str, float]
+    seconds: float
+    held_out_over_floor: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """By channel: held-out RMS over the floor, before and after what was named was added."""
+    second: str | None = None
+    """Of two causes at once: what the second diagnosis says, the first one's name in the model."""
+
+    def data(self) -> dict[str, Any]:
+        """As JSON."""
+        return asdict(self)
+
+
+def run_case(case: Case) -> Outcome:
+    """Simulate, seal, diagnose, unseal, compare."""
+    wanted = [Wanted(name, size) for name, size in zip(case.names, case.sizes(), strict=True)]
+    experiment = case.planned()
+    # Sets with and without the usual scatter of the index, as both are met.
+    scatter = case.seed % 2
+    made = simulate_set(wanted, experiment, case.seed, index_scatter_counts=scatter)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "set"
+        write_measurement_set(folder, made.measurement)
+        write_truth(folder, made.truth)
+        begin = time.perf_counter()
+        observations, found = _diagnosed(folder)
+        seconds = time.perf_counter() - begin
+        second = _second(observations, found) if len(case.names) > 1 else None
+        truth = read_truth(folder)
+    nothing = [Wanted(name, NOTHING) for name in case.names]
+    without = simulate_set(nothing, experiment, case.seed, index_scatter_counts=scatter)
+    chi_square, largest = 0.0, 0.0
+    if case.names:
+        shown = {
+            key: made.exact_arcsec[key] - without.exact_arcsec[key] for key in made.exact_arcsec
+        }
+        chi_square, largest = _visibility(observations, shown, truth["floor_arcsec"])
+    matters = MATTERS_COUNTS * (observations.count_arcsec or 0.0)
+    visible = chi_square > VISIBLE_CHI_SQUARE and largest > matters
+    parts = _parts(found)
+    return Outcome(
+        case=case,
+        hidden=truth["hidden"],
+        size=", ".join(f"{item['size']:.3g} {item['unit']}" for item in truth["effects"]),
+        visible=visible,
+        chi_square=chi_square,
+        outcome=_judged(case, truth, found, parts, visible),
+        verdict=found.verdict,
+        named=None if found.named is None else found.named.name,
+        effect_class=list(found.effect_class),
+        parts=parts,
+        candidates=[(item.name, item.p_corrected, item.delta_bic) for item in found.candidates[:3]],
+        lack_of_fit=dict(found.lack_of_fit),
+        seconds=seconds,
+        held_out_over_floor=_held_out(found, truth["floor_arcsec"]),
+        second=second,
+    )
+
+
+def _diagnosed(folder: Path) -> tuple[Observations, Diagnosis]:
+    observations = observations_of(read_measurement_set(folder))
+    effects = catalogue([])
+    terms = settle(default_model(), observations, effects)
+    return observations, diagnose(observations, terms, effects, seed=1)
+
+
+def _second(observations: Observations, found: Diagnosis) -> str | None:
+    """What is named once the first name is in the model; the verdict where nothing is."""
+    if found.named is None:
+        return None
+    again = diagnose(observations, found.named.solution.terms, catalogue([]), seed=1)
+    return again.verdict if again.named is None else again.named.name
+
+
+def _parts(found: Diagnosis) -> list[str]:
+    if found.verdict != "unknown" or not found.parts:
+        return []
+    return list(found.parts[0].effect.parts)  # type: ignore[attr-defined]
+
+
+def _visibility(
+    observations: Observations,
+    shown_arcsec: dict[str, NDArray[np.float64]],
+    noise_arcsec: dict[str, float],
+) -> tuple[float, float]:
+    """χ² of what the base model cannot absorb of a cause; its largest channel RMS, arcsec.
+
+    ``shown_arcsec`` is what the cause alone shows in each channel, without noise.
+    """
+    terms = settle(default_model(), observations, catalogue([]))
+    base = fit(terms, observations)
+    alone = observations
+    if observations.capture is not None:
+        rows = replace(observations.capture, difference_arcsec=shown_arcsec["capture"])
+        alone = replace(alone, capture=rows)
+    if observations.reference is not None:
+        error = shown_arcsec["reference"] - shown_arcsec["reference"].mean()
+        alone = replace(alone, reference=replace(observations.reference, error_arcsec=error))
+    sigma = (noise_arcsec.get("capture"), noise_arcsec.get("reference"))
+    absorbed = solve(
+        terms,
+        alone,
+        base.context,
+        capture=capture_sums(terms, alone, base.context),
+        reference=reference_sums(terms, alone, base.context),
+        fixed_sigma=sigma,
+    )
+    left = Residuals(absorbed)
+    # Offsets of the runs absorb too, but at the price of the index's own scatter.
+    offsets = absorbed.run_offsets_arcsec
+    total = float(np.sum(offsets**2)) / observations.index_sigma_arcsec**2
+    largest = float(np.sqrt(np.mean(offsets**2))) if offsets.size else 0.0
+    for values, error in ((left.capture_arcsec, sigma[0]), (left.reference_arcsec, sigma[1])):
+        if values is not None and error is not None:
+            total += float(np.sum(values**2)) / error**2
+            largest = max(largest, float(np.sqrt(np.mean(values**2))))
+    return total, largest
+
+
+def _judged(
+    case: Case, truth: dict[str, Any], found: Diagnosis, parts: list[str], visible: bool
+) -> str:
+    hidden = [item["effect"] for item in truth["effects"]]
+    if found.verdict == "bad_data":
+        return "bad data"
+    if found.verdict == "adequate":
+        return "falsely adequate" if visible else "adequate, rightly"
+    if found.verdict == "named":
+        assert found.named is not None
+        return "right" if found.named.name in hidden else "false name"
+    if found.verdict == "ambiguous":
+        if any(name in found.effect_class for name in hidden):
+            return "in class"
+        return "class without it" if hidden else "false name"
+    strangers = [item for item in truth["effects"] if not item["in_catalogue"]]
+    if not strangers:
+        # Two at once may be neither, to a diagnosis that looks for one.
+        return "unknown, wrongly"
+    if any(set(item["parts"]) == set(parts) for item in strangers):
+        return "unknown, rightly"
+    return "unknown, wrong parts"
+
+
+def _held_out(found: Diagnosis, floor_arcsec: dict[str, float]) -> dict[str, tuple[float, float]]:
+    chosen = found.named
+    if found.verdict == "unknown" and found.parts:
+        chosen = found.parts[0]
+    before = found.held_out_before
+    after = before if chosen is None else chosen.held_out
+    if before is None or after is None:
+        return {}
+    ratios = {}
+    for channel, floor in floor_arcsec.items():
+        old = getattr(before, f"{channel}_rms_arcsec")
+        new = getattr(after, f"{channel}_rms_arcsec")
+        if old is not None and new is not None:
+            ratios[channel] = (old / floor, new / floor)
+    return ratios
+
+
+def is_stranger(case: Case) -> bool:
+    """A cause of it is in no catalogue."""
+    return any(not RECIPES[name].in_catalogue for name in case.names)

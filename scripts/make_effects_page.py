@@ -1,0 +1,161 @@
+"""Writes docs/effects.md, the catalogue of physical effects, from the effects' declarations.
+
+Run ``python -m scripts.make_effects_page``; with ``--check`` nothing is written, and a page that
+differs from the declarations is named (exit code 1).
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from pathlib import Path
+
+from arctrue.effects.base import Effect
+from arctrue.effects.registry import built_in
+from arctrue.gateware.coefficients import ORDER_MAX
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = Path("docs/effects.md")
+
+COMPENSATED = {
+    "lanes": "by lanes",
+    "offset": "by the offset",
+    "none": "no",
+}
+
+HEAD = """\
+<!-- Made by scripts/make_effects_page.py from sim/arctrue/effects. Do not edit: make docs -->
+
+# Physical effects
+
+What can be missing from a model of a rotary table with two heads on one disc. One file an effect in
+[sim/arctrue/effects](../sim/arctrue/effects); this page is made from what the files declare, and so
+is `arctrue effects show NAME`. An effect of your own uses the same interface:
+[how to write one](own-effect.md).
+
+θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for head 2),
+ω the speed, d the direction (±1), T the temperature, R the reading of a head. *Capture*: both heads
+over time, which shows R₂ − R₁. *Reference run*: head 1 against a polygon or another reference,
+which shows ε. 1 µm at the disc is 3.82″.
+
+"""
+
+
+def compensation_words(effect: type[Effect]) -> str:
+    """Whether the gateware can take the effect away, in words."""
+    words = COMPENSATED[effect.compensation]
+    return f"{words}; {effect.compensation_note}" if effect.compensation_note else words
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _summary(effects: dict[str, type[Effect]]) -> list[str]:
+    lines = [
+        "| Effect | Equation | Compensated by the gateware |",
+        "|---|---|---|",
+    ]
+    for name, effect in effects.items():
+        equation, words = _cell(effect.equation), _cell(compensation_words(effect))
+        lines.append(f"| [`{name}`](#{name}) | {equation} | {words} |")
+    return lines
+
+
+def _compensation(effects: dict[str, type[Effect]]) -> list[str]:
+    """What of the catalogue the gateware can take away, as a paragraph a kind."""
+
+    def names(kind: str) -> str:
+        return ", ".join(f"`{name}`" for name, item in effects.items() if item.compensation == kind)
+
+    lines = [
+        "",
+        "## What the gateware can take away",
+        "",
+        "A lane adds one harmonic a·cos(nR + φ) of the reading R of head 1, "
+        f"n up to {ORDER_MAX:,};",
+        "the offset adds a constant. An error of head 1 that is a function of its reading",
+        "alone can be taken away, any other cannot. `arctrue export` writes the lanes of a fitted",
+        "model, the largest amplitudes first where there are too few, and says what is left.",
+        "",
+        f"- **By lanes**: {names('lanes')}.",
+    ]
+    if names("offset"):
+        lines.append(f"- **By the offset**: {names('offset')}.")
+    lines += [
+        f"- **Not at all**: {names('none')}.",
+        "",
+        "Knowing an effect of the last kind still pays: while the model lacks it, the fit presses",
+        "it into orders that lanes would then correct wrongly.",
+        "",
+    ]
+    return lines
+
+
+def _section(name: str, effect: type[Effect]) -> list[str]:
+    source = Path(inspect.getfile(effect)).resolve().relative_to(ROOT)
+    lines = [
+        "",
+        f"## {name}",
+        "",
+        effect.physics,
+        "",
+        f"    {effect.equation}",
+        "",
+        "| | |",
+        "|---|---|",
+        f"| Capture sees | {_cell(effect.capture_sees)} |",
+        f"| Reference run sees | {_cell(effect.reference_sees)} |",
+        f"| Told apart by | {_cell(effect.told_apart_by)} |",
+        f"| Next measurement | {_cell(effect.next_measurement)} |",
+        f"| Sizes seen | {_cell(effect.plausible)} |",
+        f"| Compensated | {_cell(compensation_words(effect))} |",
+    ]
+    units = [
+        f"`{key}`" if unit == "1" else f"`{key}` ({unit})"
+        for key, unit in effect.parameter_units.items()
+    ]
+    lines.append(f"| Parameters | {', '.join(units)} |")
+    for item in effect.search:
+        unit = "" if item.unit == "1" else f" {item.unit}"
+        lines.append(
+            f"| Searched | `{item.name}`, {item.low:g} to {item.high:g}{unit}: "
+            f"{_cell(item.meaning)} |"
+        )
+    for key, value in effect.defaults.items():
+        lines.append(f"| Setting | `{key}`, {_setting(value)} unless set |")
+    lines.append(f"| Source | {_cell(effect.source)}; [{source.name}](../{source}) |")
+    return lines
+
+
+def _setting(value: object) -> str:
+    """A default as it is written in a model file; long runs of numbers shortened."""
+    if isinstance(value, list | tuple) and len(value) > 6:
+        return f"`{value[0]}` … `{value[-1]}`"
+    return f"`{list(value)}`" if isinstance(value, tuple) else f"`{value}`"
+
+
+def effects_page() -> str:
+    """The markdown of the page."""
+    effects = built_in()
+    lines = [*_summary(effects), *_compensation(effects)]
+    for name, effect in effects.items():
+        lines += _section(name, effect)
+    return HEAD + "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
+
+
+def main() -> int:
+    """Write the page, or compare it; returns the exit code."""
+    page = ROOT / PAGE
+    text = effects_page()
+    if "--check" in sys.argv[1:]:
+        if page.exists() and page.read_text(encoding="utf-8") == text:
+            return 0
+        print(f"{PAGE} is not what its sources say: run make docs", file=sys.stderr)
+        return 1
+    page.write_text(text, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+"""arctrue simulate: a measurement set from a table of exact geometry, with its truth sealed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from arctrue.cli._workbench import console, for_people
+from arctrue.measurement import write_measurement_set
+from arctrue.simulate.experiment import EXPERIMENTS
+from arctrue.simulate.recipes import RECIPES
+from arctrue.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
+from arctrue.simulate.truth import write_truth
+
+
+def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if not asked or context.resilient_parsing:
+        return
+    for recipe in RECIPES.values():
+        kind = "" if recipe.in_catalogue else "  (in no catalogue)"
+        click.echo(f"{recipe.name:24}{recipe.low:g} … {recipe.high:g} {recipe.unit}{kind}")
+    context.exit()
+
+
+@click.command("simulate")
+@click.argument("out", metavar="OUT", type=click.Path(path_type=Path, file_okay=False))
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME",
+    help="A cause to build in (see --list); may be given again. None: an adequate set.",
+)
+@click.option(
+    "--size",
+    "sizes",
+    multiple=True,
+    type=float,
+    help="Size of the effects, in their order and unit; drawn where it is not given.",
+)
+@click.option("--hidden", is_flag=True, help="One cause of the catalogue at random, not told.")
+@click.option(
+    "--experiment",
+    type=click.Choice(sorted(EXPERIMENTS)),
+    default="full",
+    show_default=True,
+    help="full: up, down, fast, warm, and a polygon; short: fewer samples of it; lean: one run.",
+)
+@click.option(
+    "--index-scatter",
+    type=click.IntRange(min=0),
+    default=INDEX_SCATTER_COUNTS,
+    show_default=True,
+    help="Counts by which each head takes its index off, at most, run by run.",
+)
+@click.option("--seed", type=click.IntRange(min=0), help="None: a new set every time.")
+@click.option(
+    "--again",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Number of a further measurement of the same table: the same --seed, fresh noise.",
+)
+@click.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_and_exit,
+    help="Names, sizes and units of the causes.",
+)
+@for_people
+def simulate(
+    out: Path,
+    effects: tuple[str, ...],
+    sizes: tuple[float, ...],
+    hidden: bool,
+    experiment: str,
+    index_scatter: int,
+    seed: int | None,
+    again: int,
+) -> None:
+    """Write a measurement set to OUT and what is in it to OUT.truth.json beside it."""
+    if hidden and effects:
+        raise ValueError("either --hidden or --effect: a hidden cause is drawn, not chosen")
+    if len(sizes) > len(effects):
+        raise ValueError(f"{len(sizes)} sizes for {len(effects)} effects")
+    if again and seed is None:
+        raise ValueError("--again needs the --seed of the table that is measured again")
+    if seed is None:
+        seed = int(np.random.SeedSequence().generate_state(1)[0])
+    if hidden:
+        names = sorted(recipe.name for recipe in RECIPES.values() if recipe.in_catalogue)
+        # Its own stream: the seed of the table must not tell the cause.
+        random = np.random.default_rng([seed, len(names)])
+        effects = (names[int(random.integers(len(names)))],)
+    padded = [*sizes, *[None] * (len(effects) - len(sizes))]
+    wanted = [Wanted(name, size) for name, size in zip(effects, padded, strict=True)]
+    made = simulate_set(
+        wanted, EXPERIMENTS[experiment](), seed, index_scatter_counts=index_scatter, again=again
+    )
+    for leftover in ("capture.csv", "reference.csv"):
+        # An older set's file would be taken for this one's.
+        (out / leftover).unlink(missing_ok=True)
+    write_measurement_set(out, made.measurement)
+    truth = write_truth(out, made.truth)
+    console.print(f"wrote {out}; what is in it is in {truth}", soft_wrap=True)

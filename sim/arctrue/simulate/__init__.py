@@ -1,0 +1,1 @@
+"""Measurement sets from a table of exact geometry, with physical causes whose truth is known."""

@@ -1,0 +1,51 @@
+"""The sealed truth: what was hidden in a measurement set, beside its folder and never in it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+READ_ONLY = 0o444
+
+
+class BrokenSealError(ValueError):
+    """The set is no longer the one that the truth was written for."""
+
+
+def truth_path(folder: Path) -> Path:
+    """``OUT.truth.json`` beside the folder ``OUT``."""
+    folder = folder.resolve()
+    return folder.with_name(folder.name + ".truth.json")
+
+
+def fingerprint(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file of the set."""
+    return {
+        file.name: hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in sorted(folder.iterdir())
+        if file.is_file()
+    }
+
+
+def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
+    """Seal ``truth`` with the fingerprint of the set that lies in ``folder``."""
+    path = truth_path(folder)
+    path.unlink(missing_ok=True)
+    sealed = {**truth, "seal": fingerprint(folder)}
+    path.write_text(json.dumps(sealed, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    path.chmod(READ_ONLY)
+    return path
+
+
+def read_truth(folder: Path) -> dict[str, Any]:
+    """The truth of the set in ``folder``.
+
+    Raises FileNotFoundError without a truth file, BrokenSealError when the set was changed.
+    """
+    path = truth_path(folder)
+    truth: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    if truth["seal"] != fingerprint(folder):
+        raise BrokenSealError(f"{folder} was changed after {path} was written; simulate it again")
+    return truth

@@ -1,0 +1,109 @@
+"""Findings on two measured machines, stated beside the sets in docs/data."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.diagnose.diagnosis import diagnose
+from arctrue.diagnose.heldout import held_out
+from arctrue.effects.registry import built_in
+from arctrue.fit.normal import Term
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.solution import fit
+from arctrue.measurement import read_measurement_set
+from arctrue.observations import Observations
+from arctrue.observations.build import observations_of
+
+DATA = Path(__file__).resolve().parents[3] / "docs" / "data"
+EFFECTS = built_in()
+
+
+@pytest.fixture(scope="module")
+def motor() -> Observations:
+    return observations_of(read_measurement_set(DATA / "moteus_motor_encoder"))
+
+
+@pytest.fixture(scope="module")
+def axis() -> Observations:
+    return observations_of(read_measurement_set(DATA / "worm_axis_telescope"))
+
+
+def _base() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](), {})
+
+
+def _line(order: int) -> Term:
+    return Term(EFFECTS["high_order_graduation"](), {"order": float(order)})
+
+
+@pytest.mark.parametrize("name", ["moteus_motor_encoder", "worm_axis_telescope"])
+def test_source_and_licence_are_beside_the_data(name: str) -> None:
+    assert "github.com/" in (DATA / name / "SOURCE.txt").read_text(encoding="utf-8")
+    assert (DATA / name / "LICENSE").stat().st_size > 1000
+
+
+def test_motor_reversal_error(motor: Observations) -> None:
+    """Up and down differ by 1,200″: the means of the two directions say it without a fit."""
+    found = diagnose(motor, [_base(), _line(126)], EFFECTS)
+    assert found.verdict == "named"
+    assert found.named is not None
+    assert found.named.name == "hysteresis"
+    reversal = found.named.parameters()["reversal_error"].value
+    rows = motor.reference
+    assert rows is not None
+    assert rows.direction is not None
+    up = float(np.mean(rows.error_arcsec[rows.direction > 0]))
+    down = float(np.mean(rows.error_arcsec[rows.direction < 0]))
+    assert reversal == pytest.approx(up - down, rel=0.02)
+    assert abs(reversal) == pytest.approx(1200.0, rel=0.02)
+
+
+def test_motor_orders_above_the_model(motor: Observations) -> None:
+    """Multiples of the 21 pole pairs and of 36, each found by the scan of what is left."""
+    terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
+    effect = EFFECTS["high_order_graduation"]()
+    assert not effect.missing(motor)
+    found = []
+    for _ in range(7):
+        place = effect.scan(Residuals(fit(terms, motor)))[0]
+        found.append(int(place.nonlinear["order"]))
+        terms.append(Term(effect, place.nonlinear))
+    assert found[:4] == [126, 108, 72, 42]
+    assert {21, 36, 42, 72} <= set(found)
+    assert all(order % 21 == 0 or order % 36 == 0 for order in found)
+
+
+def test_motor_lack_of_fit_is_told_without_repeats(motor: Observations) -> None:
+    """No station repeats; order 126 is a lack of fit all the same, and is named."""
+    terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
+    found = diagnose(motor, terms, EFFECTS)
+    assert found.lack_of_fit["reference"] < 1e-6
+    assert found.named is not None
+    assert found.named.name == "high_order_graduation"
+
+
+def test_orders_of_a_turn_cannot_be_sought_on_nine_degrees(axis: Observations) -> None:
+    assert EFFECTS["high_order_graduation"]().missing(axis)
+
+
+@pytest.mark.parametrize("start", ["graduation_harmonics", "reference_drift"])
+def test_the_worm_is_named(axis: Observations, start: str) -> None:
+    settings = {"degree": 2} if start == "reference_drift" else {}
+    found = diagnose(axis, [Term(EFFECTS[start](**settings), {})], EFFECTS)
+    assert found.verdict == "named"
+    assert found.named is not None
+    assert found.named.name == "drive_gear_error"
+
+
+def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
+    terms = [Term(EFFECTS["reference_drift"](degree=2), {})]
+    before = held_out(terms, axis, fit(terms, axis).context).reference_rms_arcsec
+    terms.append(Term(EFFECTS["drive_gear_error"](), {}))
+    after = held_out(terms, axis, fit(terms, axis).context).reference_rms_arcsec
+    assert before is not None
+    assert after is not None
+    assert 2.4 < before < 3.2
+    assert 0.45 < after < 0.65

@@ -1,0 +1,99 @@
+"""The pages that show commands say what the commands print."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from scripts.make_effects_page import PAGE, effects_page
+from sim.tests.workbench.page_commands import (
+    Command,
+    FileToWrite,
+    assert_shown,
+    run,
+    same,
+    steps,
+)
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+
+def _follow(page: Path) -> int:
+    """Do everything that a page shows, in the working folder; returns how many commands."""
+    commands = 0
+    for step in steps(page):
+        if isinstance(step, FileToWrite):
+            path = Path(step.name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(step.text, encoding="utf-8")
+            continue
+        commands += 1
+        assert_shown(step, _tested() if step.words[0] == "pytest" else run(step))
+    return commands
+
+
+def _tested() -> str:
+    """What pytest says of the folder ``effects``."""
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "effects"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.partition(" in ")[0]
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "docs").symlink_to(DOCS)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.slow
+def test_tutorial() -> None:
+    assert _follow(DOCS / "tutorial.md") >= 12
+    hidden = json.loads(Path("monday.truth.json").read_text(encoding="utf-8"))
+    assert hidden["hidden"] == "thermal_eccentricity"
+
+
+@pytest.mark.slow
+def test_own_effect() -> None:
+    assert _follow(DOCS / "own-effect.md") >= 6
+
+
+@pytest.mark.slow
+def test_real_data() -> None:
+    assert _follow(DOCS / "real-data.md") >= 12
+
+
+@pytest.mark.parametrize(
+    ("wanted", "line", "expected"),
+    [
+        ("│ 0.145 │ x", "│  0.1453 │ x", True),
+        ("│ 0.145 │ x", "│  0.165 │ x", False),
+        ("│ 0.145 │ x", "│  0.145 │ y", False),
+        ("p = 1.2e-80", "p = 3.1e-79", True),
+        ("p = 1.2e-80", "p = 0.3", False),
+        ("order = 126 1", "order = 108 1", False),
+    ],
+)
+def test_comparison_of_lines(wanted: str, line: str, expected: bool) -> None:
+    assert same(wanted, line) is expected
+
+
+def test_a_missing_line_is_told() -> None:
+    with pytest.raises(AssertionError, match="not in the output: Verdict: named"):
+        assert_shown(Command(["arctrue"], ["Verdict: named"]), "Verdict: unknown\n")
+
+
+def test_the_effects_page_is_up_to_date() -> None:
+    assert (DOCS / PAGE.name).read_text(encoding="utf-8") == effects_page(), "run make docs"
+
+
+@pytest.mark.parametrize("page", ["tutorial", "own-effect", "real-data", "workbench", "effects"])
+def test_links_and_pictures_are_there(page: str) -> None:
+    import re
+
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
+        assert (DOCS / target).exists(), target
