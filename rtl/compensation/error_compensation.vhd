@@ -217,7 +217,7 @@ begin
 
   end process sum_and_subtract;
 
-  ramp : entity work.correction_ramp
+  decay : entity work.correction_ramp
     port map (
       clock      => clock,
       reset      => reset,

@@ -299,7 +299,7 @@ begin
       delayed(0)   => swap_done
     );
 
-  output : entity work.quadrature_output
+  edges_out : entity work.quadrature_output
     port map (
       clock              => clock,
       reset              => reset,

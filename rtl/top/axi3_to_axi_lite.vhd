@@ -1,0 +1,394 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # axi3_to_axi_lite
+--
+-- Takes the AXI3 transfers of a processor port (M_AXI_GP0 of the Zynq-7000) apart into single
+-- AXI4-Lite accesses: bursts of up to 16 beats, of kind FIXED, INCR and WRAP, with IDs, and beats
+-- narrower than the bus. Source: AMBA AXI protocol specification, issue D, chapters A3 to A5.
+--
+-- **Latency.** With a slave that answers in the next clock a write beat takes 4 clocks and a read
+-- beat 4. Reads and writes do not wait for each other; in each direction one burst is under way
+-- at a time, so answers come in order and carry the ID of their burst.
+--
+-- **Number formats.** Addresses in bytes; `size` log2 of the bytes in a beat; `len` beats - 1.
+--
+-- **Beats.** A read beat reads the whole word round its address. A write beat goes out with its
+-- strobes; one without any strobe makes no access. Addresses of INCR stay within their 4 KiB, which
+-- no burst may cross.
+--
+-- **Errors.** A burst's write answer is the first one of its beats that was not OKAY; every read beat
+-- carries its own. SLVERR without any access: burst kind 3, `size` above 2, WRAP that is not 2, 4,
+-- 8 or 16 beats long or does not start at a multiple of its size. SLVERR also for a write whose WLAST
+-- is not at its last beat; the number of beats that AWLEN names is taken. DECERR without access: an
+-- address outside of BASE .. BASE + 2**ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
+-- tells the master that there is no monitor.
+--
+-- **Reset** drops a burst under way on both sides, so master and slave must be reset with it.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+entity axi3_to_axi_lite is
+  generic (
+    ID_WIDTH      : positive range 1 to 16  := 12;
+    ADDRESS_WIDTH : positive range 12 to 30 := 18;             -- of the slave
+    BASE          : natural                 := 16#4000_0000#   -- bytes, a multiple of 2**ADDRESS_WIDTH
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    -- AXI3 slave, 32 bit
+    s_axi_awvalid  : in    std_ulogic;
+    s_axi_awready  : out   std_ulogic;
+    s_axi_awid     : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_awaddr   : in    std_ulogic_vector(31 downto 0); -- bytes
+    s_axi_awlen    : in    std_ulogic_vector(3 downto 0);  -- beats - 1
+    s_axi_awsize   : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
+    s_axi_awburst  : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
+    s_axi_wvalid   : in    std_ulogic;
+    s_axi_wready   : out   std_ulogic;
+    s_axi_wdata    : in    std_ulogic_vector(31 downto 0);
+    s_axi_wstrb    : in    std_ulogic_vector(3 downto 0);
+    s_axi_wlast    : in    std_ulogic;
+    s_axi_bvalid   : out   std_ulogic;
+    s_axi_bready   : in    std_ulogic;
+    s_axi_bid      : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_bresp    : out   std_ulogic_vector(1 downto 0);
+    s_axi_arvalid  : in    std_ulogic;
+    s_axi_arready  : out   std_ulogic;
+    s_axi_arid     : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_araddr   : in    std_ulogic_vector(31 downto 0); -- bytes
+    s_axi_arlen    : in    std_ulogic_vector(3 downto 0);  -- beats - 1
+    s_axi_arsize   : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
+    s_axi_arburst  : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
+    s_axi_rvalid   : out   std_ulogic;
+    s_axi_rready   : in    std_ulogic;
+    s_axi_rid      : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_rdata    : out   std_ulogic_vector(31 downto 0);
+    s_axi_rresp    : out   std_ulogic_vector(1 downto 0);
+    s_axi_rlast    : out   std_ulogic;
+    -- AXI4-Lite master
+    m_axil_awvalid : out   std_ulogic;
+    m_axil_awready : in    std_ulogic;
+    m_axil_awaddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
+    m_axil_wvalid  : out   std_ulogic;
+    m_axil_wready  : in    std_ulogic;
+    m_axil_wdata   : out   std_ulogic_vector(31 downto 0);
+    m_axil_wstrb   : out   std_ulogic_vector(3 downto 0);
+    m_axil_bvalid  : in    std_ulogic;
+    m_axil_bready  : out   std_ulogic;
+    m_axil_bresp   : in    std_ulogic_vector(1 downto 0);
+    m_axil_arvalid : out   std_ulogic;
+    m_axil_arready : in    std_ulogic;
+    m_axil_araddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
+    m_axil_rvalid  : in    std_ulogic;
+    m_axil_rready  : out   std_ulogic;
+    m_axil_rdata   : in    std_ulogic_vector(31 downto 0);
+    m_axil_rresp   : in    std_ulogic_vector(1 downto 0)
+  );
+end entity axi3_to_axi_lite;
+
+architecture rtl of axi3_to_axi_lite is
+
+  constant OKAY   : std_ulogic_vector(1 downto 0) := "00";
+  constant SLVERR : std_ulogic_vector(1 downto 0) := "10";
+  constant DECERR : std_ulogic_vector(1 downto 0) := "11";
+
+  constant WRAP : std_ulogic_vector(1 downto 0) := "10";
+
+  -- No burst leaves its 4 KiB: only these bits count.
+  constant PAGE_WIDTH : positive := 12;
+  -- 16 beats of 4 bytes.
+  constant WRAP_WIDTH : positive := 6;
+
+  constant BASE_ADDRESS : u_unsigned(31 downto 0) := to_unsigned(BASE, 32);
+
+  type write_state is (WRITE_IDLE, WRITE_BEAT, WRITE_ACCESS, WRITE_ANSWER);
+
+  type read_state is (READ_IDLE, READ_BEAT, READ_ADDRESS, READ_DATA, READ_ANSWER);
+
+  type burst is record
+    address : u_unsigned(31 downto 0);
+    beats   : u_unsigned(3 downto 0);                     -- still to come after this one
+    size    : u_unsigned(1 downto 0);
+    kind    : std_ulogic_vector(1 downto 0);
+    mask    : u_unsigned(WRAP_WIDTH - 1 downto 0);        -- address bits that WRAP counts in
+    refusal : std_ulogic_vector(1 downto 0);              -- answer without an access, OKAY: none
+  end record burst;
+
+  function in_window (
+    address : std_ulogic_vector(31 downto 0)
+  ) return boolean is
+  begin
+
+    return u_unsigned(address(31 downto ADDRESS_WIDTH)) = BASE_ADDRESS(31 downto ADDRESS_WIDTH);
+
+  end function in_window;
+
+  function started (
+    address : std_ulogic_vector(31 downto 0);
+    len     : std_ulogic_vector(3 downto 0);
+    size    : std_ulogic_vector(2 downto 0);
+    kind    : std_ulogic_vector(1 downto 0)
+  ) return burst is
+
+    variable result     : burst;
+    variable unit       : u_unsigned(WRAP_WIDTH - 1 downto 0);
+    variable wrap_bytes : u_unsigned(WRAP_WIDTH - 1 downto 0);
+
+  begin
+
+    result.address := u_unsigned(address);
+    result.beats   := u_unsigned(len);
+    result.size    := u_unsigned(size(1 downto 0));
+    result.kind    := kind;
+    result.refusal := OKAY;
+
+    case size(1 downto 0) is
+
+      when "00" =>
+        unit       := to_unsigned(0, WRAP_WIDTH);
+        wrap_bytes := "00" & u_unsigned(len);
+
+      when "01" =>
+        unit       := to_unsigned(1, WRAP_WIDTH);
+        wrap_bytes := '0' & u_unsigned(len) & '1';
+
+      when others =>
+        unit       := to_unsigned(3, WRAP_WIDTH);
+        wrap_bytes := u_unsigned(len) & "11";
+
+    end case;
+
+    result.mask := wrap_bytes;
+
+    if not in_window(address) then
+      result.refusal := DECERR;
+    end if;
+    if kind = "11" or u_unsigned(size) > 2
+       or (kind = WRAP
+           and ((u_unsigned(address(WRAP_WIDTH - 1 downto 0)) and unit) /= 0
+                or (len /= "0001" and len /= "0011" and len /= "0111" and len /= "1111"))) then
+      result.refusal := SLVERR;
+    end if;
+
+    return result;
+
+  end function started;
+
+  function following (
+    now : burst
+  ) return burst is
+
+    variable result  : burst;
+    variable aligned : u_unsigned(PAGE_WIDTH - 1 downto 0);
+    variable step    : u_unsigned(2 downto 0);
+
+  begin
+
+    result       := now;
+    result.beats := now.beats - 1;
+    aligned      := now.address(PAGE_WIDTH - 1 downto 0);
+
+    case now.size is
+
+      when "00" =>
+        step := "001";
+
+      when "01" =>
+        step       := "010";
+        aligned(0) := '0';
+
+      when others =>
+        step                := "100";
+        aligned(1 downto 0) := "00";
+
+    end case;
+
+    aligned := aligned + step;
+
+    if now.kind = WRAP then
+      result.address(WRAP_WIDTH - 1 downto 0) := (now.address(WRAP_WIDTH - 1 downto 0) and not now.mask)
+                                                 or (aligned(WRAP_WIDTH - 1 downto 0) and now.mask);
+    elsif now.kind(0) = '1' then
+      result.address(PAGE_WIDTH - 1 downto 0) := aligned;
+    end if;
+
+    return result;
+
+  end function following;
+
+  signal writing    : write_state := WRITE_IDLE;
+  signal write_now  : burst;
+  signal write_resp : std_ulogic_vector(1 downto 0);
+  signal reading    : read_state  := READ_IDLE;
+  signal read_now   : burst;
+
+begin
+
+  assert BASE mod 2 ** ADDRESS_WIDTH = 0
+    report "axi3_to_axi_lite: BASE must be a multiple of 2**ADDRESS_WIDTH"
+    severity failure;
+
+  s_axi_awready <= '1' when writing = WRITE_IDLE else
+                   '0';
+  s_axi_wready  <= '1' when writing = WRITE_BEAT else
+                   '0';
+  s_axi_bvalid  <= '1' when writing = WRITE_ANSWER else
+                   '0';
+  s_axi_bresp   <= write_resp;
+  m_axil_bready <= '1' when writing = WRITE_ACCESS else
+                   '0';
+
+  write_burst : process (clock) is
+
+    variable answer : std_ulogic_vector(1 downto 0);
+    variable last   : boolean;
+    variable done   : boolean;
+
+  begin
+
+    if rising_edge(clock) then
+      done := false;
+      last := write_now.beats = 0;
+
+      case writing is
+
+        when WRITE_IDLE =>
+          write_now  <= started(s_axi_awaddr, s_axi_awlen, s_axi_awsize, s_axi_awburst);
+          write_resp <= OKAY;
+          s_axi_bid  <= s_axi_awid;
+          if s_axi_awvalid = '1' then
+            writing <= WRITE_BEAT;
+          end if;
+
+        when WRITE_BEAT =>
+          m_axil_awaddr <= std_ulogic_vector(write_now.address(ADDRESS_WIDTH - 1 downto 2)) & "00";
+          m_axil_wdata  <= s_axi_wdata;
+          m_axil_wstrb  <= s_axi_wstrb;
+          if s_axi_wvalid = '1' then
+            answer := write_now.refusal;
+            if (s_axi_wlast = '1') /= last then
+              answer := SLVERR;
+            end if;
+            if write_resp = OKAY then
+              write_resp <= answer;
+            end if;
+            if write_now.refusal = OKAY and s_axi_wstrb /= "0000" then
+              m_axil_awvalid <= '1';
+              m_axil_wvalid  <= '1';
+              writing        <= WRITE_ACCESS;
+            else
+              done := true;
+            end if;
+          end if;
+
+        when WRITE_ACCESS =>
+          if m_axil_awready = '1' then
+            m_axil_awvalid <= '0';
+          end if;
+          if m_axil_wready = '1' then
+            m_axil_wvalid <= '0';
+          end if;
+          if m_axil_bvalid = '1' then
+            if write_resp = OKAY then
+              write_resp <= m_axil_bresp;
+            end if;
+            done := true;
+          end if;
+
+        when WRITE_ANSWER =>
+          if s_axi_bready = '1' then
+            writing <= WRITE_IDLE;
+          end if;
+
+      end case;
+
+      if done then
+        if last then
+          writing <= WRITE_ANSWER;
+        else
+          write_now <= following(write_now);
+          writing   <= WRITE_BEAT;
+        end if;
+      end if;
+
+      if reset = '1' then
+        writing        <= WRITE_IDLE;
+        m_axil_awvalid <= '0';
+        m_axil_wvalid  <= '0';
+      end if;
+    end if;
+
+  end process write_burst;
+
+  s_axi_arready  <= '1' when reading = READ_IDLE else
+                    '0';
+  s_axi_rvalid   <= '1' when reading = READ_ANSWER else
+                    '0';
+  m_axil_arvalid <= '1' when reading = READ_ADDRESS else
+                    '0';
+  m_axil_rready  <= '1' when reading = READ_DATA else
+                    '0';
+  m_axil_araddr  <= std_ulogic_vector(read_now.address(ADDRESS_WIDTH - 1 downto 2)) & "00";
+
+  read_burst : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+
+      case reading is
+
+        when READ_IDLE =>
+          read_now  <= started(s_axi_araddr, s_axi_arlen, s_axi_arsize, s_axi_arburst);
+          s_axi_rid <= s_axi_arid;
+          if s_axi_arvalid = '1' then
+            reading <= READ_BEAT;
+          end if;
+
+        when READ_BEAT =>
+          s_axi_rdata <= (others => '0');
+          s_axi_rresp <= read_now.refusal;
+          s_axi_rlast <= '0';
+          if read_now.beats = 0 then
+            s_axi_rlast <= '1';
+          end if;
+          if read_now.refusal = OKAY then
+            reading <= READ_ADDRESS;
+          else
+            reading <= READ_ANSWER;
+          end if;
+
+        when READ_ADDRESS =>
+          if m_axil_arready = '1' then
+            reading <= READ_DATA;
+          end if;
+
+        when READ_DATA =>
+          s_axi_rdata <= m_axil_rdata;
+          s_axi_rresp <= m_axil_rresp;
+          if m_axil_rvalid = '1' then
+            reading <= READ_ANSWER;
+          end if;
+
+        when READ_ANSWER =>
+          if s_axi_rready = '1' then
+            read_now <= following(read_now);
+            if s_axi_rlast = '1' then
+              reading <= READ_IDLE;
+            else
+              reading <= READ_BEAT;
+            end if;
+          end if;
+
+      end case;
+
+      if reset = '1' then
+        reading <= READ_IDLE;
+      end if;
+    end if;
+
+  end process read_burst;
+
+end architecture rtl;

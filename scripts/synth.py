@@ -1,0 +1,169 @@
+"""``make synth``: what the gateware takes of an XC7Z020, and whether that is within the budget.
+
+GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget holds for, and
+unit by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md.
+Exit code 1 when a budget is exceeded, 2 when a tool is missing or fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
+from scripts.resources import Design, Resources
+
+TOP = "arctrue_core"
+LANES = 32
+LANE_PARTS = ("phase_lane", "harmonic_lane")
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The most that a part may take of one kind of resource."""
+
+    part: str
+    kind: str
+    limit: float
+
+
+# For 32 lanes, register block and headers included; the XC7Z020 has 53,200 LUT, 106,400 FF,
+# 220 DSP48E1, 140 RAMB36.
+BUDGETS = (
+    Budget("core", "lut", 38_000),
+    Budget("core", "ff", 40_000),
+    Budget("core", "dsp", 170),
+    Budget("core", "ramb36", 60),
+    Budget("core", "latches", 0),
+    Budget("lane", "lut", 1_050),
+)
+
+
+def lane_of(units: Design) -> Resources | None:
+    """One lane: a phase lane and the larger kind of harmonic lane; None where there is none."""
+    parts = []
+    for part in LANE_PARTS:
+        kinds = [
+            units.total(name)
+            for name in units.cells
+            if (name == part or name.startswith(f"{part}_")) and units.cells[name]
+        ]
+        if not kinds:
+            return None
+        parts.append(max(kinds, key=lambda kind: kind.lut))
+    return parts[0] + parts[1]
+
+
+def exceeded(core: Resources, lane: Resources | None, budgets: tuple[Budget, ...]) -> list[str]:
+    """A sentence for every budget that is exceeded."""
+    parts = {"core": core, "lane": lane}
+    faults = []
+    for budget in budgets:
+        part = parts[budget.part]
+        if part is None:
+            continue
+        used = asdict(part)[budget.kind]
+        if used > budget.limit:
+            faults.append(
+                f"the {budget.part} takes {used:g} {budget.kind.upper()}, "
+                f"{used - budget.limit:g} above its budget of {budget.limit:g}"
+            )
+    return faults
+
+
+def _row(name: str, count: int | str, part: Resources) -> str:
+    values = (part.lut, part.ff, part.dsp, f"{part.ramb36:g}", part.carry4)
+    return f"| {name} | {count} | " + " | ".join(str(value) for value in values) + " |"
+
+
+def table(title: str, core: Resources, lane: Resources | None, units: Design, top: str) -> str:
+    """The resource table in Markdown."""
+    lines = [
+        title,
+        "",
+        "| part | instances | LUT | FF | DSP48E1 | RAMB36 | CARRY4 |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+        _row("**whole, flattened**", 1, core),
+    ]
+    if lane:
+        lines.append(_row("**one lane** (phase_lane + larger harmonic_lane)", "", lane))
+    for name, depth, count, part in units.units(top):
+        indent = "&nbsp;&nbsp;" * depth
+        short = "_".join(word for word in name.split("_") if len(word) < 32)  # no GHDL hash
+        lines.append(_row(f"{indent}{short}", count, part))
+    lines += [
+        "",
+        "The rows below the first are of one instance each, mapped unit by unit. Their sum is not",
+        "the flattened figure: Yosys optimises across units there. A RAMB18 is half a RAMB36.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def report(entity: str, generics: dict[str, int], folder: Path) -> tuple[Resources, list[str]]:
+    """Synthesise, write and print the table; return the whole's resources and what is exceeded.
+
+    Budgets are those of 32 lanes; they are checked for arctrue_core with 32 lanes only, the lane's
+    in any case. Raises ToolError.
+    """
+    versions = f"{find_ghdl()[1]}, {find_yosys()[1]}"
+    netlist = write_netlist(entity, folder, generics=generics)
+    units = Design.read(synthesise(netlist, flatten=False))
+    flat = Design.read(synthesise(netlist, flatten=True))
+    core, lane = flat.total(entity), lane_of(units)
+    values = ", ".join(f"{name} = {value}" for name, value in generics.items())
+    title = f"{entity}{f' ({values})' if values else ''}, {versions}, synth_xilinx -family xc7"
+    text = table(title, core, lane, units, entity)
+    whole = entity == TOP and generics.get("LANES", LANES) == LANES
+    budgets = BUDGETS if whole else tuple(b for b in BUDGETS if b.part == "lane" or not b.limit)
+    faults = exceeded(core, lane, budgets)
+    result = {
+        "entity": entity,
+        "generics": generics,
+        "versions": versions,
+        "whole": asdict(core),
+        "lane": asdict(lane) if lane else None,
+        "units": [
+            {"unit": name, "depth": depth, "instances": count, "each": asdict(part)}
+            for name, depth, count, part in units.units(entity)
+        ],
+        "budgets": [asdict(budget) for budget in budgets],
+        "exceeded": faults,
+    }
+    (folder / "resources.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    (folder / "resources.md").write_text(text, encoding="utf-8")
+    print(text)
+    return core, faults
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--entity", default=TOP)
+    parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
+    parser.add_argument("--output", type=Path, help="folder, made anew (build/synth/<entity>)")
+    chosen = parser.parse_args(arguments)
+    try:
+        generics = {
+            name.upper(): int(value)
+            for name, _, value in (entry.partition("=") for entry in chosen.generic)
+        }
+    except ValueError:
+        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+    folder = chosen.output or ROOT / "build" / "synth" / chosen.entity
+    try:
+        _, faults = report(chosen.entity, generics, folder.resolve())
+    except ToolError as error:
+        print(f"synth: {error}", file=sys.stderr)
+        return 2
+    for fault in faults:
+        print(f"synth: budget exceeded: {fault}", file=sys.stderr)
+    if not faults:
+        print("synth: all budgets kept")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
