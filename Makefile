@@ -71,8 +71,9 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-bench: generate ## how long a diagnosis takes, and how it grows with the rows
+bench: generate ## how long a diagnosis and the firmware's calibration take, and how that grows
 	$(VENV)/python -m scripts.bench_workbench
+	$(VENV)/python -m scripts.bench_firmware
 
 blind: generate ## sealed sets with a hidden effect, judged by the diagnosis alone (an hour or more; BLIND=--quick)
 	$(VENV)/python -m scripts.blind $(BLIND)

@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "application.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "calibrate.h"
+#include "units.h"
+
+/* Turns of head 1 without a bank after which the capture is stuck. */
+enum { STUCK_TURNS = 4 };
+
+const char *application_phase_name(enum application_phase phase) {
+    static const char *const names[] = {"no_core", "wait_for_index", "capture", "dump", "swap"};
+    return (unsigned)phase <= PHASE_SWAP ? names[phase] : "unknown";
+}
+
+const char *turn_result_name(enum turn_result result) {
+    static const char *const names[] = {"applied", "kept", "refused"};
+    return (unsigned)result <= TURN_REFUSED ? names[result] : "unknown";
+}
+
+const char *alarm_name(uint32_t bit) {
+    switch (bit) {
+    case ALARM_NOISE:
+        return "noise";
+    case ALARM_ERROR:
+        return "error";
+    case ALARM_SEPARATION:
+        return "separation";
+    case ALARM_OUTPUT:
+        return "output";
+    case ALARM_OVERRUN:
+        return "overrun";
+    case ALARM_STUCK_CAPTURE:
+        return "stuck_capture";
+    case ALARM_COEFFICIENTS:
+        return "coefficients";
+    default:
+        return NULL;
+    }
+}
+
+void application_prepare(struct application *application, const struct core_access *core) {
+    memset(application, 0, sizeof *application);
+    application->core = *core;
+    application->phase = PHASE_NO_CORE;
+    parameters_preset(&application->parameters);
+}
+
+static struct core_setup setup_of(const struct parameters *parameters) {
+    return (struct core_setup){
+        .counts_per_rev = (uint32_t)parameters->counts_per_rev,
+        .sample_period = (uint32_t)parameters->sample_period,
+        .ramp_rate = (uint32_t)parameters->ramp_rate,
+        .output_spacing = (uint32_t)parameters->output_spacing,
+        .filter_length = (uint32_t)parameters->filter_length,
+        .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
+    };
+}
+
+/* The correction is on only with coefficients of our own: the banks survive a reset. */
+static void set_control(const struct application *application) {
+    core_control(&application->core, application->has_active && !application->bypassed, true,
+                 true);
+}
+
+/* From what the core had seen before the re-arm nothing can be used. */
+static void give_back_old_bank(const struct application *application) {
+    if (core_status(&application->core).capture_ready) {
+        core_release_capture(&application->core);
+    }
+}
+
+void application_forget(struct application *application) {
+    application->has_active = false;
+    application->usual_noise_arcsec = 0.0;
+    application->noisy_turns = 0;
+    average_clear(&application->average);
+    if (application->phase != PHASE_NO_CORE) {
+        set_control(application);
+    }
+}
+
+void application_start(struct application *application) {
+    struct core_setup setup = setup_of(&application->parameters);
+    application->phase = PHASE_NO_CORE;
+    application_forget(application);
+    if (!core_identify(&application->core, &application->configuration) ||
+        !core_set_up(&application->core, &setup)) {
+        return;
+    }
+    give_back_old_bank(application);
+    application->overruns = core_overrun_count(&application->core);
+    application->phase = PHASE_WAIT_FOR_INDEX;
+    set_control(application);
+}
+
+void application_freeze(struct application *application, bool frozen) {
+    application->frozen = frozen;
+}
+
+void application_bypass(struct application *application, bool bypassed) {
+    application->bypassed = bypassed;
+    if (application->phase != PHASE_NO_CORE) {
+        set_control(application);
+    }
+}
+
+static void wait_for_index(struct application *application) {
+    if (core_indices_seen(&application->core)) {
+        application->position_at_bank = core_position(&application->core).head1_position;
+        application->phase = PHASE_CAPTURE;
+    }
+}
+
+/* Safe state: the correction decays to nothing; the capture starts anew. */
+static void capture_is_stuck(struct application *application, int32_t position) {
+    application->stuck_captures++;
+    application->report.alarms |= ALARM_STUCK_CAPTURE;
+    application->report.fresh = true;
+    application_forget(application);
+    core_control(&application->core, false, true, false);
+    set_control(application);
+    application->position_at_bank = position;
+}
+
+static void watch_capture(struct application *application) {
+    int32_t position = core_position(&application->core).head1_position;
+    double moved = fabs((double)counts_apart(position, application->position_at_bank));
+    if (moved > STUCK_TURNS * application->parameters.counts_per_rev) {
+        capture_is_stuck(application, position);
+    }
+}
+
+/* Head 1's word and its angle differ once the word has wrapped. */
+static uint32_t angle_offset(const struct core_position *position, uint32_t counts_per_rev) {
+    int64_t apart = (int64_t)position->head1_angle - position->head1_turn_position;
+    int64_t offset = apart % counts_per_rev;
+    return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
+}
+
+static void take_bank(struct application *application) {
+    const struct core_access *core = &application->core;
+    struct core_position position = core_position(core);
+    struct core_header header = core_capture_header(core);
+    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    uint32_t depth = application->configuration.capture_depth;
+    uint32_t samples = header.samples < depth ? header.samples : depth;
+    application->header = header;
+    application->position_at_bank = position.head1_position;
+    application->capture = (struct capture){
+        .words = samples ? core->capture(core->context, 2 * samples) : NULL,
+        .samples = samples,
+        .flags = header.flags,
+        .counts_per_rev = turn,
+        .angle_offset = angle_offset(&position, turn),
+        .period_clocks = (uint32_t)application->parameters.sample_period,
+        .clock_hz = application->configuration.clock_hz,
+    };
+}
+
+static uint32_t alarms_of(struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    const struct estimate *estimate = &application->estimate;
+    double off_rad = estimate->measured_separation_rad - parameters->separation_deg * PI / 180.0;
+    uint32_t overruns = core_overrun_count(&application->core);
+    uint32_t alarms = 0;
+    if (application->report.result != TURN_REFUSED) {
+        double error = application->report.prediction.active_arcsec;
+        alarms |= estimate->noise_arcsec > parameters->alarm_noise_arcsec ? ALARM_NOISE : 0;
+        alarms |= application->has_active && error > parameters->alarm_error_arcsec ? ALARM_ERROR
+                                                                                    : 0;
+        alarms |= fabs(off_rad) * ARCSEC_PER_RAD > parameters->alarm_separation_arcsec
+                      ? ALARM_SEPARATION
+                      : 0;
+    }
+    alarms |= core_status(&application->core).cannot_keep_up ? ALARM_OUTPUT : 0;
+    alarms |= overruns != application->overruns ? ALARM_OVERRUN : 0;
+    application->overruns = overruns;
+    return alarms;
+}
+
+/* False: the idle bank does not hold what was written. */
+static bool load_candidate(struct application *application) {
+    const struct core_access *core = &application->core;
+    core_write_coefficients(core, &application->candidate);
+    if (!core_verify_coefficients(core, &application->candidate)) {
+        return false;
+    }
+    application->swaps_before = core_swap_count(core);
+    core_swap(core);
+    application->active = application->candidate;
+    application->has_active = true;
+    application->swaps++;
+    application->phase = PHASE_SWAP;
+    set_control(application);
+    return true;
+}
+
+static enum turn_result result_of(enum refusal reason, bool frozen) {
+    if (reason == NOT_REFUSED) {
+        return frozen ? TURN_KEPT : TURN_APPLIED;
+    }
+    return reason == REFUSED_NOT_BETTER ? TURN_KEPT : TURN_REFUSED;
+}
+
+static void process_bank(struct application *application) {
+    struct turn_report *report = &application->report;
+    *report = (struct turn_report){
+        .number = ++application->turns,
+        .sequence_number = application->header.sequence_number,
+        .start_time = application->header.start_time,
+        .samples = application->header.samples,
+    };
+    report->reason = calibrate_turn(application);
+    report->result = result_of(report->reason, application->frozen);
+    application->refusals[report->reason] += report->reason != NOT_REFUSED;
+    report->alarms = alarms_of(application);
+    if (report->result == TURN_REFUSED) {
+        /* The flags are sticky: the next turn is to be judged by itself. */
+        core_clear_faults(&application->core);
+    }
+    if (report->result == TURN_APPLIED && !load_candidate(application)) {
+        report->result = TURN_KEPT;
+        report->alarms |= ALARM_COEFFICIENTS;
+    }
+    report->fresh = true;
+}
+
+static void finish_bank(struct application *application) {
+    application->phase = PHASE_CAPTURE;
+    process_bank(application);
+    core_release_capture(&application->core);
+}
+
+static void look_for_bank(struct application *application) {
+    if (!core_status(&application->core).capture_ready) {
+        watch_capture(application);
+        return;
+    }
+    take_bank(application);
+    if (application->dump_wanted) {
+        application->dump_wanted = false;
+        application->dumped = 0;
+        application->phase = PHASE_DUMP;
+        return;
+    }
+    finish_bank(application);
+}
+
+void application_step(struct application *application) {
+    switch (application->phase) {
+    case PHASE_WAIT_FOR_INDEX:
+        wait_for_index(application);
+        break;
+    case PHASE_CAPTURE:
+        look_for_bank(application);
+        break;
+    case PHASE_DUMP:
+        /* The bank is held until the console has told it. */
+        if (application->dumped >= application->capture.samples) {
+            finish_bank(application);
+        }
+        break;
+    case PHASE_SWAP:
+        if (core_swap_count(&application->core) != application->swaps_before) {
+            application->phase = PHASE_CAPTURE;
+        }
+        break;
+    case PHASE_NO_CORE:
+    default:
+        break;
+    }
+}

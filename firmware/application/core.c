@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "core.h"
+
+#include <stddef.h>
+
+#include "arctrue_registers.h"
+
+#define AT(register) ((uint32_t)offsetof(arctrue_registers_t, register))
+#define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
+#define FIELD(word, name) (((word)&BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
+
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
+/* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
+enum { REARM_READS = 128 };
+/* The register file of a head; its masks have names that its description decides. */
+enum { INDEX_SEEN = 1 };
+
+static uint32_t read_at(const struct core_access *core, uint32_t offset) {
+    return core->read(core->context, offset);
+}
+
+static void write_at(const struct core_access *core, uint32_t offset, uint32_t word) {
+    core->write(core->context, offset, word);
+}
+
+/* The low word latches the high one. */
+static uint64_t read_wide(const struct core_access *core, uint32_t offset) {
+    uint32_t low = read_at(core, offset);
+    return (uint64_t)read_at(core, offset + WORD_BYTES) << 32 | low;
+}
+
+bool core_identify(const struct core_access *core, struct core_configuration *configuration) {
+    if (read_at(core, AT(identification)) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
+        return false;
+    }
+    uint32_t major = FIELD(read_at(core, AT(version)), VERSION__MAJOR);
+    uint32_t built = read_at(core, AT(core_configuration));
+    *configuration = (struct core_configuration){
+        .lanes = FIELD(built, CORE_CONFIGURATION__LANES),
+        .capture_depth = FIELD(built, CORE_CONFIGURATION__CAPTURE_DEPTH),
+        .clock_hz = read_at(core, AT(clock_hz)),
+    };
+    return major == ARCTRUE_REGISTERS__VERSION__MAJOR_reset && configuration->lanes > 0 &&
+           configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
+}
+
+bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
+    core_control(core, false, false, false);
+    write_at(core, AT(counts_per_rev), setup->counts_per_rev);
+    write_at(core, AT(sample_period), setup->sample_period);
+    write_at(core, AT(ramp_rate), setup->ramp_rate);
+    write_at(core, AT(output_spacing), setup->output_spacing);
+    write_at(core, AT(filter_length), setup->filter_length);
+    write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
+    write_at(core, AT(command), BIT(COMMAND__REARM));
+    for (uint32_t reads = 0; reads < REARM_READS; reads++) {
+        (void)read_at(core, AT(scratch));
+    }
+    core_clear_faults(core);
+    return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
+}
+
+void core_control(const struct core_access *core, bool compensate, bool output, bool capture) {
+    uint32_t word = (compensate ? BIT(CONTROL__COMPENSATE) : 0U) |
+                    (output ? BIT(CONTROL__OUTPUT_ENABLE) : 0U) |
+                    (capture ? BIT(CONTROL__CAPTURE_ENABLE) : 0U);
+    write_at(core, AT(control), word);
+}
+
+struct core_status core_status(const struct core_access *core) {
+    uint32_t word = read_at(core, AT(status));
+    return (struct core_status){
+        .compensating = (word & BIT(STATUS__COMPENSATING)) != 0,
+        .ramp_busy = (word & BIT(STATUS__RAMP_BUSY)) != 0,
+        .capture_ready = (word & BIT(STATUS__CAPTURE_READY)) != 0,
+        .cannot_keep_up = (word & BIT(STATUS__CANNOT_KEEP_UP)) != 0,
+    };
+}
+
+bool core_indices_seen(const struct core_access *core) {
+    return read_at(core, AT(head1.flags)) & read_at(core, AT(head2.flags)) & INDEX_SEEN;
+}
+
+struct core_header core_capture_header(const struct core_access *core) {
+    return (struct core_header){
+        .start_time = read_wide(core, AT(capture_header.start_time)),
+        .sequence_number = read_at(core, AT(capture_header.sequence_number)),
+        .samples = read_at(core, AT(capture_header.sample_count)),
+        .flags = read_at(core, AT(capture_header.flags)),
+    };
+}
+
+/* The low word of the time latches the whole group. */
+struct core_position core_position(const struct core_access *core) {
+    struct core_position position;
+    position.time = read_wide(core, AT(snapshot.time));
+    position.head1_position = (int32_t)read_at(core, AT(snapshot.head1_position));
+    position.head1_turn_position = (int32_t)read_at(core, AT(snapshot.head1_turn_position));
+    position.head1_angle = read_at(core, AT(snapshot.head1_angle));
+    position.correction = (int32_t)read_at(core, AT(snapshot.correction));
+    return position;
+}
+
+void core_release_capture(const struct core_access *core) {
+    write_at(core, AT(command), BIT(COMMAND__CAPTURE_RELEASE));
+}
+
+void core_clear_faults(const struct core_access *core) {
+    write_at(core, AT(command),
+             BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2) | BIT(COMMAND__CLEAR_OUTPUT));
+}
+
+static void lane_words(const struct lane *lane, uint32_t words[WORDS_A_LANE]) {
+    words[0] = (uint32_t)lane->phase_step;
+    words[1] = (uint32_t)(lane->phase_step >> 32);
+    words[2] = lane->phase_offset;
+    words[3] = (uint32_t)lane->amplitude;
+}
+
+static uint32_t lane_offset(uint32_t lane, uint32_t word) {
+    return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
+}
+
+void core_write_coefficients(const struct core_access *core,
+                             const struct coefficients *coefficients) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        uint32_t words[WORDS_A_LANE];
+        lane_words(&coefficients->lane[lane], words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            write_at(core, lane_offset(lane, word), words[word]);
+        }
+    }
+    /* The mean of the error cannot be observed. */
+    write_at(core, AT(coefficient_offset), 0);
+}
+
+bool core_verify_coefficients(const struct core_access *core,
+                              const struct coefficients *coefficients) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        uint32_t words[WORDS_A_LANE];
+        lane_words(&coefficients->lane[lane], words);
+        for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
+            if (read_at(core, lane_offset(lane, word)) != words[word]) {
+                return false;
+            }
+        }
+    }
+    return read_at(core, AT(coefficient_offset)) == 0;
+}
+
+void core_swap(const struct core_access *core) {
+    write_at(core, AT(command), BIT(COMMAND__SWAP));
+}
+
+uint32_t core_swap_count(const struct core_access *core) {
+    return read_at(core, AT(swap_count));
+}
+
+uint32_t core_overrun_count(const struct core_access *core) {
+    return read_at(core, AT(overrun_count));
+}
+
+void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]) {
+    uint32_t faults = read_at(core, head ? AT(head2.faults) : AT(head1.faults));
+    counters[0] = faults & 0xFFFFU;
+    counters[1] = faults >> 16;
+    counters[2] = read_at(core, head ? AT(head2.overspeeds) : AT(head1.overspeeds));
+}

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The gateware by name, over whatever reads and writes its registers: memory on the device, a
+   simulator's bus or a model on the host. */
+
+#ifndef ARCTRUE_CORE_H
+#define ARCTRUE_CORE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "capture.h"
+#include "coefficients.h"
+
+typedef uint32_t core_read_word(void *context, uint32_t offset);
+typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
+/* The ready bank's words, `number` of them; they stand still until the bank is released. */
+typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
+
+struct core_access {
+    core_read_word *read;
+    core_write_word *write;
+    core_capture_words *capture;
+    void *context;
+};
+
+struct core_configuration {
+    uint32_t lanes;
+    uint32_t capture_depth;
+    uint32_t clock_hz;
+};
+
+struct core_setup {
+    uint32_t counts_per_rev;
+    uint32_t sample_period;
+    uint32_t ramp_rate;
+    uint32_t output_spacing;
+    uint32_t filter_length;
+    uint32_t minimum_edge_spacing;
+};
+
+struct core_header {
+    uint64_t start_time;
+    uint32_t sequence_number;
+    uint32_t samples;
+    uint32_t flags;
+};
+
+struct core_position {
+    uint64_t time;
+    int32_t head1_position;
+    int32_t head1_turn_position;
+    uint32_t head1_angle;
+    int32_t correction;
+};
+
+struct core_status {
+    bool compensating;
+    bool ramp_busy;
+    bool capture_ready;
+    bool cannot_keep_up;
+};
+
+/* False: no core answers there, or one of another major version. */
+bool core_identify(const struct core_access *core, struct core_configuration *configuration);
+
+/* Set the registers and re-arm, which forgets the index. False: `counts_per_rev` is refused. */
+bool core_set_up(const struct core_access *core, const struct core_setup *setup);
+
+void core_control(const struct core_access *core, bool compensate, bool output, bool capture);
+struct core_status core_status(const struct core_access *core);
+bool core_indices_seen(const struct core_access *core);
+struct core_header core_capture_header(const struct core_access *core);
+struct core_position core_position(const struct core_access *core);
+void core_release_capture(const struct core_access *core);
+void core_clear_faults(const struct core_access *core);
+void core_write_coefficients(const struct core_access *core,
+                             const struct coefficients *coefficients);
+/* Read the idle bank back; false where a word differs. */
+bool core_verify_coefficients(const struct core_access *core,
+                              const struct coefficients *coefficients);
+void core_swap(const struct core_access *core);
+uint32_t core_swap_count(const struct core_access *core);
+uint32_t core_overrun_count(const struct core_access *core);
+/* Index marks in the wrong place, illegal transitions and over-speed edges of a head, 0 or 1. */
+void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]);
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "parameters.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "arctrue_number_formats.h"
+#include "arctrue_registers.h"
+#include "gate.h"
+#include "limits.h"
+#include "selection.h"
+#include "separation.h"
+
+#define PRESET(name) ((double)ARCTRUE_REGISTERS__##name##__VALUE_reset)
+#define PLACE(field) ((uint32_t)offsetof(struct parameters, field))
+#define MOST_U32 4294967295.0
+#define MOST_ARCSEC 1e6
+
+static const struct parameter_description descriptions[] = {
+    /* name, least, most, preset, whole, re-arms, place */
+    {"separation_deg", 0.01, 359.99, 33.0, false, false, PLACE(separation_deg)},
+    {"method", 0, 1, 1, true, false, PLACE(method)},
+    {"orders", 1, ORDERS_MAX, 32, true, false, PLACE(orders)},
+    {"gain_limit", 0.5, 10000, GAIN_LIMIT_DEFAULT, false, false, PLACE(gain_limit)},
+    {"keep", 0, 1, 0.8, false, false, PLACE(keep)},
+    {"noise_limit", 1, 1000, NOISE_LIMIT_DEFAULT, false, false, PLACE(noise_limit)},
+    {"counts_per_rev", ARCTRUE_COUNTS_PER_REV_MIN, ARCTRUE_COUNTS_PER_REV_MAX,
+     PRESET(COUNTS_PER_REV), true, true, PLACE(counts_per_rev)},
+    {"sample_period", 1, MOST_U32, PRESET(SAMPLE_PERIOD), true, true, PLACE(sample_period)},
+    {"ramp_rate", 0, MOST_U32, PRESET(RAMP_RATE), true, true, PLACE(ramp_rate)},
+    {"output_spacing", 1, 65535, PRESET(OUTPUT_SPACING), true, true, PLACE(output_spacing)},
+    {"filter_length", 1, 255, PRESET(FILTER_LENGTH), true, true, PLACE(filter_length)},
+    {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, true,
+     PLACE(minimum_edge_spacing)},
+    {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, false, PLACE(alarm_noise_arcsec)},
+    {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, false, PLACE(alarm_error_arcsec)},
+    {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false, false,
+     PLACE(alarm_separation_arcsec)},
+};
+
+uint32_t parameters_number(void) {
+    return sizeof descriptions / sizeof descriptions[0];
+}
+
+const struct parameter_description *parameters_description(uint32_t place) {
+    return place < parameters_number() ? &descriptions[place] : NULL;
+}
+
+static double *value_at(struct parameters *parameters, uint32_t place) {
+    return (double *)(void *)((unsigned char *)parameters + descriptions[place].offset);
+}
+
+void parameters_preset(struct parameters *parameters) {
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        *value_at(parameters, place) = descriptions[place].preset;
+    }
+}
+
+double parameters_value(const struct parameters *parameters, uint32_t place) {
+    struct parameters copy = *parameters;
+    return place < parameters_number() ? *value_at(&copy, place) : 0.0;
+}
+
+enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,
+                                     const struct parameter_description **description) {
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        if (strcmp(descriptions[place].name, name) != 0) {
+            continue;
+        }
+        *description = &descriptions[place];
+        if (!(value >= descriptions[place].low && value <= descriptions[place].high)) {
+            return PARAMETER_OUT_OF_RANGE;
+        }
+        if (descriptions[place].whole && value != floor(value)) {
+            return PARAMETER_NOT_WHOLE;
+        }
+        *value_at(parameters, place) = value;
+        return PARAMETER_SET;
+    }
+    return PARAMETER_UNKNOWN;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* What can be set on the console, with range and default. */
+
+#ifndef ARCTRUE_PARAMETERS_H
+#define ARCTRUE_PARAMETERS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct parameters {
+    double separation_deg;
+    /* 0: the paper's transform; 1: least squares at the angles read. */
+    double method;
+    double orders;
+    double gain_limit;
+    /* What a turn leaves of the weight of those before. */
+    double keep;
+    double noise_limit;
+    double counts_per_rev;
+    double sample_period;
+    double ramp_rate;
+    double output_spacing;
+    double filter_length;
+    double minimum_edge_spacing;
+    double alarm_noise_arcsec;
+    double alarm_error_arcsec;
+    double alarm_separation_arcsec;
+};
+
+struct parameter_description {
+    const char *name;
+    double low;
+    double high;
+    double preset;
+    bool whole;
+    /* Takes effect with a re-arm, which forgets the index. */
+    bool rearms;
+    uint32_t offset;
+};
+
+enum parameter_answer {
+    PARAMETER_SET,
+    PARAMETER_UNKNOWN,
+    PARAMETER_OUT_OF_RANGE,
+    PARAMETER_NOT_WHOLE,
+};
+
+uint32_t parameters_number(void);
+const struct parameter_description *parameters_description(uint32_t place);
+void parameters_preset(struct parameters *parameters);
+double parameters_value(const struct parameters *parameters, uint32_t place);
+enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,
+                                     const struct parameter_description **description);
+
+#endif

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#ifndef ARCTRUE_CLOCKS_H
+#define ARCTRUE_CLOCKS_H
+
+#include "board_settings.h"
+
+#define CLOCKS_IO_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_IO_PLL_FACTOR)
+#define CLOCKS_UART_DIVISOR 10U
+#define CLOCKS_UART_HZ (CLOCKS_IO_PLL_HZ / CLOCKS_UART_DIVISOR)
+/* The fabric: 100 MHz from two divisors. */
+#define CLOCKS_FABRIC_DIVISOR0 5U
+#define CLOCKS_FABRIC_DIVISOR1 2U
+#define CLOCKS_FABRIC_HZ (CLOCKS_IO_PLL_HZ / (CLOCKS_FABRIC_DIVISOR0 * CLOCKS_FABRIC_DIVISOR1))
+#define CLOCKS_PROCESSOR_HZ (BOARD_CRYSTAL_HZ * BOARD_ARM_PLL_FACTOR / BOARD_PROCESSOR_DIVISOR)
+/* Timers and watchdog run at half the processor's clock. */
+#define CLOCKS_TIMER_HZ (CLOCKS_PROCESSOR_HZ / 2U)
+
+/* Clocks of processor, UART and fabric, pins of the UART, and the fabric's signals let through. */
+void clocks_set_up(void);
+
+#endif

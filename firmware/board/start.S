@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* From the boot ROM to C: vectors, stacks, caches, translation tables, floating point.
+
+   The boot ROM hands over with the on-chip memory at 0 and caches and MMU off. The MMU goes on
+   before any C: with it off every access is strongly ordered and may not be unaligned. */
+
+    .syntax unified
+    .arch armv7-a
+    .fpu neon
+    .arm
+
+    .equ MODE_IRQ, 0x12
+    .equ MODE_SVC, 0x13
+    .equ MODE_ABT, 0x17
+    .equ MODE_UND, 0x1B
+    .equ INTERRUPTS_OFF, 0xC0
+
+    .section .vectors, "ax"
+    .global vectors
+vectors:
+    b start
+    b undefined_instruction
+    b supervisor_call
+    b prefetch_abort
+    b data_abort
+    b .
+    b interrupt_request
+    b .
+
+    .text
+
+    /* Also where a fault begins anew: nothing here supposes a reset. */
+    .global start
+    .type start, %function
+start:
+    cpsid if
+    mrc p15, 0, r0, c0, c0, 5       /* MPIDR: the other core sleeps */
+    ands r0, r0, #3
+other_core:
+    wfene
+    bne other_core
+
+    mrc p15, 0, r0, c1, c0, 0       /* SCTLR: MMU, caches, branch prediction, alignment off; */
+    bic r0, r0, #0x1800
+    bic r0, r0, #0x0007
+    bic r0, r0, #0x40000000         /* exceptions in ARM state */
+    bic r0, r0, #0x2000             /* vectors where VBAR says */
+    mcr p15, 0, r0, c1, c0, 0
+    isb
+    ldr r0, =vectors
+    mcr p15, 0, r0, c12, c0, 0
+
+    /* One stack a mode; the supervisor's is the C program's, with a page below that is not
+       mapped. */
+    ldr r0, =stack_top_exceptions
+    cps #MODE_IRQ
+    mov sp, r0
+    sub r0, r0, #512
+    cps #MODE_ABT
+    mov sp, r0
+    sub r0, r0, #512
+    cps #MODE_UND
+    mov sp, r0
+    cps #MODE_SVC
+    ldr sp, =stack_top
+
+    mov r0, #0
+    mcr p15, 0, r0, c8, c7, 0       /* TLB, instruction cache, branch predictor */
+    mcr p15, 0, r0, c7, c5, 0
+    mcr p15, 0, r0, c7, c5, 6
+    bl invalidate_data_cache
+
+    ldr r0, =translation_table
+    orr r0, r0, #0x48               /* walks cacheable */
+    mcr p15, 0, r0, c2, c0, 0
+    mov r0, #0
+    mcr p15, 0, r0, c2, c0, 2       /* TTBCR: one table */
+    mov r0, #1
+    mcr p15, 0, r0, c3, c0, 0       /* domain 0: permissions are checked */
+    dsb
+    isb
+    mrc p15, 0, r0, c1, c0, 0
+    orr r0, r0, #0x1800             /* instruction cache, branch prediction */
+    orr r0, r0, #0x0005             /* data cache, MMU */
+    mcr p15, 0, r0, c1, c0, 0
+    isb
+
+    mrc p15, 0, r0, c1, c0, 2       /* CPACR: coprocessors 10 and 11 */
+    orr r0, r0, #0xF00000
+    mcr p15, 0, r0, c1, c0, 2
+    isb
+    mov r0, #0x40000000
+    vmsr fpexc, r0
+    mov r0, #0
+    vmsr fpscr, r0
+
+    ldr r0, =bss_start
+    ldr r1, =bss_end
+    mov r2, #0
+clear:
+    cmp r0, r1
+    strlo r2, [r0], #4
+    blo clear
+    ldr r0, =data_start
+    ldr r1, =data_end
+    ldr r3, =data_image
+copy:
+    cmp r0, r1
+    ldrlo r2, [r3], #4
+    strlo r2, [r0], #4
+    blo copy
+
+    bl main
+    b .
+
+/* By set and way: 256 sets of 32 bytes, 4 ways. What lies in it at power-on means nothing. */
+invalidate_data_cache:
+    mov r0, #0
+    mcr p15, 2, r0, c0, c0, 0
+    mov r1, #0
+way:
+    mov r2, #0
+set:
+    orr r3, r1, r2
+    mcr p15, 0, r3, c7, c6, 2
+    add r2, r2, #32
+    cmp r2, #8192
+    blo set
+    adds r1, r1, #0x40000000
+    bcc way
+    dsb
+    bx lr
+
+/* Faults: which, where, and the address that was wanted, to C; it does not come back. */
+    .macro fault name, code, back
+\name:
+    sub r1, lr, #\back
+    mov r0, #\code
+    mrc p15, 0, r2, c6, c0, 0
+    mrc p15, 0, r3, c5, c0, 0
+    b fault_taken
+    .endm
+
+    fault undefined_instruction, 1, 4
+    fault supervisor_call, 2, 4
+    fault prefetch_abort, 3, 4
+    fault data_abort, 4, 8
+
+/* Floating-point registers are saved too: C may use them for anything. */
+interrupt_request:
+    sub lr, lr, #4
+    srsdb sp!, #MODE_SVC
+    cps #MODE_SVC
+    push {r0-r3, r12, lr}
+    vpush {d0-d7}
+    vpush {d16-d31}
+    vmrs r0, fpscr
+    mov r1, sp
+    bic sp, sp, #7
+    push {r0, r1}
+    bl interrupt_taken
+    pop {r0, r1}
+    mov sp, r1
+    vmsr fpscr, r0
+    vpop {d16-d31}
+    vpop {d0-d7}
+    pop {r0-r3, r12, lr}
+    rfeia sp!
+
+/* Tables in constant memory: they never change. */
+    .equ PAGE_CODE, 0x25E           /* normal, write-back, read only */
+    .equ PAGE_DATA, 0x5F            /* normal, write-back, not executable */
+    .equ SECTION_DEVICE, 0x416      /* not executable */
+
+    .section .tables, "a"
+    .balign 16384
+translation_table:
+    .word page_table + 1
+    .rept 0x3FF
+    .word 0
+    .endr
+    .set megabyte, 0x400            /* the fabric, through both general-purpose ports */
+    .rept 0xC00 - 0x400
+    .word (megabyte << 20) | SECTION_DEVICE
+    .set megabyte, megabyte + 1
+    .endr
+    .rept 0xE00 - 0xC00
+    .word 0
+    .endr
+    .set megabyte, 0xE00            /* UARTs and other peripherals */
+    .rept 3
+    .word (megabyte << 20) | SECTION_DEVICE
+    .set megabyte, megabyte + 1
+    .endr
+    .rept 0xF80 - 0xE03
+    .word 0
+    .endr
+    .set megabyte, 0xF80            /* system control, interrupt controller, timers */
+    .rept 0x10
+    .word (megabyte << 20) | SECTION_DEVICE
+    .set megabyte, megabyte + 1
+    .endr
+    .rept 0x1000 - 0xF90
+    .word 0
+    .endr
+
+    .balign 1024
+page_table:
+    .set page, 0                    /* see the memory map in on_chip_memory.ld */
+    .rept 0x18
+    .word (page << 12) | PAGE_CODE
+    .set page, page + 1
+    .endr
+    .word 0                         /* below the stack */
+    .set page, 0x19
+    .rept 0x30 - 0x19
+    .word (page << 12) | PAGE_DATA
+    .set page, page + 1
+    .endr
+    .rept 0x100 - 0x30
+    .word 0
+    .endr

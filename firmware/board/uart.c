@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "uart.h"
+
+#include "clocks.h"
+#include "registers.h"
+
+#define BAUD 115200U
+/* Samples a bit; the divisor in front is rounded. */
+#define SAMPLES_A_BIT 7U
+#define CONTROL_RESET_PATHS 0x03U
+#define CONTROL_ENABLE_PATHS 0x14U
+#define MODE_8N1 0x20U
+
+void uart_set_up(struct uart *uart) {
+    uint32_t divisor = (CLOCKS_UART_HZ + BAUD * SAMPLES_A_BIT / 2U) / (BAUD * SAMPLES_A_BIT);
+    uart->written = 0;
+    uart->taken = 0;
+    register_write(UART_IDR, 0xFFFFFFFFU);
+    register_write(UART_MR, MODE_8N1);
+    register_write(UART_BAUDGEN, divisor);
+    register_write(UART_BAUDDIV, SAMPLES_A_BIT - 1U);
+    register_write(UART_CR, CONTROL_RESET_PATHS);
+    register_write(UART_CR, CONTROL_ENABLE_PATHS);
+    register_write(UART_RXWM, 1);
+    register_write(UART_ISR, 0xFFFFFFFFU);
+    register_write(UART_IER, UART_RECEIVE_TRIGGER);
+}
+
+void uart_interrupt(struct uart *uart) {
+    while ((register_read(UART_SR) & UART_SR_RECEIVE_EMPTY) == 0) {
+        uint8_t character = (uint8_t)register_read(UART_FIFO);
+        if (uart->written - uart->taken < UART_RING) {
+            uart->ring[uart->written % UART_RING] = character;
+            uart->written = uart->written + 1;
+        }
+    }
+    register_write(UART_ISR, UART_RECEIVE_TRIGGER);
+}
+
+bool uart_take(struct uart *uart, uint8_t *character) {
+    if (uart->taken == uart->written) {
+        return false;
+    }
+    *character = uart->ring[uart->taken % UART_RING];
+    uart->taken = uart->taken + 1;
+    return true;
+}
+
+void uart_put(char character) {
+    while (register_read(UART_SR) & UART_SR_TRANSMIT_FULL) {
+    }
+    register_write(UART_FIFO, (uint8_t)character);
+}
+
+void uart_drain(void) {
+    while ((register_read(UART_SR) & UART_SR_TRANSMIT_EMPTY) == 0) {
+    }
+}

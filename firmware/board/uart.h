@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* 115200 baud, 8N1. What is received waits in a ring while a calibration runs. */
+
+#ifndef ARCTRUE_UART_H
+#define ARCTRUE_UART_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* More than arrives while the longest calibration runs; what is beyond is lost. */
+enum { UART_RING = 4096 };
+
+struct uart {
+    volatile uint32_t written;
+    volatile uint32_t taken;
+    uint8_t ring[UART_RING];
+};
+
+void uart_set_up(struct uart *uart);
+/* From the interrupt. */
+void uart_interrupt(struct uart *uart);
+bool uart_take(struct uart *uart, uint8_t *character);
+/* Waits while the transmitter is full. */
+void uart_put(char character);
+void uart_drain(void);
+
+#endif

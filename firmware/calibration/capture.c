@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "capture.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "arctrue_number_formats.h"
+#include "arctrue_registers.h"
+#include "units.h"
+
+/* A step is plausible within 10 % of its turn's median; one of few counts differs by one through
+   rounding alone. */
+#define STEP_TOLERANCE 0.10
+#define STEP_ROUNDING_COUNTS 1.0
+/* From here on a step is a jump: no table moves on by two steps in the time of one. */
+#define JUMP_STEPS 2.0
+/* Tolerance of an interval between samples against an edge a clock. */
+#define INTERVAL_TOLERANCE_S 1e-6
+
+#define FLAG(name) ((uint32_t)ARCTRUE_REGISTERS__CAPTURE_HEADER__FLAGS__##name##_bm)
+
+static enum refusal verify_header(const struct capture *capture) {
+    uint32_t flags = capture->flags;
+    uint32_t both_seen = FLAG(INDEX_SEEN1) | FLAG(INDEX_SEEN2);
+    if (capture->samples == 0 || capture->words == NULL) {
+        return REFUSED_EMPTY;
+    }
+    if ((flags & both_seen) != both_seen) {
+        return REFUSED_INDEX_NOT_SEEN;
+    }
+    if (flags & (FLAG(INDEX_ERROR1) | FLAG(INDEX_ERROR2))) {
+        return REFUSED_INDEX_ERROR;
+    }
+    if (flags & (FLAG(ILLEGAL1) | FLAG(ILLEGAL2))) {
+        return REFUSED_ILLEGAL_TRANSITION;
+    }
+    if (flags & (FLAG(OVERSPEED1) | FLAG(OVERSPEED2))) {
+        return REFUSED_EDGE_SPACING;
+    }
+    return flags & FLAG(FULL_BEFORE_TURN) ? REFUSED_BANK_FULL : NOT_REFUSED;
+}
+
+enum { BINS = 256 };
+
+static int32_t step_of(const struct capture *capture, uint32_t head, uint32_t step) {
+    const volatile int32_t *word = capture->words + 2 * step + head;
+    return counts_apart(word[2], word[0]);
+}
+
+struct extent {
+    int32_t low;
+    int32_t high;
+};
+
+static struct extent step_extent(const struct capture *capture, uint32_t head) {
+    struct extent extent = {INT32_MAX, INT32_MIN};
+    int32_t before = capture->words[head];
+    for (uint32_t sample = 1; sample < capture->samples; sample++) {
+        int32_t word = capture->words[2 * sample + head];
+        int32_t counts = counts_apart(word, before);
+        extent.low = counts < extent.low ? counts : extent.low;
+        extent.high = counts > extent.high ? counts : extent.high;
+        before = word;
+    }
+    return extent;
+}
+
+/* How many steps within `extent` lie in each interval of 2^shift values. */
+static void count_steps(const struct capture *capture, uint32_t head, struct extent extent,
+                        unsigned shift, uint16_t bins[BINS]) {
+    uint32_t width = (uint32_t)extent.high - (uint32_t)extent.low;
+    int32_t before = capture->words[head];
+    memset(bins, 0, BINS * sizeof bins[0]);
+    for (uint32_t sample = 1; sample < capture->samples; sample++) {
+        int32_t word = capture->words[2 * sample + head];
+        uint32_t above = (uint32_t)counts_apart(word, before) - (uint32_t)extent.low;
+        before = word;
+        if (above <= width) {
+            bins[above >> shift]++;
+        }
+    }
+}
+
+/* The step of rank `rank` (0 is the least), by narrowing an interval of values: a sorted copy
+   would take as much memory as the capture, and its words are slow to read. */
+static int32_t step_of_rank(const struct capture *capture, uint32_t head, struct extent extent,
+                            uint32_t rank) {
+    uint16_t bins[BINS];
+    while (extent.low < extent.high) {
+        uint32_t width = (uint32_t)extent.high - (uint32_t)extent.low;
+        unsigned shift = 0;
+        uint32_t bin = 0;
+        while (width >> shift >= BINS) {
+            shift++;
+        }
+        count_steps(capture, head, extent, shift, bins);
+        while (rank >= bins[bin]) {
+            rank -= bins[bin++];
+        }
+        uint32_t low = (uint32_t)extent.low + (bin << shift);
+        uint32_t last = low + ((1U << shift) - 1);
+        bool ends_inside = last - (uint32_t)extent.low < width;
+        extent.low = (int32_t)low;
+        extent.high = ends_inside ? (int32_t)last : extent.high;
+    }
+    return extent.low;
+}
+
+/* Mean of the two middle ones where their number is even. */
+static double median_step(const struct capture *capture, uint32_t head) {
+    struct extent extent = step_extent(capture, head);
+    uint32_t steps = capture->samples - 1;
+    double low = step_of_rank(capture, head, extent, (steps - 1) / 2);
+    if (steps % 2 == 1) {
+        return low;
+    }
+    return 0.5 * (low + step_of_rank(capture, head, extent, steps / 2));
+}
+
+static bool find_wrong_step(const struct capture *capture, uint32_t head, double median,
+                            struct capture_fault *fault) {
+    double allowed = fmax(STEP_TOLERANCE * fabs(median), STEP_ROUNDING_COUNTS);
+    for (uint32_t step = 0; step + 1 < capture->samples; step++) {
+        int32_t counts = step_of(capture, head, step);
+        if (fabs((double)counts - median) > allowed) {
+            *fault = (struct capture_fault){step + 1, head + 1, counts, (int32_t)median};
+            return true;
+        }
+    }
+    return false;
+}
+
+static enum refusal kind_of_step(const struct capture_fault *fault, double median) {
+    if (fabs((double)fault->found) > JUMP_STEPS * fabs(median)) {
+        return REFUSED_JUMP;
+    }
+    return (double)fault->found * median < 0.0 ? REFUSED_REVERSAL : REFUSED_WRONG_STEP;
+}
+
+/* Both heads; the earlier fault is the one that is told. */
+static enum refusal verify_steps(const struct capture *capture, const double median[2],
+                                 struct capture_fault *fault) {
+    struct capture_fault found[2] = {{0}};
+    bool wrong[2];
+    for (uint32_t head = 0; head < 2; head++) {
+        if (median[head] == 0.0) {
+            fault->head = head + 1;
+            return REFUSED_STANDS_STILL;
+        }
+        wrong[head] = find_wrong_step(capture, head, median[head], &found[head]);
+    }
+    if (!wrong[0] && !wrong[1]) {
+        return (median[0] > 0.0) == (median[1] > 0.0) ? NOT_REFUSED : REFUSED_INCONSISTENT_HEADS;
+    }
+    uint32_t first = !wrong[0] || (wrong[1] && found[1].sample < found[0].sample);
+    *fault = found[first];
+    return kind_of_step(fault, median[first]);
+}
+
+static bool faster_than_an_edge_a_clock(const struct capture *capture,
+                                        struct capture_fault *fault) {
+    double most = (double)capture->period_clocks + capture->clock_hz * INTERVAL_TOLERANCE_S;
+    for (uint32_t step = 0; capture->period_clocks && step + 1 < capture->samples; step++) {
+        int32_t counts = step_of(capture, 0, step);
+        if (fabs((double)counts) > most) {
+            *fault = (struct capture_fault){step + 1, 1, counts, (int32_t)fmin(most, INT32_MAX)};
+            return true;
+        }
+    }
+    return false;
+}
+
+static enum refusal verify_speed(const struct capture *capture, double median, uint32_t most_order,
+                                 struct capture_fault *fault) {
+    if (fabs(median) * (2.0 * most_order + 2.0) > capture->counts_per_rev) {
+        *fault = (struct capture_fault){1, 1, (int32_t)median, 0};
+        return REFUSED_OVER_SPEED;
+    }
+    return faster_than_an_edge_a_clock(capture, fault) ? REFUSED_OVER_SPEED : NOT_REFUSED;
+}
+
+static double travel_of(const struct capture *capture, uint32_t sample) {
+    return fabs((double)counts_apart(capture->words[2 * sample], capture->words[0]));
+}
+
+/* The samples of the whole turn: the one that closes it belongs to the next. */
+static enum refusal verify_travel(const struct capture *capture, double step, uint32_t *samples) {
+    double turn = capture->counts_per_rev;
+    /* A turn of K samples ends one step after its last sample; half a step is the tolerance. */
+    double turns = floor((travel_of(capture, capture->samples - 1) + 1.5 * fabs(step)) / turn);
+    if (turns < 1.0) {
+        return REFUSED_SHORT_OF_A_TURN;
+    }
+    if (turns > 1.0) {
+        return REFUSED_MORE_THAN_A_TURN;
+    }
+    *samples = 0;
+    for (uint32_t sample = 0; sample < capture->samples; sample++) {
+        *samples += travel_of(capture, sample) < turn - 0.5 * fabs(step);
+    }
+    return NOT_REFUSED;
+}
+
+static int32_t start_angle(const struct capture *capture) {
+    int64_t angle = ((int64_t)capture->words[0] + capture->angle_offset) % capture->counts_per_rev;
+    return (int32_t)(angle < 0 ? angle + capture->counts_per_rev : angle);
+}
+
+enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
+                            struct capture_fault *fault) {
+    *fault = (struct capture_fault){0};
+    enum refusal reason = verify_header(capture);
+    if (reason != NOT_REFUSED) {
+        return reason;
+    }
+    if (capture->samples < 2) {
+        return REFUSED_SHORT_OF_A_TURN;
+    }
+    const double median[2] = {median_step(capture, 0), median_step(capture, 1)};
+    reason = verify_steps(capture, median, fault);
+    if (reason == NOT_REFUSED) {
+        reason = verify_speed(capture, median[0], most_order, fault);
+    }
+    if (reason != NOT_REFUSED) {
+        return reason;
+    }
+    *turn = (struct turn){
+        .words = capture->words,
+        .first = capture->words[0],
+        .counts_per_rev = (int32_t)capture->counts_per_rev,
+        .start_angle = start_angle(capture),
+        .step_counts = median[0],
+    };
+    return verify_travel(capture, median[0], &turn->samples);
+}
+
+void turn_align(struct turn *turn, double nominal_separation_rad) {
+    int64_t sum = 0;
+    for (uint32_t sample = 0; sample < turn->samples; sample++) {
+        sum += counts_apart(turn->words[2 * sample + 1], turn->words[2 * sample]);
+    }
+    double mean_turns = (double)sum / turn->samples / turn->counts_per_rev;
+    double whole = rint(mean_turns - nominal_separation_rad / (2.0 * PI));
+    turn->whole_turns = (int32_t)((int64_t)whole * turn->counts_per_rev);
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The capture of one turn: where it lies, whether it can be used, its readings. */
+
+#ifndef ARCTRUE_CAPTURE_H
+#define ARCTRUE_CAPTURE_H
+
+#include <stdint.h>
+
+#include "refusal.h"
+
+/* A bank as the sampler hands it over. */
+struct capture {
+    /* Head 1, head 2, head 1, ...: turn positions in counts, modulo 2^32. Read in place. */
+    const volatile int32_t *words;
+    uint32_t samples;
+    /* The flags of the capture header, as in the register map. */
+    uint32_t flags;
+    uint32_t counts_per_rev;
+    /* What must be added to head 1's word to have its angle modulo the turn: not 0 once the
+       word has wrapped and the turn does not divide 2^32. */
+    uint32_t angle_offset;
+    /* Clocks between two samples; 0: sampled at equal angles. */
+    uint32_t period_clocks;
+    uint32_t clock_hz;
+};
+
+/* A verified turn: `samples` evenly cover it. */
+struct turn {
+    const volatile int32_t *words;
+    uint32_t samples;
+    /* Head 1's first word. */
+    int32_t first;
+    int32_t counts_per_rev;
+    /* Angle of head 1 at the first sample, 0 <= angle < counts_per_rev. */
+    int32_t start_angle;
+    /* Whole turns between the counters of the heads, in counts; they mean nothing. */
+    int32_t whole_turns;
+    /* Median step of head 1 with its sign. */
+    double step_counts;
+};
+
+/* One sample. Angles are 0 <= angle < counts_per_rev; `travel` counts from the first sample. */
+struct reading {
+    int32_t angle1;
+    int32_t angle2;
+    int32_t travel;
+    int32_t difference;
+};
+
+/* Where and what, for a message. */
+struct capture_fault {
+    uint32_t sample;
+    uint32_t head;
+    int32_t found;
+    int32_t expected;
+};
+
+/* Fill `turn` or say why not. `most_order`: the highest order that the fit will have. */
+enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
+                            struct capture_fault *fault);
+
+/* Take whole turns out of head 2 less head 1, so that its mean is nearest to the separation. */
+void turn_align(struct turn *turn, double nominal_separation_rad);
+
+static inline int32_t angle_reduced(int32_t angle, int32_t counts_per_rev) {
+    while (angle >= counts_per_rev) {
+        angle -= counts_per_rev;
+    }
+    while (angle < 0) {
+        angle += counts_per_rev;
+    }
+    return angle;
+}
+
+static inline int32_t counts_apart(int32_t later, int32_t earlier) {
+    return (int32_t)((uint32_t)later - (uint32_t)earlier);
+}
+
+static inline struct reading turn_reading(const struct turn *turn, uint32_t sample) {
+    int32_t head1 = turn->words[2 * sample];
+    int32_t head2 = turn->words[2 * sample + 1];
+    struct reading reading;
+    reading.travel = counts_apart(head1, turn->first);
+    reading.difference = counts_apart(head2, head1) - turn->whole_turns;
+    reading.angle1 = angle_reduced(turn->start_angle + reading.travel, turn->counts_per_rev);
+    reading.angle2 = angle_reduced(reading.angle1 + reading.difference, turn->counts_per_rev);
+    return reading;
+}
+
+#endif

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "coefficients.h"
+
+#include <math.h>
+
+#include "arctrue_number_formats.h"
+#include "units.h"
+
+#define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
+#define AMPLITUDE_WORD_MAX ((double)((1 << (ARCTRUE_AMPLITUDE_WIDTH - 1)) - 1))
+#define PHASE_STEPS ((double)(1 << ARCTRUE_PHASE_WIDTH))
+
+_Static_assert(LANES_LIMIT == ARCTRUE_LANES_MAX, "the register map holds this many lanes");
+_Static_assert(ORDERS_MAX < 1 << (63 - ARCTRUE_PHASE_STEP_WIDTH), "the phase step in 64 bits");
+
+/* K = round(n 2^48 / counts_per_rev) mod 2^48. */
+static uint64_t phase_step(uint32_t order, uint32_t counts_per_rev) {
+    uint64_t doubled = (uint64_t)order << (ARCTRUE_PHASE_STEP_WIDTH + 1);
+    uint64_t rounded = (doubled + counts_per_rev) / (2ULL * counts_per_rev);
+    return rounded & ((1ULL << ARCTRUE_PHASE_STEP_WIDTH) - 1);
+}
+
+static uint32_t phase_offset(double phase_rad) {
+    double turns = phase_rad / (2.0 * PI);
+    turns -= floor(turns);
+    return (uint32_t)rint(turns * PHASE_STEPS) & ((1U << ARCTRUE_PHASE_WIDTH) - 1);
+}
+
+static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t order,
+                                  uint32_t counts_per_rev, struct lane *lane) {
+    double counts = harmonic_amplitude(harmonic) / (ARCSEC_PER_TURN / counts_per_rev);
+    double amplitude = rint(counts * AMPLITUDE_STEPS);
+    /* Also refuses what is not a number. */
+    if (!(amplitude <= AMPLITUDE_WORD_MAX)) {
+        return REFUSED_AMPLITUDE;
+    }
+    *lane = (struct lane){phase_step(order, counts_per_rev),
+                          phase_offset(harmonic_phase(harmonic)), (int32_t)amplitude, order};
+    return NOT_REFUSED;
+}
+
+enum refusal coefficients_quantise(const struct estimate *estimate, const enum verdict *verdicts,
+                                   uint32_t counts_per_rev, uint32_t lanes,
+                                   struct coefficients *coefficients) {
+    uint32_t used = 0;
+    *coefficients = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
+    for (uint32_t place = 0; place < estimate->orders && used < lanes; place++) {
+        if (verdicts[place] != VERDICT_APPLIED) {
+            continue;
+        }
+        enum refusal reason = quantise_lane(&estimate->harmonic[place], place + 1, counts_per_rev,
+                                            &coefficients->lane[used++]);
+        if (reason != NOT_REFUSED) {
+            return reason;
+        }
+    }
+    return NOT_REFUSED;
+}
+
+struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order) {
+    struct vector total = {0.0, 0.0};
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        const struct lane *word = &coefficients->lane[lane];
+        if (word->order == order) {
+            double amplitude = word->amplitude / AMPLITUDE_STEPS *
+                               (ARCSEC_PER_TURN / coefficients->counts_per_rev);
+            struct vector unit = vector_unit(2.0 * PI * word->phase_offset / PHASE_STEPS);
+            total.re += amplitude * unit.re;
+            total.im -= amplitude * unit.im;
+        }
+    }
+    return total;
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The coefficients of equation (9) as the gateware holds them. */
+
+#ifndef ARCTRUE_COEFFICIENTS_H
+#define ARCTRUE_COEFFICIENTS_H
+
+#include "estimate.h"
+#include "refusal.h"
+#include "selection.h"
+#include "vector.h"
+
+struct lane {
+    /* K, u0.48 turn a count. */
+    uint64_t phase_step;
+    /* Phi, u0.24 turn. */
+    uint32_t phase_offset;
+    /* 2 A_n, s13.11 counts. */
+    int32_t amplitude;
+    /* 0: the lane is not used. */
+    uint32_t order;
+};
+
+struct coefficients {
+    struct lane lane[LANES_LIMIT];
+    uint32_t lanes;
+    uint32_t counts_per_rev;
+};
+
+/* Quantise the applied orders; the lanes left over have amplitude 0. */
+enum refusal coefficients_quantise(const struct estimate *estimate, const enum verdict *verdicts,
+                                   uint32_t counts_per_rev, uint32_t lanes,
+                                   struct coefficients *coefficients);
+
+/* Cosine and sine of an order, arcsec, as the lanes hold them; 0 where no lane has it. */
+struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order);
+
+#endif

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The Fourier method of the paper, equations (1) to (7).
+
+   It supposes that the samples stand at equal steps of the true angle; sampling in equal time at
+   an uneven speed breaks that, which least_squares does not suppose. */
+
+#ifndef ARCTRUE_FOURIER_H
+#define ARCTRUE_FOURIER_H
+
+#include "capture.h"
+#include "estimate.h"
+#include "lines.h"
+
+struct fourier_workspace {
+    struct unit_circle circle;
+    struct lines lines;
+};
+
+/* The error as a function of the true angle. */
+enum refusal fourier_estimate(struct fourier_workspace *workspace, const struct turn *turn,
+                              const struct calibration_settings *settings,
+                              struct estimate *estimate);
+
+#endif

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "gram.h"
+
+#include "cholesky.h"
+#include "units.h"
+
+static double mean_difference_counts(const struct turn *turn) {
+    int64_t sum = 0;
+    for (uint32_t sample = 0; sample < turn->samples; sample++) {
+        sum += turn_reading(turn, sample).difference;
+    }
+    return (double)sum / turn->samples;
+}
+
+static void add_sample(struct gram_sums *sums, struct vector unit, double delta) {
+    struct vector power = {1.0, 0.0};
+    for (uint32_t k = 0; k <= 2 * sums->orders; k++) {
+        double re = power.re;
+        double im = power.im;
+        for (uint32_t p = 0; p < DELTA_POWERS; p++) {
+            sums->moment[p][k].re += re;
+            sums->moment[p][k].im += im;
+            re *= delta;
+            im *= delta;
+        }
+        power = vector_product(power, unit);
+    }
+}
+
+void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
+                     const struct turn *turn, uint32_t orders, double shift_rad) {
+    double rad_per_count = 2.0 * PI / turn->counts_per_rev;
+    double turns_per_count = 1.0 / turn->counts_per_rev;
+    double mean = mean_difference_counts(turn);
+    *sums = (struct gram_sums){
+        .beta_rad = mean * rad_per_count - shift_rad,
+        .samples = turn->samples,
+        .orders = orders,
+    };
+    for (uint32_t sample = 0; sample < turn->samples; sample++) {
+        struct reading reading = turn_reading(turn, sample);
+        add_sample(sums, unit_circle_at(circle, reading.angle1 * turns_per_count),
+                   (reading.difference - mean) * rad_per_count);
+    }
+}
+
+/* Sum of e^{jkR1} e^{jq delta}; k and q may be negative. */
+static struct vector expanded(const struct gram_sums *sums, int32_t k, int32_t q) {
+    uint32_t place = (uint32_t)(k < 0 ? -k : k);
+    struct vector m[DELTA_POWERS];
+    for (uint32_t p = 0; p < DELTA_POWERS; p++) {
+        m[p] = sums->moment[p][place];
+        m[p] = k < 0 ? vector_conjugate(m[p]) : m[p];
+    }
+    double second = -0.5 * q * q;
+    return (struct vector){m[0].re - q * m[1].im + second * m[2].re,
+                           m[0].im + q * m[1].re + second * m[2].im};
+}
+
+/* Sum of d_n d_m; with m negative the conjugate of d_|m| stands for d_m. */
+static struct vector products(const struct gram_sums *sums, int32_t n, int32_t m) {
+    struct vector turned_n = vector_unit(n * sums->beta_rad);
+    struct vector turned_m = vector_unit(m * sums->beta_rad);
+    struct vector both =
+        vector_product(vector_product(turned_n, turned_m), expanded(sums, n + m, n + m));
+    struct vector first = vector_product(turned_n, expanded(sums, n + m, n));
+    struct vector second = vector_product(turned_m, expanded(sums, n + m, m));
+    struct vector crossed = vector_sum(first, second);
+    return vector_sum(vector_difference(both, crossed), expanded(sums, n + m, 0));
+}
+
+static struct vector sum_of_column(const struct gram_sums *sums, int32_t n) {
+    struct vector turned = vector_product(vector_unit(n * sums->beta_rad), expanded(sums, n, n));
+    return vector_difference(turned, expanded(sums, n, 0));
+}
+
+/* The four elements of two orders; i >= j. */
+static void place_pair(const struct gram_sums *sums, const struct gram_layout *layout,
+                       double *packed, uint32_t i, uint32_t j) {
+    int32_t n = (int32_t)layout->order[i];
+    int32_t m = (int32_t)layout->order[j];
+    uint32_t number = layout->number;
+    struct vector plain = products(sums, n, m);
+    struct vector conjugated = products(sums, n, -m);
+    packed[packed_place(i, j)] = 0.5 * (plain.re + conjugated.re);
+    packed[packed_place(i + number, j + number)] = 0.5 * (conjugated.re - plain.re);
+    /* Sine of n with cosine of m, then cosine of n with sine of m. */
+    packed[packed_place(i + number, j)] = 0.5 * (plain.im + conjugated.im);
+    packed[packed_place(j + number, i)] = 0.5 * (plain.im - conjugated.im);
+}
+
+void gram_build(const struct gram_sums *sums, const struct gram_layout *layout, double *packed) {
+    uint32_t last = 2 * layout->number;
+    for (uint32_t i = 0; i < layout->number; i++) {
+        for (uint32_t j = 0; j <= i; j++) {
+            place_pair(sums, layout, packed, i, j);
+        }
+        struct vector column = sum_of_column(sums, (int32_t)layout->order[i]);
+        packed[packed_place(last, i)] = column.re;
+        packed[packed_place(last, i + layout->number)] = column.im;
+    }
+    packed[packed_place(last, last)] = sums->samples;
+}

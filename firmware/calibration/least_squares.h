@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The error by least squares at the angles really read.
+
+   With g(R) = eps(theta) as a function of the reading each head gives the disc angle under it
+   without approximation, and
+
+       R2 - R1 = alpha + g(R2) - g(R1)
+
+   is linear in the harmonics of g and in alpha, exact for any steps, speed and number of samples.
+   Only the zero of head 2 couples back: where the separation is taken from elsewhere, R2 is moved
+   by what the fitted constant differs from it until nothing changes. */
+
+#ifndef ARCTRUE_LEAST_SQUARES_H
+#define ARCTRUE_LEAST_SQUARES_H
+
+#include "capture.h"
+#include "estimate.h"
+#include "gram.h"
+#include "lines.h"
+
+struct least_squares_workspace {
+    struct unit_circle circle;
+    struct gram_layout layout;
+    /* The harmonics of all orders, cosines before sines, then the constant; arcsec. */
+    double values[UNKNOWNS_MAX];
+    double right[UNKNOWNS_MAX];
+    double residual_squares;
+    double packed[UNKNOWNS_MAX * (UNKNOWNS_MAX + 1) / 2];
+    /* The sums are no longer needed when the spectrum is taken. */
+    union {
+        struct gram_sums sums;
+        struct lines lines;
+    } pass;
+};
+
+/* The error as a function of the reading. */
+enum refusal least_squares_estimate(struct least_squares_workspace *workspace,
+                                    const struct turn *turn,
+                                    const struct calibration_settings *settings,
+                                    struct estimate *estimate);
+
+#endif

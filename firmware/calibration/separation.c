@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "separation.h"
+
+#include <math.h>
+
+#include "units.h"
+
+enum separation_choice separation_judge(double nominal_rad, double measured_rad,
+                                        enum separation_choice asked) {
+    if (asked != SEPARATION_AUTOMATIC) {
+        return asked;
+    }
+    double off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD;
+    bool believed = fabs(off_arcsec) <= SEPARATION_BELIEVABLE_ARCSEC;
+    return believed ? SEPARATION_MEASURED : SEPARATION_NOMINAL;
+}
+
+double index_uncertainty_rad(int32_t counts_per_rev) {
+    return 2.0 * PI / counts_per_rev / sqrt(3.0);
+}
+
+double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_per_rev) {
+    if (choice == SEPARATION_NOMINAL) {
+        return SEPARATION_TOLERANCE_ARCSEC / sqrt(3.0) / ARCSEC_PER_RAD;
+    }
+    return index_uncertainty_rad(counts_per_rev);
+}

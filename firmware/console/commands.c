@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "commands.h"
+
+#include <stddef.h>
+
+#include "units.h"
+
+typedef void command_action(struct console *console, char *const *words, uint32_t number);
+
+struct command {
+    const char *name;
+    const char *use;
+    /* Words with the name, at least and at most. */
+    uint32_t least;
+    uint32_t most;
+    command_action *action;
+};
+
+static void line(struct console *console, const char *text) {
+    text_word(&console->sink, text);
+    text_word(&console->sink, "\r\n");
+}
+
+static void error(struct console *console, const char *text, const char *word) {
+    text_word(&console->sink, "error: ");
+    text_word(&console->sink, text);
+    text_word(&console->sink, word);
+    text_word(&console->sink, "\r\n");
+}
+
+static void named(struct console *console, const char *name, uint64_t value) {
+    text_word(&console->sink, name);
+    text_word(&console->sink, " ");
+    text_unsigned(&console->sink, value);
+    text_word(&console->sink, "\r\n");
+}
+
+static void named_word(struct console *console, const char *name, const char *value) {
+    text_word(&console->sink, name);
+    text_word(&console->sink, " ");
+    line(console, value);
+}
+
+static void named_fixed(struct console *console, const char *name, double value) {
+    text_word(&console->sink, name);
+    text_word(&console->sink, " ");
+    text_fixed(&console->sink, value, 9);
+    text_word(&console->sink, "\r\n");
+}
+
+static void show_refusals(struct console *console) {
+    for (uint32_t reason = 1; reason < REFUSALS; reason++) {
+        if (console->application->refusals[reason] != 0) {
+            text_word(&console->sink, "refused ");
+            named(console, refusal_name((enum refusal)reason),
+                  console->application->refusals[reason]);
+        }
+    }
+}
+
+static void show_heads(struct console *console) {
+    static const char *const names[2][3] = {
+        {"head1_index_errors", "head1_illegals", "head1_overspeeds"},
+        {"head2_index_errors", "head2_illegals", "head2_overspeeds"},
+    };
+    for (uint32_t head = 0; head < 2; head++) {
+        uint32_t counters[3];
+        core_fault_counters(&console->application->core, head, counters);
+        for (uint32_t place = 0; place < 3; place++) {
+            named(console, names[head][place], counters[place]);
+        }
+    }
+}
+
+static void status(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    const struct application *application = console->application;
+    named_word(console, "phase", application_phase_name(application->phase));
+    named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
+    named_fixed(console, "longest_step_us", console->longest_step_us);
+    named_word(console, "compensation",
+               application->bypassed ? "bypassed" : (application->has_active ? "on" : "off"));
+    named_word(console, "coefficients", application->frozen ? "frozen" : "free");
+    named(console, "turns", application->turns);
+    named(console, "swaps", application->swaps);
+    named(console, "stuck_captures", application->stuck_captures);
+    if (application->turns != 0) {
+        named_word(console, "last", turn_result_name(application->report.result));
+        named_word(console, "reason", refusal_name(application->report.reason));
+        named_fixed(console, "noise_arcsec", application->estimate.noise_arcsec);
+        named_fixed(console, "separation_deg",
+                    application->estimate.measured_separation_rad * 180.0 / PI);
+    }
+    if (application->phase != PHASE_NO_CORE) {
+        named(console, "lanes", application->configuration.lanes);
+        named(console, "overruns", application->overruns);
+        show_heads(console);
+    }
+    show_refusals(console);
+    line(console, "ok");
+}
+
+static void show_harmonic(struct console *console, uint32_t place) {
+    const struct harmonic *harmonic = &console->application->estimate.harmonic[place];
+    const struct text_sink *sink = &console->sink;
+    const double values[] = {harmonic->cosine, harmonic->sine, harmonic_uncertainty(harmonic)};
+    text_unsigned(sink, place + 1);
+    for (uint32_t value = 0; value < sizeof values / sizeof values[0]; value++) {
+        text_word(sink, " ");
+        text_fixed(sink, values[value], 9);
+    }
+    text_word(sink, " ");
+    line(console, verdict_name(console->application->verdicts[place]));
+}
+
+static void show_harmonics(struct console *console) {
+    line(console, "order cosine_arcsec sine_arcsec uncertainty_arcsec verdict");
+    for (uint32_t place = 0; place < console->application->estimate.orders; place++) {
+        show_harmonic(console, place);
+    }
+    line(console, "ok");
+}
+
+static void show_parameters(struct console *console) {
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        named_fixed(console, parameters_description(place)->name,
+                    parameters_value(&console->application->parameters, place));
+    }
+    line(console, "ok");
+}
+
+static void show(struct console *console, char *const *words, uint32_t number) {
+    (void)number;
+    if (text_equal(words[1], "harmonics")) {
+        show_harmonics(console);
+    } else if (text_equal(words[1], "parameters")) {
+        show_parameters(console);
+    } else {
+        error(console, "show harmonics or show parameters, not ", words[1]);
+    }
+}
+
+static void took_parameter(struct console *console,
+                           const struct parameter_description *description) {
+    if (description->rearms) {
+        application_start(console->application);
+        line(console, "ok, the index is looked for again");
+        return;
+    }
+    average_clear(&console->application->average);
+    line(console, "ok");
+}
+
+static void set(struct console *console, char *const *words, uint32_t number) {
+    (void)number;
+    const struct parameter_description *description = NULL;
+    double value;
+    if (!text_parse_decimal(words[2], &value)) {
+        error(console, "not a decimal number: ", words[2]);
+        return;
+    }
+    switch (parameters_set(&console->application->parameters, words[1], value, &description)) {
+    case PARAMETER_SET:
+        took_parameter(console, description);
+        break;
+    case PARAMETER_OUT_OF_RANGE:
+        text_word(&console->sink, "error: ");
+        text_word(&console->sink, words[1]);
+        text_word(&console->sink, " takes ");
+        text_fixed(&console->sink, description->low, 2);
+        text_word(&console->sink, " to ");
+        text_unsigned(&console->sink, (uint64_t)description->high);
+        text_word(&console->sink, "\r\n");
+        break;
+    case PARAMETER_NOT_WHOLE:
+        error(console, "a whole number is needed, not ", words[2]);
+        break;
+    case PARAMETER_UNKNOWN:
+    default:
+        error(console, "no parameter ", words[1]);
+    }
+}
+
+/* False, and told, where the word is neither on nor off. */
+static bool read_switch(struct console *console, const char *word, bool *on) {
+    *on = text_equal(word, "on");
+    if (!*on && !text_equal(word, "off")) {
+        error(console, "on or off, not ", word);
+        return false;
+    }
+    return true;
+}
+
+static void freeze(struct console *console, char *const *words, uint32_t number) {
+    bool on;
+    (void)number;
+    if (read_switch(console, words[1], &on)) {
+        application_freeze(console->application, on);
+        line(console, "ok");
+    }
+}
+
+static void bypass(struct console *console, char *const *words, uint32_t number) {
+    bool on;
+    (void)number;
+    if (read_switch(console, words[1], &on)) {
+        application_bypass(console->application, on);
+        line(console, "ok");
+    }
+}
+
+static void telemetry(struct console *console, char *const *words, uint32_t number) {
+    bool on;
+    (void)number;
+    if (read_switch(console, words[1], &on)) {
+        console->telemetry = on;
+        line(console, "ok");
+    }
+}
+
+static void dump(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    if (console->application->phase == PHASE_NO_CORE) {
+        error(console, "no core", "");
+        return;
+    }
+    console->application->dump_wanted = true;
+    line(console, "ok, with the next turn");
+}
+
+static void forget(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    application_forget(console->application);
+    line(console, "ok");
+}
+
+static void rearm(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    application_start(console->application);
+    line(console, application_phase_name(console->application->phase));
+}
+
+static void help(struct console *console, char *const *words, uint32_t number);
+
+static const struct command commands[] = {
+    {"help", "help", 1, 1, help},
+    {"status", "status", 1, 1, status},
+    {"show", "show harmonics | show parameters", 2, 2, show},
+    {"set", "set PARAMETER VALUE", 3, 3, set},
+    {"dump", "dump: the next turn's capture as CSV", 1, 1, dump},
+    {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
+    {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
+    {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
+    {"forget", "forget: correction off, begin with nothing known", 1, 1, forget},
+    {"rearm", "rearm: look for the core and the index again", 1, 1, rearm},
+};
+
+enum { COMMANDS = sizeof commands / sizeof commands[0] };
+
+static void help(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    for (uint32_t place = 0; place < COMMANDS; place++) {
+        line(console, commands[place].use);
+    }
+    line(console, "ok");
+}
+
+void commands_run(struct console *console, char *const *words, uint32_t number) {
+    for (uint32_t place = 0; place < COMMANDS; place++) {
+        const struct command *command = &commands[place];
+        if (!text_equal(command->name, words[0])) {
+            continue;
+        }
+        if (number < command->least || number > command->most) {
+            error(console, "use: ", command->use);
+            return;
+        }
+        command->action(console, words, number);
+        return;
+    }
+    error(console, "no such command, try help: ", words[0]);
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The operator's line on a serial port. Every line gets an answer of its own; what cannot be
+   understood gets one line that begins with "error:". */
+
+#ifndef ARCTRUE_CONSOLE_H
+#define ARCTRUE_CONSOLE_H
+
+#include "application.h"
+#include "text.h"
+
+enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 4 };
+
+struct console {
+    struct application *application;
+    struct text_sink sink;
+    char line[CONSOLE_LINE_MOST + 1];
+    uint32_t length;
+    /* The line is too long or holds what is no text: it is read to its end and refused. */
+    bool spoiled;
+    bool telemetry;
+    /* What the last reset was for; NULL: nothing to tell. */
+    const char *reset_reason;
+    /* Longest step of the application; 0 where nobody measures. */
+    double longest_step_us;
+};
+
+void console_prepare(struct console *console, struct application *application,
+                     const struct text_sink *sink);
+
+/* One character from the port. */
+void console_receive(struct console *console, uint8_t character);
+
+/* What is to be told without being asked: telemetry, and a part of a dump. */
+void console_step(struct console *console);
+
+#endif

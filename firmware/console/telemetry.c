@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "telemetry.h"
+
+#include <stddef.h>
+
+#include "units.h"
+
+enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9 };
+
+static void key(const struct text_sink *sink, const char *name) {
+    text_word(sink, ",\"");
+    text_word(sink, name);
+    text_word(sink, "\":");
+}
+
+static void word(const struct text_sink *sink, const char *name, const char *value) {
+    key(sink, name);
+    text_word(sink, "\"");
+    text_word(sink, value);
+    text_word(sink, "\"");
+}
+
+static void number(const struct text_sink *sink, const char *name, uint64_t value) {
+    key(sink, name);
+    text_unsigned(sink, value);
+}
+
+static void fixed(const struct text_sink *sink, const char *name, double value) {
+    key(sink, name);
+    text_fixed(sink, value, ARCSEC_DECIMALS);
+}
+
+static void turn_part(const struct text_sink *sink, const struct turn_report *report,
+                      uint32_t clock_hz) {
+    text_word(sink, "{\"turn\":");
+    text_unsigned(sink, report->number);
+    number(sink, "sequence", report->sequence_number);
+    key(sink, "time_s");
+    text_fixed(sink, (double)report->start_time / clock_hz, ARCSEC_DECIMALS);
+    number(sink, "samples", report->samples);
+    word(sink, "result", turn_result_name(report->result));
+    word(sink, "reason", refusal_name(report->reason));
+}
+
+static void fault_part(const struct text_sink *sink, const struct capture_fault *fault) {
+    if (fault->head == 0) {
+        return;
+    }
+    number(sink, "fault_head", fault->head);
+    number(sink, "fault_sample", fault->sample);
+    key(sink, "fault_counts");
+    text_signed(sink, fault->found);
+}
+
+static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
+    bool first = true;
+    key(sink, "alarms");
+    text_word(sink, "[");
+    for (uint32_t bit = 1; bit != 0 && bit <= alarms; bit <<= 1) {
+        if (alarms & bit && alarm_name(bit) != NULL) {
+            text_word(sink, first ? "\"" : ",\"");
+            text_word(sink, alarm_name(bit));
+            text_word(sink, "\"");
+            first = false;
+        }
+    }
+    text_word(sink, "]");
+}
+
+static void estimate_part(const struct text_sink *sink, const struct application *application) {
+    const struct estimate *estimate = &application->estimate;
+    key(sink, "separation_deg");
+    text_fixed(sink, estimate->measured_separation_rad * 180.0 / PI, DEGREE_DECIMALS);
+    fixed(sink, "u_separation_arcsec", estimate->u_measured_separation_rad * ARCSEC_PER_RAD);
+    word(sink, "separation",
+         estimate->separation_choice == SEPARATION_MEASURED ? "measured" : "nominal");
+    fixed(sink, "residual_arcsec", estimate->residual_rms_arcsec);
+    fixed(sink, "noise_arcsec", estimate->noise_arcsec);
+    fixed(sink, "active_arcsec", application->report.prediction.active_arcsec);
+    fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
+}
+
+static void harmonic_part(const struct text_sink *sink, const struct harmonic *harmonic,
+                          uint32_t order, enum verdict verdict) {
+    text_word(sink, "[");
+    text_unsigned(sink, order);
+    text_word(sink, ",");
+    text_fixed(sink, harmonic_amplitude(harmonic), ARCSEC_DECIMALS);
+    text_word(sink, ",");
+    text_fixed(sink, harmonic_phase(harmonic), ARCSEC_DECIMALS);
+    text_word(sink, ",");
+    text_fixed(sink, harmonic_uncertainty(harmonic), ARCSEC_DECIMALS);
+    text_word(sink, verdict == VERDICT_APPLIED ? ",1]" : ",0]");
+}
+
+static void harmonics_part(const struct text_sink *sink, const struct application *application) {
+    /* Each: order, amplitude in arcsec, phase in rad, uncertainty in arcsec, chosen. */
+    key(sink, "harmonics");
+    text_word(sink, "[");
+    for (uint32_t place = 0; place < application->estimate.orders; place++) {
+        text_word(sink, place == 0 ? "" : ",");
+        harmonic_part(sink, &application->estimate.harmonic[place], place + 1,
+                      application->verdicts[place]);
+    }
+    text_word(sink, "]");
+}
+
+void telemetry_turn(const struct text_sink *sink, const struct application *application) {
+    const struct turn_report *report = &application->report;
+    turn_part(sink, report, application->configuration.clock_hz);
+    fault_part(sink, &report->fault);
+    if (report->result != TURN_REFUSED) {
+        estimate_part(sink, application);
+        harmonics_part(sink, application);
+    }
+    number(sink, "swaps", application->swaps);
+    alarm_part(sink, report->alarms);
+    text_word(sink, "}\r\n");
+}

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "text.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { DIGITS_MOST = 20, DECIMALS_MOST = 9 };
+/* Times 1e9 it fits into 64 bits. */
+#define FIXED_MOST 9e8
+/* More digits say nothing in a double. */
+enum { PARSED_DIGITS_MOST = 15 };
+
+void text_word(const struct text_sink *sink, const char *word) {
+    sink->put(sink->context, word, strlen(word));
+}
+
+static void digits(const struct text_sink *sink, uint64_t value, unsigned least) {
+    char text[DIGITS_MOST];
+    unsigned first = DIGITS_MOST;
+    while (value != 0 || DIGITS_MOST - first < least) {
+        text[--first] = (char)('0' + value % 10);
+        value /= 10;
+    }
+    sink->put(sink->context, text + first, DIGITS_MOST - first);
+}
+
+void text_unsigned(const struct text_sink *sink, uint64_t value) {
+    digits(sink, value, 1);
+}
+
+void text_signed(const struct text_sink *sink, int64_t value) {
+    if (value < 0) {
+        text_word(sink, "-");
+    }
+    digits(sink, value < 0 ? 0U - (uint64_t)value : (uint64_t)value, 1);
+}
+
+void text_fixed(const struct text_sink *sink, double value, unsigned decimals) {
+    uint64_t scale = 1;
+    for (unsigned place = 0; place < decimals && place < DECIMALS_MOST; place++) {
+        scale *= 10;
+    }
+    /* Also what is not a number. */
+    if (!(fabs(value) < FIXED_MOST)) {
+        text_word(sink, "null");
+        return;
+    }
+    uint64_t scaled = (uint64_t)(fabs(value) * (double)scale + 0.5);
+    if (value < 0.0 && scaled != 0) {
+        text_word(sink, "-");
+    }
+    digits(sink, scaled / scale, 1);
+    if (decimals > 0) {
+        text_word(sink, ".");
+        digits(sink, scaled % scale, decimals < DECIMALS_MOST ? decimals : DECIMALS_MOST);
+    }
+}
+
+static bool is_digit(char character) {
+    return character >= '0' && character <= '9';
+}
+
+bool text_parse_decimal(const char *word, double *value) {
+    bool negative = *word == '-';
+    const char *next = word + (*word == '-' || *word == '+');
+    double magnitude = 0.0;
+    double divisor = 1.0;
+    bool fraction = false;
+    unsigned number = 0;
+    for (; is_digit(*next) || (*next == '.' && !fraction); next++) {
+        if (*next == '.') {
+            fraction = true;
+            continue;
+        }
+        magnitude = magnitude * 10.0 + (*next - '0');
+        divisor *= fraction ? 10.0 : 1.0;
+        number++;
+    }
+    if (*next != '\0' || number == 0 || number > PARSED_DIGITS_MOST) {
+        return false;
+    }
+    *value = (negative ? -magnitude : magnitude) / divisor;
+    return true;
+}
+
+bool text_equal(const char *first, const char *second) {
+    return strcmp(first, second) == 0;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Numbers and words to a sink of characters, without printf's size and heap. */
+
+#ifndef ARCTRUE_TEXT_H
+#define ARCTRUE_TEXT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef void text_put(void *context, const char *characters, size_t number);
+
+struct text_sink {
+    text_put *put;
+    void *context;
+};
+
+void text_word(const struct text_sink *sink, const char *word);
+void text_unsigned(const struct text_sink *sink, uint64_t value);
+void text_signed(const struct text_sink *sink, int64_t value);
+
+/* With 0 to 9 decimals, rounded; "null" for what is not finite or above 9e8. */
+void text_fixed(const struct text_sink *sink, double value, unsigned decimals);
+
+/* A decimal number, all of `word`; no exponent. False leaves `value` as it was. */
+bool text_parse_decimal(const char *word, double *value);
+
+bool text_equal(const char *first, const char *second);
+
+#endif

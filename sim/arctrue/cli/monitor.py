@@ -1,0 +1,97 @@
+"""``arctrue monitor PORT``: a device at work, turn by turn."""
+
+from __future__ import annotations
+
+import sqlite3
+import sys
+import time
+from pathlib import Path
+
+import click
+
+from arctrue.device.console import Console, ConsoleError, Turn
+from arctrue.device.recorder import Recorder
+from arctrue.measurement import write_measurement_set
+
+NO_DEVICE = 2
+
+
+@click.command()
+@click.argument("port")
+@click.option("--turns", type=click.IntRange(min=1), help="End after so many turns.")
+@click.option(
+    "--record",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Append every turn to this SQLite file.",
+)
+@click.option(
+    "--sets",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder: the capture of the first turn as a measurement set, and again every --every.",
+)
+@click.option("--every", type=click.IntRange(min=1), default=100, show_default=True, help="Turns.")
+@click.option(
+    "--silence",
+    type=click.FloatRange(min=0.1),
+    default=60.0,
+    show_default=True,
+    help="Seconds without a turn after which it says so.",
+)
+def monitor(
+    port: str,
+    turns: int | None,
+    record: Path | None,
+    sets: Path | None,
+    every: int,
+    silence: float,
+) -> None:
+    """Show the telemetry of the device at PORT (/dev/ttyUSB1, COM5) until Ctrl-C.
+
+    Exit code 2: the device does not answer, or a file cannot be written.
+    """
+    try:
+        console = Console(port)
+        recorder = None if record is None else Recorder(record)
+        console.command("telemetry on")
+        click.echo(_HEAD)
+        seen = 0
+        while turns is None or seen < turns:
+            if sets is not None and seen % every == 0:
+                name = time.strftime("%Y%m%dT%H%M%S")
+                write_measurement_set(sets / name, console.dump(max(silence, 60.0)))
+                click.echo(f"capture: {sets / name}")
+            turn = console.turn(silence)
+            if turn is None:
+                click.echo(f"no turn for {silence:g} s; does the table turn?", err=True)
+                continue
+            seen += 1
+            click.echo(_row(turn))
+            if recorder is not None:
+                recorder.add(turn)
+    except KeyboardInterrupt:
+        return
+    except (ConsoleError, sqlite3.Error, OSError) as error:
+        click.echo(f"monitor: {error}", err=True)
+        sys.exit(NO_DEVICE)
+
+
+_HEAD = (
+    f"{'turn':>6} {'result':<8} {'reason':<19} {'separation/°':>13} {'noise/″':>8} {'error/″':>9} "
+    f"{'order 1/″':>10}  alarms"
+)
+
+
+def _row(turn: Turn) -> str:
+    fields = turn.fields
+    harmonics = fields.get("harmonics", [])
+
+    def number(name: str, width: int, decimals: int) -> str:
+        value = fields.get(name)
+        return f"{value:{width}.{decimals}f}" if value is not None else "-".rjust(width)
+
+    first = f"{harmonics[0][1]:10.3f}" if harmonics else "-".rjust(10)
+    return (
+        f"{fields['turn']:6d} {turn.result:<8} {fields['reason']:<19} "
+        f"{number('separation_deg', 13, 6)} {number('noise_arcsec', 8, 3)} "
+        f"{number('active_arcsec', 9, 3)} {first}  {' '.join(fields.get('alarms', []))}"
+    ).rstrip()

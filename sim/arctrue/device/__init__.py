@@ -1,0 +1,1 @@
+"""The device on its serial port, from the host's side."""

@@ -1,0 +1,125 @@
+"""monitor and capture against the firmware's own console, at the other end of a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import pty
+import sqlite3
+import threading
+import time
+import tty
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_estimates import counts_of
+
+from arctrue.cli.capture import capture
+from arctrue.cli.monitor import monitor
+from arctrue.measurement import read_measurement_set
+
+COUNTS = counts_of(samples=600)
+
+
+class Device(threading.Thread):
+    """The firmware over a model of the core, which hands over a turn as soon as it may."""
+
+    def __init__(self) -> None:
+        super().__init__(daemon=True)
+        self.end, other = pty.openpty()
+        tty.setraw(other)
+        os.set_blocking(self.end, False)
+        self.port = os.ttyname(other)
+        self.ended = False
+        self.bad_turns = False
+
+    def run(self) -> None:
+        made = Firmware(ModelCore())
+        made.library.application_start(made.application)
+        made.core.see_index()
+        while not self.ended:
+            try:
+                said = made.send(os.read(self.end, 256))
+            except BlockingIOError:
+                said = ""
+                time.sleep(0.002)
+            if made.phase == "capture" and not made.core.get("status"):
+                counts = COUNTS.copy()
+                counts[0, 300:] += 10**6 * self.bad_turns
+                made.core.hand_over(counts)
+            self.tell(said + made.step())
+
+    def tell(self, said: str) -> None:
+        data = said.encode()
+        while data and not self.ended:
+            try:
+                data = data[os.write(self.end, data) :]
+            except BlockingIOError:
+                time.sleep(0.001)
+
+
+@pytest.fixture
+def device() -> Iterator[Device]:
+    made = Device()
+    made.start()
+    yield made
+    made.ended = True
+    made.join(5.0)
+
+
+def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> None:
+    done = CliRunner().invoke(capture, [device.port, str(tmp_path / "set"), "--timeout", "20"])
+    assert done.exit_code == 0, done.output
+    measurement = read_measurement_set(tmp_path / "set")
+    assert measurement.capture is not None
+    np.testing.assert_array_equal(measurement.capture.head1_counts, COUNTS[0])
+    np.testing.assert_array_equal(measurement.capture.head2_counts, COUNTS[1])
+    assert measurement.table.counts_per_rev == 1 << 24
+
+
+def test_turns_are_shown_and_recorded(device: Device, tmp_path: Path) -> None:
+    record, sets = tmp_path / "turns.sqlite", tmp_path / "sets"
+    arguments = [device.port, "--turns", "3", "--record", str(record), "--sets", str(sets)]
+    done = CliRunner().invoke(monitor, arguments)
+    assert done.exit_code == 0, done.output
+    assert " none " in done.output or " not_better " in done.output
+    assert " 32.99999" in done.output or " 33.00000" in done.output
+    with sqlite3.connect(record) as database:
+        turns = database.execute("SELECT number, result FROM turn").fetchall()
+        assert len(turns) == 3
+        (amplitude,) = database.execute(
+            "SELECT amplitude_arcsec FROM harmonic WHERE harmonic_order = 1 LIMIT 1"
+        ).fetchone()
+    assert amplitude == pytest.approx(150.0, abs=0.1)
+    (folder,) = sets.iterdir()
+    assert read_measurement_set(folder).capture is not None
+
+
+def test_a_refused_turn_is_shown(device: Device) -> None:
+    device.bad_turns = True
+    done = CliRunner().invoke(monitor, [device.port, "--turns", "2"])
+    assert done.exit_code == 0, done.output
+    assert "refused  jump" in done.output
+
+
+def test_a_port_that_is_not_there(tmp_path: Path) -> None:
+    for command in (monitor, capture):
+        arguments = [str(tmp_path / "none"), *([str(tmp_path)] if command is capture else [])]
+        done = CliRunner().invoke(command, arguments)
+        assert done.exit_code == 2
+        assert "cannot be opened" in done.output
+
+
+def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    near, far = pty.openpty()
+    tty.setraw(far)
+    from arctrue.device import console
+
+    monkeypatch.setattr(console.Console.command, "__defaults__", (0.3,))
+    done = CliRunner().invoke(monitor, [os.ttyname(far)])
+    assert done.exit_code == 2
+    assert "no answer to 'telemetry on'" in done.output
+    os.close(near)

@@ -1,0 +1,91 @@
+"""The calibration library from Python: captures in, estimates out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sim.tests.calibration.synthetic import COUNTS
+from sim.tests.firmware.library import firmware
+
+from arctrue.generated import registers
+
+Float = NDArray[np.float64]
+ALPHA_RAD = float(np.radians(33.0))
+BOTH_INDICES_SEEN = 0b11
+
+
+def header_flag(name: str) -> int:
+    """The bit of the capture header's flag, from the register map."""
+    (register,) = [r for r in registers.REGISTERS if r.path == "capture_header.flags"]
+    (field,) = [f for f in register.fields if f.name == name]
+    return 1 << field.shift
+
+
+@dataclass
+class CaptureInC:
+    """A capture and the memory that it lies in."""
+
+    capture: Any
+    words: NDArray[np.int32]
+
+
+def capture_in_c(counts: NDArray[np.integer], **fields: int) -> CaptureInC:
+    """``counts``: (2, n), as the capture memory would hold them."""
+    ffi, _ = firmware()
+    # As the position registers do: modulo 2^32.
+    words = np.ascontiguousarray(counts.T.astype(np.int64).astype(np.uint32).view(np.int32))
+    capture = ffi.new("struct capture *")
+    capture.words = ffi.cast("int32_t *", words.ctypes.data)
+    capture.samples = counts.shape[1]
+    capture.flags = BOTH_INDICES_SEEN
+    capture.counts_per_rev = COUNTS
+    capture.clock_hz = 100_000_000
+    capture.period_clocks = 100_000
+    for name, value in fields.items():
+        setattr(capture, name, value)
+    return CaptureInC(capture, words)
+
+
+def verify(capture: CaptureInC, most_order: int = 32) -> tuple[str, Any, Any]:
+    """(reason, turn, fault)."""
+    ffi, library = firmware()
+    turn, fault = ffi.new("struct turn *"), ffi.new("struct capture_fault *")
+    reason = library.capture_verify(capture.capture, most_order, turn, fault)
+    return ffi.string(library.refusal_name(reason)).decode(), turn, fault
+
+
+def settings(orders: int = 32, **fields: Any) -> Any:
+    ffi, _ = firmware()
+    made = ffi.new("struct calibration_settings *")
+    made.nominal_separation_rad = ALPHA_RAD
+    made.orders = orders
+    for name, value in fields.items():
+        setattr(made, name, value)
+    return made
+
+
+def estimate(method: str, capture: CaptureInC, orders: int = 32, **fields: Any) -> tuple[str, Any]:
+    """(reason, estimate) of ``fourier`` or ``least_squares``, the capture verified before."""
+    ffi, library = firmware()
+    reason, turn, _ = verify(capture, orders)
+    assert reason == "none", reason
+    asked = settings(orders, **fields)
+    library.turn_align(turn, asked.nominal_separation_rad)
+    workspace = ffi.new(f"struct {method}_workspace *")
+    made = ffi.new("struct estimate *")
+    code = getattr(library, f"{method}_estimate")(workspace, turn, asked, made)
+    return ffi.string(library.refusal_name(code)).decode(), made
+
+
+def values_of(made: Any) -> Float:
+    """Cosines, then sines, arcseconds."""
+    harmonics = [made.harmonic[place] for place in range(made.orders)]
+    return np.array([h.cosine for h in harmonics] + [h.sine for h in harmonics])
+
+
+def per_order(made: Any, name: str) -> Float:
+    """One field of every order."""
+    return np.array([getattr(made.harmonic[place], name) for place in range(made.orders)])

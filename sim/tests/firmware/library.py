@@ -1,0 +1,91 @@
+"""The firmware's C sources as a shared library on this machine, called through cffi.
+
+With ``ARCTRUE_SANITIZE=address`` AddressSanitizer is built in as well; the process then needs it
+preloaded, see test_sanitizers.py. UBSan is always there, and ends the process.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from cffi import FFI
+
+ROOT = Path(__file__).resolve().parents[3]
+FIRMWARE = ROOT / "firmware"
+FOLDERS = ("calibration", "application", "console")
+GENERATED = ROOT / "build" / "generated" / "c"
+BUILT = ROOT / "build" / "firmware" / "host"
+FLAGS = (
+    *("-std=c11", "-O1", "-g", "-fPIC", "-shared", "-Wall", "-Wextra", "-Wconversion", "-Werror"),
+    *("-fsanitize=undefined", "-fno-sanitize-recover=all"),
+)
+
+
+def sources() -> list[Path]:
+    """Every C file that needs no hardware."""
+    return sorted(path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
+
+
+def flags() -> list[str]:
+    """How they are compiled here."""
+    includes = [f"-I{FIRMWARE / folder}" for folder in FOLDERS] + [f"-I{GENERATED}"]
+    asked = os.environ.get("ARCTRUE_SANITIZE")
+    return [*FLAGS, *includes, *([f"-fsanitize={asked}"] if asked else [])]
+
+
+@functools.cache
+def shared_library() -> Path:
+    """Compiled anew when a source, a header or a flag has changed."""
+    digest = hashlib.sha256(" ".join(flags()).encode())
+    headers = [path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")]
+    for path in sorted([*sources(), *headers, *GENERATED.glob("*.h")]):
+        digest.update(path.read_bytes())
+    library = BUILT / f"firmware-{digest.hexdigest()[:16]}.so"
+    if not library.exists():
+        BUILT.mkdir(parents=True, exist_ok=True)
+        made = library.with_suffix(f".{os.getpid()}")
+        command = ["gcc", *flags(), *map(str, sources()), "-o", str(made), "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"the firmware does not compile:\n{done.stderr}"
+        made.replace(library)
+    return library
+
+
+def _headers_in_order() -> list[Path]:
+    """Each header after those that it includes."""
+    by_name = {path.name: path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")}
+    order: list[Path] = []
+
+    def add(path: Path) -> None:
+        if path in order:
+            return
+        for name in re.findall(r'#include "([\w./]+)"', path.read_text("utf-8")):
+            if name in by_name:
+                add(by_name[name])
+        order.append(path)
+
+    for path in sorted(by_name.values()):
+        add(path)
+    return order
+
+
+def _declarations(text: str) -> str:
+    """What cffi can read: no comments, directives, bodies or assertions."""
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    text = re.sub(r"^#.*(\\\n.*)*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL)
+    return re.sub(r"^static inline .*?^}\n", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+@functools.cache
+def firmware() -> tuple[FFI, Any]:
+    """(ffi, library)."""
+    ffi = FFI()
+    ffi.cdef("\n".join(_declarations(path.read_text("utf-8")) for path in _headers_in_order()))
+    return ffi, ffi.dlopen(str(shared_library()))

@@ -1,0 +1,148 @@
+"""The registers of the core as the firmware sees them, in Python, and the firmware on top."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN
+from sim.tests.firmware.library import firmware
+
+from arctrue.gateware.register_access import register_named
+
+COEFFICIENTS = 0x1000
+
+
+def address(path: str) -> int:
+    return register_named(path).address
+
+
+def bit(path: str, field: str) -> int:
+    (found,) = [f for f in register_named(path).fields if f.name == field]
+    return 1 << found.shift
+
+
+class ModelCore:
+    """Just enough of the core: identity, commands, one bank, the coefficient window."""
+
+    def __init__(self, lanes: int = 32, depth: int = 12288) -> None:
+        self.words: dict[int, int] = {}
+        self.writes: list[tuple[int, int]] = []
+        self.idle: dict[int, int] = {}
+        self.active: dict[int, int] = {}
+        self.bank: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
+        self.broken_lane: int | None = None
+        self.set("identification", 0x41524354)
+        self.set("version", 0x000100)
+        self.set("core_configuration", lanes | 18 << 8 | depth << 16)
+        self.set("clock_hz", 100_000_000)
+        self.set("counts_per_rev", 1 << 24)
+        ffi, _library = firmware()
+        self._read = ffi.callback("core_read_word", self.read)
+        self._write = ffi.callback("core_write_word", self.write)
+        self._capture = ffi.callback("core_capture_words", self.capture)
+        self.access = ffi.new("struct core_access *", [self._read, self._write, self._capture])
+
+    def set(self, path: str, word: int) -> None:
+        self.words[address(path)] = word & 0xFFFF_FFFF
+
+    def get(self, path: str) -> int:
+        return self.words.get(address(path), 0)
+
+    def read(self, _: Any, offset: int) -> int:
+        if COEFFICIENTS <= offset < COEFFICIENTS + 1024:
+            if self.broken_lane == (offset - COEFFICIENTS) // 16:
+                return 0xDEAD
+            return self.idle.get(offset, 0)
+        return self.words.get(offset, 0)
+
+    def write(self, _: Any, offset: int, word: int) -> None:
+        self.writes.append((offset, word))
+        if offset == address("command"):
+            self.command(word)
+        elif COEFFICIENTS <= offset < COEFFICIENTS + 1024:
+            self.idle[offset] = word
+        else:
+            self.words[offset] = word
+
+    def command(self, word: int) -> None:
+        if word & bit("command", "swap"):
+            self.active = dict(self.idle)
+            self.set("swap_count", self.get("swap_count") + 1)
+        if word & bit("command", "capture_release"):
+            self.set("status", self.get("status") & ~bit("status", "capture_ready"))
+        if word & bit("command", "rearm"):
+            self.set("counts_per_rev_active", self.get("counts_per_rev"))
+
+    def capture(self, _: Any, number: int) -> Any:
+        ffi, _library = firmware()
+        assert self.get("status") & bit("status", "capture_ready"), "no bank is ready"
+        assert number <= self.bank.size
+        return ffi.cast("int32_t *", self.bank.ctypes.data)
+
+    def see_index(self) -> None:
+        for head in ("head1", "head2"):
+            self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
+
+    def hand_over(self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN) -> None:
+        """A bank with counts (2, n)."""
+        words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
+        self.bank = np.ascontiguousarray(words)
+        self.set("capture_header.sample_count", counts.shape[1])
+        self.set("capture_header.flags", flags)
+        number = self.get("capture_header.sequence_number") + 1
+        self.set("capture_header.sequence_number", number)
+        position = int(counts[0, -1]) if counts.shape[1] else 0
+        self.set("snapshot.head1_turn_position", position)
+        self.set("snapshot.head1_position", position)
+        self.set("snapshot.head1_angle", position % self.get("counts_per_rev_active"))
+        self.set("status", self.get("status") | bit("status", "capture_ready"))
+
+
+class Firmware:
+    """Application and console over a core; what the console says is in ``said``."""
+
+    def __init__(self, core: Any) -> None:
+        ffi, library = firmware()
+        self.core = core
+        self.library = library
+        self.said = bytearray()
+        self._put = ffi.callback("text_put", self._take)
+        self.sink = ffi.new("struct text_sink *", [self._put, ffi.NULL])
+        self.application = ffi.new("struct application *")
+        self.console = ffi.new("struct console *")
+        library.application_prepare(self.application, core.access)
+        library.console_prepare(self.console, self.application, self.sink)
+
+    def _take(self, _: Any, characters: Any, number: int) -> None:
+        self.said += firmware()[0].buffer(characters, number)[:]
+
+    def send(self, line: str | bytes) -> str:
+        """Type a line; what is said at once."""
+        self.said.clear()
+        data = line if isinstance(line, bytes) else line.encode() + b"\r"
+        for character in data:
+            self.library.console_receive(self.console, character)
+        return self.said.decode()
+
+    def step(self, times: int = 1) -> str:
+        """The main loop; what is said meanwhile."""
+        self.said.clear()
+        for _ in range(times):
+            self.library.application_step(self.application)
+            self.library.console_step(self.console)
+        return self.said.decode()
+
+    @property
+    def phase(self) -> str:
+        name = self.library.application_phase_name(self.application.phase)
+        return str(firmware()[0].string(name).decode())
+
+    def turn(self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN) -> dict[str, Any]:
+        """Hand over a turn, let it be worked on, and return the telemetry."""
+        self.core.hand_over(counts, flags)
+        self.send("telemetry on")
+        told: dict[str, Any] = json.loads(self.step(4))
+        return told

@@ -1,0 +1,147 @@
+"""The console: every command, and what is no command."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_application import turn
+
+COMMANDS = ("help", "status", "show harmonics", "show parameters", "dump", "freeze on")
+
+
+@pytest.fixture
+def running() -> Firmware:
+    made = Firmware(ModelCore())
+    made.library.application_start(made.application)
+    made.core.see_index()
+    made.step()
+    return made
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_answers(running: Firmware, command: str) -> None:
+    answer = running.send(command)
+    assert answer.endswith("\r\n")
+    assert answer.splitlines()[-1].startswith("ok")
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("hlep", "error: no such command, try help: hlep"),
+        ("show", "error: use: show harmonics | show parameters"),
+        ("show all", "error: show harmonics or show parameters, not all"),
+        ("set keep", "error: use: set PARAMETER VALUE"),
+        ("set keep 1e3", "error: not a decimal number: 1e3"),
+        ("set keep 1.0.0", "error: not a decimal number: 1.0.0"),
+        ("set keep nan", "error: not a decimal number: nan"),
+        ("set keep -", "error: not a decimal number: -"),
+        ("set keep 1.5", "error: keep takes 0.00 to 1"),
+        ("set orders 41", "error: orders takes 1.00 to 40"),
+        ("set orders 3.5", "error: a whole number is needed, not 3.5"),
+        ("set colour 1", "error: no parameter colour"),
+        ("bypass maybe", "error: on or off, not maybe"),
+        ("a b c d e", "error: the line is too long or is not text; try help"),
+        ("x" * 81, "error: the line is too long or is not text; try help"),
+        ("x" * 5000, "error: the line is too long or is not text; try help"),
+        ("st\x01atus", "error: the line is too long or is not text; try help"),
+    ],
+)
+def test_bad_input_gets_one_line(running: Firmware, line: str, answer: str) -> None:
+    assert running.send(line) == answer + "\r\n"
+    assert running.send("freeze off") == "ok\r\n", "and the next line is heard"
+
+
+def test_editing_and_empty_lines(running: Firmware) -> None:
+    assert running.send(b"fre\x7f\x08\x08\x08\x08freeze  on \r") == "ok\r\n"
+    assert running.send(b"\r\n\r\n   \r") == ""
+
+
+def test_parameters_are_set(running: Firmware) -> None:
+    assert running.send("set keep 0.25") == "ok\r\n"
+    assert running.application.parameters.keep == 0.25
+    assert "keep 0.250000000\r\n" in running.send("show parameters")
+    assert running.send("set sample_period 34") == "ok, the index is looked for again\r\n"
+    assert running.core.get("sample_period") == 34
+    assert running.phase == "wait_for_index"
+
+
+def test_harmonics_are_shown_as_they_were_found(running: Firmware) -> None:
+    running.turn(turn())
+    lines = running.send("show harmonics").splitlines()
+    rows = [line.split() for line in lines[1:-1]]
+    assert len(rows) == 32
+    harmonic = running.application.estimate.harmonic
+    for place, (order, cosine, sine, _, verdict) in enumerate(rows):
+        assert int(order) == place + 1
+        assert float(cosine) == pytest.approx(harmonic[place].cosine, abs=6e-10)
+        assert float(sine) == pytest.approx(harmonic[place].sine, abs=6e-10)
+        assert verdict in ("applied", "not_significant")
+
+
+def test_a_dump_is_the_capture(running: Firmware) -> None:
+    running.send("dump")
+    counts = turn()
+    counts[1, 7] = -5
+    running.core.hand_over(counts)
+    said = running.step(2 + counts.shape[1] // 8)
+    head, *rows, end = said.splitlines()
+    assert head.startswith("dump sequence=1 samples=1501 counts_per_rev=16777216 clock_hz=1000000")
+    assert rows[0] == "run,time_s,head1_counts,head2_counts"
+    assert end == "end of dump"
+    table = np.loadtxt(io.StringIO("\n".join(rows[1:])), delimiter=",")
+    np.testing.assert_array_equal(table[:, 2:], counts.T)
+    np.testing.assert_allclose(np.diff(table[:, 1]), 1e-3, atol=1e-9)
+    running.step(3)
+    assert running.phase == "capture"
+    assert running.application.turns == 1, "the dumped turn is worked on as well"
+
+
+@given(st.binary(max_size=400))
+@settings(max_examples=150, deadline=None)
+def test_a_flood_of_bytes_does_no_harm(flood: bytes) -> None:
+    made = Firmware(ModelCore())
+    made.library.application_start(made.application)
+    answer = made.send(flood + b"\r")
+    assert answer == "" or answer.endswith("\r\n")
+    assert "turns 0" in made.send("status")
+
+
+@given(st.floats(-8e8, 8e8), st.integers(0, 9))
+@settings(max_examples=200, deadline=None)
+def test_numbers_are_written_right(value: float, decimals: int) -> None:
+    ffi, library = firmware()
+    made = Firmware(ModelCore())
+    made.said.clear()
+    library.text_fixed(made.sink, value, decimals)
+    text = made.said.decode()
+    # Half a place, and the rounding of value * 10^decimals.
+    assert abs(float(text) - value) <= 0.5 * 10.0**-decimals + abs(value) * 3e-16
+    assert len(text.partition(".")[2]) == decimals
+    parsed = ffi.new("double *")
+    if len(text.strip("-").replace(".", "")) <= 15:
+        assert library.text_parse_decimal(text.encode(), parsed)
+        assert parsed[0] == pytest.approx(float(text), rel=1e-15)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e9, 1e300])
+def test_what_is_no_number_is_null(value: float) -> None:
+    made = Firmware(ModelCore())
+    made.said.clear()
+    firmware()[1].text_fixed(made.sink, value, 3)
+    assert made.said == b"null"
+
+
+@given(st.integers(-(2**63), 2**63 - 1))
+@settings(deadline=None)
+def test_whole_numbers(value: int) -> None:
+    made = Firmware(ModelCore())
+    made.said.clear()
+    firmware()[1].text_signed(made.sink, value)
+    assert made.said.decode() == str(value)

@@ -1,0 +1,131 @@
+"""The ARM image itself, in QEMU: start-up, console, timer, faults, a calibration of real size."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sim.tests.firmware.calibrator import capture_in_c, estimate, values_of
+from sim.tests.firmware.emulator import BOARD, CORE_BASE, build, core_window, running, symbol
+from sim.tests.firmware.test_estimates import DISC, EQUAL_TO, counts_of
+
+from arctrue.generated.registers import REGISTERS
+
+pytestmark = [
+    pytest.mark.skipif(
+        shutil.which("qemu-system-arm") is None or shutil.which("arm-none-eabi-gcc") is None,
+        reason="needs qemu-system-arm and gcc-arm-none-eabi; make setup installs them",
+    ),
+]
+
+GREETING = f"arctrue {BOARD}, help tells the commands\r\n"
+WRITTEN = 0.5e-9
+"""The console writes nine decimals."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def image() -> None:
+    build()
+
+
+@pytest.fixture(scope="module")
+def counts() -> Any:
+    return counts_of()
+
+
+def rows_of(answer: str) -> list[list[str]]:
+    return [line.split() for line in answer.splitlines()[1:-1]]
+
+
+def test_the_other_board_is_built_too() -> None:
+    assert build("arty_z7_20").exists()
+
+
+def test_start_up_and_console_without_a_core(tmp_path: Path) -> None:
+    with running(tmp_path, bytes(64)) as machine:
+        machine.wait_for(GREETING)
+        status = machine.send("status")
+        assert "phase no_core\r\n" in status
+        assert "reset none\r\n" in status
+        assert machine.send("xyz").startswith("error: no such command")
+        assert machine.send("q" * 3000).startswith("error: the line is too long")
+        assert machine.send("freeze on") == "ok\r\n"
+
+
+@pytest.mark.parametrize("method", ["fourier", "least_squares"])
+def test_a_calibration_of_real_size(tmp_path: Path, counts: Any, method: str) -> None:
+    """12,000 × 2 samples in the window; what the console shows is what the host works out."""
+    window = bytearray(core_window(counts))
+    (flags,) = [r.address for r in REGISTERS if r.path == "head1.flags"]
+    # Without an index of head 1 nothing is worked on: the operator chooses first.
+    window[flags] = 0
+    with running(tmp_path, bytes(window)) as machine:
+        machine.wait_for(GREETING)
+        machine.send(f"set method {int(method == 'least_squares')}")
+        machine.write_memory(CORE_BASE + flags, b"\x01")
+        machine.ask("status", "phase swap", 60.0)
+        rows = rows_of(machine.send("show harmonics"))
+    found = np.array([[float(v) for v in row[1:3]] for row in rows]).T.ravel()
+    _, made = estimate(method, capture_in_c(counts))
+    if method == "fourier":
+        from sim.tests.firmware.library import firmware
+
+        ffi, library = firmware()
+        library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
+    largest = np.hypot(*values_of(made).reshape(2, -1)).max() / 2.0
+    assert np.abs(found - values_of(made)).max() < EQUAL_TO * largest + WRITTEN
+    applied = {int(row[0]) for row in rows if row[4] == "applied"}
+    assert applied >= set(DISC.orders) - {11, 31}
+
+
+def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
+    """The bank stays ready, so turns follow each other at the timer's tick."""
+    with running(tmp_path, core_window(counts[:, :1])) as machine:
+        machine.wait_for(GREETING)
+        machine.send("telemetry on")
+        told = machine.wait_for('"turn":')
+        assert '"result":"refused","reason":"short_of_a_turn"' in machine.wait_for("}\r\n"), told
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [
+        # udf.w #0
+        (bytes.fromhex("f0f700a0"), "undefined_instruction"),
+        # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
+        (bytes.fromhex("4ff050400068"), "data_abort"),
+        # mov.w r0, #0x18000; str r0, [r0]: the page below the stack.
+        (bytes.fromhex("4ff4c0300060"), "stack_overflow"),
+        # mov.w r0, #0x1A000; bx r0: data are not executed.
+        (bytes.fromhex("4ff4d0300047"), "prefetch_abort"),
+    ],
+)
+def test_faults_end_in_bypass_and_begin_anew(
+    tmp_path: Path, counts: Any, code: bytes, name: str
+) -> None:
+    with running(tmp_path, core_window(None)) as machine:
+        machine.wait_for(GREETING)
+        original = machine_code(symbol("application_step"), len(code))
+        machine.write_memory(symbol("application_step"), code)
+        machine.wait_for(f"fault {name} at 0x")
+        machine.write_memory(symbol("application_step"), original)
+        machine.ask("status", f"reset {name}\r\n")
+
+
+def machine_code(address: int, number: int) -> bytes:
+    """Bytes of the image."""
+    import subprocess
+    import tempfile
+
+    from sim.tests.firmware.emulator import IMAGE
+
+    with tempfile.NamedTemporaryFile() as file:
+        subprocess.run(
+            ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(IMAGE), file.name],
+            check=True,
+        )
+        text = Path(file.name).read_bytes()
+    return text[address : address + number]

@@ -1,0 +1,34 @@
+"""The other tests of the firmware once more, with AddressSanitizer."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+MODULES = ("test_capture.py", "test_coefficients.py", "test_application.py", "test_console.py")
+
+
+@pytest.mark.slow
+def test_with_address_sanitizer() -> None:
+    preload = subprocess.run(
+        ["gcc", "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+    environment = {
+        **os.environ,
+        "LD_PRELOAD": preload,
+        "ARCTRUE_SANITIZE": "address",
+        # Python's own allocations are never all freed.
+        "ASAN_OPTIONS": "detect_leaks=0",
+    }
+    environment.pop("PYTEST_XDIST_WORKER", None)
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p"]
+    command += ["no:xdist", *[str(HERE / module) for module in MODULES]]
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=environment, cwd=HERE.parents[2], check=False
+    )
+    assert done.returncode == 0, f"{done.stdout[-6000:]}\n{done.stderr[-2000:]}"
