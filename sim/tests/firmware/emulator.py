@@ -101,15 +101,20 @@ class Emulator:
         return self.said[start:]
 
     def send(self, line: str, seconds: float = 20.0) -> str:
-        """A command and its answer up to the line with ok or error."""
+        """A command and its answer up to the line with ok or error.
+
+        What is told without being asked (telemetry) may follow at once; it is not the answer.
+        """
+        end = time.monotonic() + seconds
         start = len(self.said)
         self.console.sendall(line.encode() + b"\r")
-        while True:
-            answer = self.wait_for("\r\n", seconds, start)
-            last = answer.rstrip("\r\n").splitlines()[-1]
-            if answer.endswith("\r\n") and last.startswith(("ok", "error")):
-                return answer
-            self.wait_for("\r\n", seconds, len(self.said))
+        while time.monotonic() < end:
+            whole = self.said[start:].split("\r\n")[:-1]
+            for number, text in enumerate(whole, start=1):
+                if text.startswith(("ok", "error")):
+                    return "".join(f"{item}\r\n" for item in whole[:number])
+            self.wait_for("\r\n", end - time.monotonic(), len(self.said))
+        raise TimeoutError(f"no answer to {line!r}, heard {self.said[start:]!r}")
 
     def ask(self, line: str, expected: str, seconds: float = 20.0) -> str:
         """The command again and again until its answer holds ``expected``.
