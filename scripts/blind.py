@@ -1,6 +1,6 @@
 """Blind test of the diagnosis: sealed sets, of which it sees the folder only.
 
-``make blind``, or ``python -m scripts.blind [--quick] [--only TEXT] [--seeds N]``. Writes
+``make blind``, or ``python -m scripts.blind [--quick] [--only TEXT] [--seeds N] [--resume]``. Writes
 build/blind/outcomes.json and build/blind/confusion.md. Exit code 1 when a set of ``--quick``
 comes out worse than it should, 0 else: the long test is read, not passed.
 """
@@ -37,7 +37,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ]
     OUT.mkdir(parents=True, exist_ok=True)
     outcomes: list[Outcome] = []
+    if options.resume:
+        earlier = json.loads((OUT / "outcomes.json").read_text(encoding="utf-8"))
+        outcomes = [Outcome.of(item) for item in earlier]
+    done = {item.case for item in outcomes}
     for number, case in enumerate(cases, start=1):
+        if case in done:
+            continue
         outcome = run_case(case)
         outcomes.append(outcome)
         print(
@@ -60,6 +66,7 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--level", default="", help="small, middle or large only")
     parser.add_argument("--seeds", type=int, default=2, help="sets of each kind and size")
     parser.add_argument("--samples", type=int, default=0, help="samples a run, if not all")
+    parser.add_argument("--resume", action="store_true", help="go on where the last run ended")
     return parser.parse_args(arguments)
 
 

@@ -79,11 +79,13 @@ def simulate(
     environment: Mapping[str, str] | None = None,
     backend: Backend = "mcode",
     waves: bool = False,
+    stop_time: str | None = None,
 ) -> Path:
     """Build ``toplevel`` and run the cocotb tests of ``test_module`` (a dotted name) on it.
 
     ``generics`` are integers, enumerations or strings. ``environment`` reaches the cocotb
-    process as variables. Returns the folder in which the simulation ran.
+    process as variables. ``stop_time`` ("300us") ends the simulation at the latest. Returns
+    the folder in which the simulation ran.
     Raises AssertionError with the names of the cocotb tests that failed.
     """
     os.environ["GHDL_BACKEND"] = backend
@@ -96,7 +98,11 @@ def simulate(
         testcase=testcase,
         parameters=dict(generics or {}),
         test_args=["--std=08"],
-        plusargs=["--assert-level=error", "--max-stack-alloc=0"],
+        plusargs=[
+            "--assert-level=error",
+            "--max-stack-alloc=0",
+            *([f"--stop-time={stop_time}"] if stop_time else []),
+        ],
         build_dir=folder,
         test_dir=folder,
         extra_env={
