@@ -1,6 +1,6 @@
 """Blind test of the diagnosis: sealed sets, of which it sees the folder only.
 
-``make blind``, or ``python -m scripts.blind [--quick] [--only TEXT] [--seeds N] [--resume]``. Writes
+``make blind``, or ``python -m scripts.blind [--quick] [--only TEXT] [--resume]``. Writes
 build/blind/outcomes.json and build/blind/confusion.md. Exit code 1 when a set of ``--quick``
 comes out worse than it should, 0 else: the long test is read, not passed.
 """
