@@ -11,14 +11,15 @@ PYTEST_WORKERS ?= 2
 PYTEST_OPTIONS ?=
 MUTATIONS ?=
 BOARD ?= pynq_z2
+ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware synth formal bench blind mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware flash flash-bitstream synth formal bench blind mutate lock ci clean distclean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 setup: ## install what is missing: system packages (root or sudo) and .venv from requirements.lock
 	@scripts/setup.sh
@@ -62,6 +63,12 @@ docs: generate ## write entity pages, registers, formats and pictures anew (READ
 
 firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board)
 	@$(MAKE) -C firmware BOARD=$(BOARD)
+
+flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: another adapter than the board's)
+	@$(VENV)/python -m scripts.flash firmware --adapter $(ADAPTER) build/firmware/$(BOARD)/arctrue.elf
+
+flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
+	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
 synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and of the core, budgets checked
 	@scripts/install_ghdl_netlist.sh

@@ -12,8 +12,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 PYTHON=${PYTHON:-/usr/bin/python3}
 OS_RELEASE=${OS_RELEASE:-/etc/os-release}
-PACKAGES=(gcc gcc-arm-none-eabi ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make python3-dev
-    python3-venv qemu-system-arm yosys zlib1g-dev)
+PACKAGES=(gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make python3-dev
+    python3-venv openocd qemu-system-arm yosys zlib1g-dev)
 LOG=build/logs/setup.log
 
 say() { printf '[setup] %s\n' "$*" >&2; }

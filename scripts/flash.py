@@ -1,0 +1,158 @@
+"""Load firmware or bitstream into the chip over JTAG: ``make flash``, ``make flash-bitstream``.
+
+The firmware goes into the on-chip memory by gdb, is read back, compared and started; gdb speaks to
+OpenOCD, or to any server that ``--remote`` names. The bitstream goes into the fabric by OpenOCD.
+Both are gone with the power; what stays is the boot image (``make image``).
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+
+ROOT = Path(__file__).resolve().parent.parent
+JTAG = ROOT / "scripts" / "jtag"
+ONBOARD_ADAPTER = JTAG / "ft2232h.cfg"
+SECONDS = 120.0
+
+# What OpenOCD says, and what a person can do.
+ADVICE = (
+    ("unable to open ftdi device", "is the board's USB cable in, and is the board on?"),
+    ("LIBUSB_ERROR_ACCESS", "no right to the USB device: install OpenOCD's udev rules"),
+    ("all zeroes", "the scan chain is silent: is the board's power on?"),
+    ("all ones", "the scan chain is silent: is the board's power on?"),
+    ("UNEXPECTED", "another chip answers: is it an XC7Z020?"),
+    ("Connection refused", "nothing listens there: is the server started?"),
+)
+
+
+class FlashError(Exception):
+    """What did not work, in words for the person at the board."""
+
+
+def tool(names: tuple[str, ...], package: str) -> str:
+    """The first of the programs that is there.
+
+    Raises:
+        FlashError: none of them is.
+    """
+    for name in names:
+        if found := shutil.which(name):
+            return found
+    raise FlashError(f"{' or '.join(names)} is not on PATH: apt-get install {package}")
+
+
+def existing(path: Path, made_by: str) -> Path:
+    """Raises FlashError: there is no such file."""
+    if not path.is_file():
+        raise FlashError(f"{path}: there is no such file; {made_by} makes it")
+    return path
+
+
+def run(command: list[str], seconds: float) -> str:
+    """All that the command says.
+
+    Raises:
+        FlashError: it fails, or takes more than ``seconds``.
+    """
+    try:
+        done = subprocess.run(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=seconds,
+        )
+    except subprocess.TimeoutExpired as error:
+        said = (error.stdout or b"").decode("utf-8", "replace")
+        raise FlashError(f"no end after {seconds:.0f} s\n{last_lines(said)}") from error
+    if done.returncode:
+        raise FlashError(f"{Path(command[0]).name} gave up\n{last_lines(done.stdout)}")
+    return done.stdout
+
+
+def last_lines(said: str) -> str:
+    """The end of what a tool said, and the advice that fits."""
+    lines = [f"  {line}" for line in said.strip().splitlines()[-12:]]
+    lines += [f"  -> {advice}" for sign, advice in ADVICE if sign.lower() in said.lower()]
+    return "\n".join(lines)
+
+
+def load_firmware(
+    elf: Path, adapter: Path, remote: str | None, seconds: float = SECONDS
+) -> tuple[int, int]:
+    """Load, compare and start. Returns the bytes and the sections that gdb found equal.
+
+    Raises:
+        FlashError: a tool or file is missing, nothing answers, or what is read back differs.
+    """
+    gdb = tool(("gdb-multiarch", "arm-none-eabi-gdb"), "gdb-multiarch")
+    existing(elf, "make firmware")
+    command = [gdb, "--batch", "--nx"]
+    if remote is None:
+        server = [tool(("openocd",), "openocd"), "-f", str(adapter)]
+        server += ["-f", str(JTAG / "processor.cfg"), "-c", "gdb_port pipe"]
+        command += ["-ex", f"target extended-remote | {shlex.join(server)}"]
+        command += ["-ex", "monitor restart_to_boot_rom"]
+    else:
+        command += ["-ex", f"target extended-remote {remote}"]
+    said = run([*command, "-x", str(JTAG / "start_firmware.gdb"), str(elf)], seconds)
+    size = re.search(r"load size (\d+)", said)
+    equal = len(re.findall(r"range 0x[0-9a-f]+ -- 0x[0-9a-f]+: matched", said))
+    if "MIS-MATCHED" in said:
+        raise FlashError(f"what was read back is not what was loaded\n{last_lines(said)}")
+    if size is None or equal == 0:
+        raise FlashError(f"nothing was loaded\n{last_lines(said)}")
+    return int(size[1]), equal
+
+
+def load_bitstream(bitstream: Path, adapter: Path, seconds: float = SECONDS) -> None:
+    """Configure the fabric.
+
+    Raises:
+        FlashError: a tool or file is missing, or the chip does not answer.
+    """
+    existing(bitstream, "make bitstream")
+    command = [tool(("openocd",), "openocd"), "-f", str(adapter), "-f", str(JTAG / "fabric.cfg")]
+    # Braces: Tcl takes what is in them as it is.
+    run([*command, "-c", f"load_bitstream {{{bitstream.resolve()}}}"], seconds)
+
+
+@click.group(help=(__doc__ or "").splitlines()[0])
+def main() -> None:
+    """Two commands with the same adapter option."""
+
+
+@main.command()
+@click.argument("elf", type=click.Path(path_type=Path))
+@click.option("--adapter", type=click.Path(path_type=Path), default=ONBOARD_ADAPTER)
+@click.option("--remote", help="a gdb server, host:port or a socket's path, in place of OpenOCD")
+def firmware(elf: Path, adapter: Path, remote: str | None) -> None:
+    """Load ELF into the on-chip memory and start it."""
+    size, equal = load_firmware(elf, adapter, remote)
+    click.echo(f"{elf}: {size} bytes loaded, {equal} sections read back equal; started")
+
+
+@main.command()
+@click.argument("bitstream", type=click.Path(path_type=Path))
+@click.option("--adapter", type=click.Path(path_type=Path), default=ONBOARD_ADAPTER)
+def fabric(bitstream: Path, adapter: Path) -> None:
+    """Load BITSTREAM into the fabric."""
+    load_bitstream(bitstream, adapter)
+    click.echo(f"{bitstream}: loaded into the fabric")
+
+
+if __name__ == "__main__":
+    try:
+        main.main(standalone_mode=False)
+    except (FlashError, click.ClickException) as error:
+        sys.exit(f"error: {error}")
