@@ -13,10 +13,14 @@ MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
+FLOW ?= vivado
+BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
+    $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
+    $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware flash flash-bitstream synth formal bench blind mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream instrument synth formal bench blind fuzz mutate lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -34,7 +38,7 @@ build/generated/.made: scripts/generate.py rtl/formats/number_formats_pkg.vhd $(
 	$(VENV)/python scripts/generate.py
 	@touch $@
 
-demo: generate ## the main job: simulated table, VHDL in GHDL, calibration, error before and after
+demo: generate ## the main job: simulated table, VHDL in GHDL, the firmware's C, error before and after
 	$(VENV)/arctrue demo
 
 test: generate lint ## every check and test; JUnit report in build/reports/
@@ -64,26 +68,44 @@ docs: generate ## write entity pages, registers, formats and pictures anew (READ
 firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board)
 	@$(MAKE) -C firmware BOARD=$(BOARD)
 
+image: firmware ## the boot image for the QSPI flash: firmware, and the bitstream of BOARD if it was made
+	@$(VENV)/python -m scripts.image build/firmware/$(BOARD)/arctrue.elf \
+	    --bitstream build/bitstream/$(BOARD)/arctrue.bit --out build/image/$(BOARD)/BOOT.BIN
+
 flash: firmware ## load the firmware over JTAG and start it (ADAPTER=FILE: another adapter than the board's)
 	@$(VENV)/python -m scripts.flash firmware --adapter $(ADAPTER) build/firmware/$(BOARD)/arctrue.elf
 
 flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
-synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and of the core, budgets checked
+bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=): docs/device.md
+	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh; fi
+	@$(VENV)/python -m scripts.bitstream --flow $(FLOW) --board $(BOARD) $(BITSTREAM_OPTIONS)
+
+instrument: generate ## the virtual instrument: core of 32 lanes as a compiled netlist, firmware on its bus
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.synth
+	$(VENV)/python -m arctrue.instrument
+
+synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, budgets checked; longest paths
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.synth --folds 2 4 8
+	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json
 
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-bench: generate ## how long a diagnosis and the firmware's calibration take, and how that grows
+bench: generate ## how long diagnosis, the firmware's calibration and the instrument take, and how that grows
 	$(VENV)/python -m scripts.bench_workbench
 	$(VENV)/python -m scripts.bench_firmware
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.bench_instrument
 
 blind: generate ## sealed sets with a hidden effect, judged by the diagnosis alone (an hour or more; BLIND=--quick)
 	$(VENV)/python -m scripts.blind $(BLIND)
+
+fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
+	@$(MAKE) -C firmware fuzz
 
 mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)

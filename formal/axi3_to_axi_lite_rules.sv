@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Handshake rules of AXI3 and AXI4-Lite (AMBA AXI, issue D, A3.2.1) at axi3_to_axi_lite: what is
-// valid stays valid and unchanged until it is taken. Whatever the master does; the slave answers a
-// write only after it has taken address and data (A3.3.1).
+// valid stays valid and unchanged until it is taken, and nothing is valid after a reset (A3.1.2).
+// Every burst gets its answers and no other: the beats that it asks for, the last one marked, and one
+// answer to a write after its last beat, all with the ID of the burst (A3.3.1, A3.4.1, A5.3).
+// Whatever the master does; the slave answers a write only after it has taken address and data.
 
 module axi3_to_axi_lite_rules (
     input clock, input reset,
@@ -51,6 +53,48 @@ module axi3_to_axi_lite_rules (
         r_before <= r;
     end
 
+    // Bursts as their channels show them: taken, and beats passed.
+    reg was_reset = 1;
+    reg writes = 0, reads = 0;
+    reg [4:0] written = 0, read = 0;
+    reg [3:0] write_len = 0, read_len = 0;
+    reg [11:0] write_id = 0, read_id = 0;
+
+    always @(posedge clock) begin
+        was_reset <= reset;
+        if (s_axi_awvalid && s_axi_awready) begin
+            writes <= 1;
+            written <= 0;
+            write_len <= s_axi_awlen;
+            write_id <= s_axi_awid;
+        end
+        if (s_axi_wvalid && s_axi_wready) written <= written + 1;
+        if (s_axi_bvalid && s_axi_bready) writes <= 0;
+        if (s_axi_arvalid && s_axi_arready) begin
+            reads <= 1;
+            read <= 0;
+            read_len <= s_axi_arlen;
+            read_id <= s_axi_arid;
+        end
+        if (s_axi_rvalid && s_axi_rready) begin
+            read <= read + 1;
+            if (s_axi_rlast) reads <= 0;
+        end
+        if (reset) begin
+            writes <= 0;
+            reads <= 0;
+        end
+    end
+
+    // Lemmas join the beats still to come to those counted here.
+    wire [1:0] probe_writing;
+    wire [2:0] probe_reading;
+    wire [47:0] probe_write_now, probe_read_now;
+    wire [3:0] write_left = probe_write_now[35:32];
+    wire [3:0] read_left = probe_read_now[35:32];
+    localparam WRITE_IDLE = 0, WRITE_BEAT = 1, WRITE_ACCESS = 2;
+    localparam READ_IDLE = 0, READ_BEAT = 1, READ_ANSWER = 4;
+
     always @* begin
         assume (running || reset);
         assume (!m_axil_bvalid || !(m_axil_awvalid || m_axil_wvalid));
@@ -62,6 +106,32 @@ module axi3_to_axi_lite_rules (
             assert (!r_waits || (s_axi_rvalid && r == r_before));
             // One access at a time: an address or data out there belongs to the answer waited for.
             assert (!(m_axil_awvalid || m_axil_wvalid) || m_axil_bready);
+
+            assert (!was_reset || !(s_axi_bvalid || s_axi_rvalid || m_axil_awvalid
+                                    || m_axil_wvalid || m_axil_arvalid));
+            assert (!s_axi_awready || !writes);
+            assert (!s_axi_wready || (writes && written <= write_len));
+            assert (!s_axi_bvalid || (writes && written == write_len + 1 && s_axi_bid == write_id));
+            assert (!s_axi_arready || !reads);
+            assert (!s_axi_rvalid || (reads && s_axi_rid == read_id));
+            assert (!s_axi_rvalid || s_axi_rlast == (read == read_len));
+
+            // Lemmas.
+            assert (writes == (probe_writing != WRITE_IDLE));
+            assert (probe_writing != WRITE_BEAT || write_left == write_len - written);
+            assert (probe_writing != WRITE_ACCESS || write_left == write_len + 1 - written);
+            assert (probe_writing != WRITE_ACCESS || (written != 0 && written <= write_len + 1));
+            assert (!writes || s_axi_bid == write_id);
+            assert (reads == (probe_reading != READ_IDLE) && probe_reading <= READ_ANSWER);
+            assert (!reads || (read <= read_len && read_left == read_len - read));
+            assert (!reads || s_axi_rid == read_id);
+            assert (!reads || probe_reading == READ_BEAT || s_axi_rlast == (read_left == 0));
+
+            cover (s_axi_bvalid && write_len == 1 && s_axi_bresp == 0);
+            cover (s_axi_rvalid && s_axi_rlast && read == 1 && s_axi_rresp == 0);
+            cover (b_waits && r_waits);
+            cover (aw_waits && !w_waits && m_axil_awready);
+            cover (s_axi_rvalid && s_axi_rresp == 3);
         end
     end
 

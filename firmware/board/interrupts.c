@@ -2,6 +2,7 @@
 
 #include "interrupts.h"
 
+#include "memory_mapped.h"
 #include "registers.h"
 
 #define LOWEST_PRIORITY 0xF0U
@@ -14,10 +15,38 @@ static void enable(uint32_t interrupt) {
     register_write(GIC_ICDISER(interrupt / 32U), 1U << (interrupt % 32U));
 }
 
+/* Begun anew after a fault in an interrupt, that one is still active and would block all others. */
+static void finish(uint32_t interrupt) {
+    if (register_read(GIC_ICDABR(interrupt / 32U)) & 1U << (interrupt % 32U)) {
+        register_write(GIC_ICCEOIR, interrupt);
+    }
+}
+
+void interrupts_fabric_off(void) {
+    register_write(GIC_ICDICER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
+}
+
+void interrupts_fabric_on(void) {
+    register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
+}
+
+/* A processor whose interrupts are off wakes all the same, so none is missed in between. */
+void interrupts_sleep(const volatile bool *awake) {
+    __asm__ volatile("cpsid i" ::: "memory");
+    if (!*awake) {
+        __asm__ volatile("dsb\n\twfi" ::: "memory");
+    }
+    __asm__ volatile("cpsie i" ::: "memory");
+}
+
 void interrupts_set_up(void) {
+    finish(INTERRUPT_GLOBAL_TIMER);
+    finish(INTERRUPT_UART0);
+    finish(INTERRUPT_FABRIC);
     register_write(GIC_ICDDCR, 0);
     enable(INTERRUPT_GLOBAL_TIMER);
     enable(INTERRUPT_UART0);
+    enable(INTERRUPT_FABRIC);
     register_write(GIC_ICCPMR, LOWEST_PRIORITY);
     register_write(GIC_ICCICR, 1);
     register_write(GIC_ICDDCR, 1);

@@ -3,7 +3,19 @@
 #ifndef ARCTRUE_INTERRUPTS_H
 #define ARCTRUE_INTERRUPTS_H
 
-/* Timer and UART to this processor; interrupts on. */
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Timer, UART and the fabric's line to this processor; interrupts on. */
 void interrupts_set_up(void);
+
+/* The fabric's line is a level, which only an access to the core lowers: its interrupt switches
+   itself off, so that a line that is stuck costs nothing, and is switched on again when the main
+   program has looked at the core. */
+void interrupts_fabric_off(void);
+void interrupts_fabric_on(void);
+
+/* Sleep until an interrupt, unless `awake` is set already; interrupts are taken after it. */
+void interrupts_sleep(const volatile bool *awake);
 
 #endif

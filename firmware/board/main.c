@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 #include "application.h"
+#include "board_fabric.h"
 #include "board_settings.h"
 #include "clocks.h"
 #include "console.h"
+#include "die_temperature.h"
 #include "fault.h"
 #include "interrupts.h"
+#include "memory_mapped.h"
 #include "registers.h"
 #include "timer.h"
 #include "uart.h"
+#include "watchdog.h"
 
 #define CAPTURE_WINDOW 0x20000U
 
@@ -18,35 +22,53 @@ static struct {
     struct application application;
     struct console console;
     uint64_t longest_step_ticks;
+    volatile bool core_interrupted;
 } firmware;
 
-void interrupt_taken(void);
+void interrupt_taken(uint32_t instruction);
 
-void interrupt_taken(void) {
+void interrupt_taken(uint32_t instruction) {
     uint32_t acknowledged = register_read(GIC_ICCIAR);
     uint32_t interrupt = acknowledged & 0x3FFU;
     if (interrupt == INTERRUPT_GLOBAL_TIMER) {
         timer_interrupt();
     } else if (interrupt == INTERRUPT_UART0) {
         uart_interrupt(&firmware.uart);
+    } else if (interrupt == INTERRUPT_FABRIC) {
+        interrupts_fabric_off();
+        firmware.core_interrupted = true;
     }
     register_write(GIC_ICCEOIR, acknowledged);
+    if (interrupt == INTERRUPT_GLOBAL_TIMER) {
+        watchdog_interrupt(instruction);
+    }
 }
 
+/* Without a fabric everything reads 0, which is no core. */
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
-    return register_read(BOARD_CORE_BASE + offset);
+    if (!board_fabric_usable()) {
+        firmware.console.fabric = fabric_state_name(board_fabric_look_again());
+    }
+    return board_fabric_usable() ? register_read(BOARD_CORE_BASE + offset) : 0;
 }
 
 static void write_core(void *context, uint32_t offset, uint32_t word) {
     (void)context;
-    register_write(BOARD_CORE_BASE + offset, word);
+    if (board_fabric_usable()) {
+        register_write(BOARD_CORE_BASE + offset, word);
+    }
 }
 
 static const volatile int32_t *capture_words(void *context, uint32_t number) {
     (void)context;
     (void)number;
     return (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + CAPTURE_WINDOW);
+}
+
+static bool read_temperature(void *context, double *celsius) {
+    (void)context;
+    return die_temperature_read(board_registers(), celsius);
 }
 
 static void put(void *context, const char *characters, size_t number) {
@@ -57,8 +79,15 @@ static void put(void *context, const char *characters, size_t number) {
     watchdog_feed();
 }
 
-static void work(void) {
-    uint8_t character;
+static void take_core_interrupt(void) {
+    if (firmware.core_interrupted) {
+        firmware.core_interrupted = false;
+        application_interrupt(&firmware.application);
+        interrupts_fabric_on();
+    }
+}
+
+static void step_application(void) {
     uint64_t before = timer_ticks();
     application_step(&firmware.application);
     uint64_t ticks = timer_ticks() - before;
@@ -66,10 +95,35 @@ static void work(void) {
         firmware.longest_step_ticks = ticks;
         firmware.console.longest_step_us = (double)ticks * 1e6 / CLOCKS_TIMER_HZ;
     }
+}
+
+static void work(void) {
+    uint8_t character;
+    take_core_interrupt();
+    step_application();
     while (uart_take(&firmware.uart, &character)) {
         console_receive(&firmware.console, character);
     }
     console_step(&firmware.console);
+}
+
+static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
+    const struct console *console = &firmware.console;
+    if (console->reset_instruction != 0) {
+        text_word(sink, "began anew after ");
+        text_word(sink, console->reset_reason);
+        text_word(sink, " at 0x");
+        text_hexadecimal(sink, console->reset_instruction);
+        text_word(sink, "\r\n");
+    }
+    text_word(sink, "fabric ");
+    text_word(sink, console->fabric);
+    text_word(sink, ": ");
+    text_word(sink, fabric_state_meaning(fabric));
+    bool emulated = board_fabric_emulated();
+    text_word(sink, emulated ? "; emulated" : (board_fabric_usable() ? "" : "; not accessed"));
+    text_word(sink, "\r\n");
+    text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
 int main(void) {
@@ -78,17 +132,24 @@ int main(void) {
     clocks_set_up();
     uart_set_up(&firmware.uart);
     timer_set_up();
-    interrupts_set_up();
     watchdog_start();
+    interrupts_set_up();
     application_prepare(&firmware.application, &core);
     console_prepare(&firmware.console, &firmware.application, &sink);
-    firmware.console.reset_reason = fault_name(fault_last());
+    struct fault_record last = fault_last();
+    firmware.console.reset_reason = fault_name((enum fault_code)last.code);
+    firmware.console.reset_instruction = last.instruction;
+    enum fabric_state fabric = board_fabric_start();
+    firmware.console.fabric = fabric_state_name(fabric);
+    die_temperature_prepare(board_registers());
+    application_use_temperature(&firmware.application, read_temperature, NULL);
     application_start(&firmware.application);
-    text_word(&sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
+    tell_start(&sink, fabric);
     for (;;) {
         watchdog_feed();
         work();
-        /* The timer's interrupt ends it, at the latest a millisecond later. */
-        __asm__ volatile("wfi");
+        if (!application_busy(&firmware.application)) {
+            interrupts_sleep(&firmware.core_interrupted);
+        }
     }
 }

@@ -142,8 +142,9 @@ set:
     b fault_taken
     .endm
 
-    fault undefined_instruction, 1, 4
-    fault supervisor_call, 2, 4
+    /* All of C is Thumb: these two come with the address two bytes further. */
+    fault undefined_instruction, 1, 2
+    fault supervisor_call, 2, 2
     fault prefetch_abort, 3, 4
     fault data_abort, 4, 8
 
@@ -159,6 +160,7 @@ interrupt_request:
     mov r1, sp
     bic sp, sp, #7
     push {r0, r1}
+    ldr r0, [r1, #216]              /* where it came: above what was pushed here */
     bl interrupt_taken
     pop {r0, r1}
     mov sp, r1
@@ -172,6 +174,8 @@ interrupt_request:
     .equ PAGE_CODE, 0x25E           /* normal, write-back, read only */
     .equ PAGE_DATA, 0x5F            /* normal, write-back, not executable */
     .equ SECTION_DEVICE, 0x416      /* not executable */
+
+    .equ SECTION_READ_ONLY, 0x8416  /* the same, read only */
 
     .section .tables, "a"
     .balign 16384
@@ -201,7 +205,15 @@ translation_table:
     .word (megabyte << 20) | SECTION_DEVICE
     .set megabyte, megabyte + 1
     .endr
-    .rept 0x1000 - 0xF90
+    .rept 0xFC0 - 0xF90
+    .word 0
+    .endr
+    .set megabyte, 0xFC0            /* flash, by linear addressing */
+    .rept 0x10
+    .word (megabyte << 20) | SECTION_READ_ONLY
+    .set megabyte, megabyte + 1
+    .endr
+    .rept 0x1000 - 0xFD0
     .word 0
     .endr
 

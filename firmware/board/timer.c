@@ -3,13 +3,12 @@
 #include "timer.h"
 
 #include "clocks.h"
+#include "memory_mapped.h"
 #include "registers.h"
 
-#define TICKS_A_MILLISECOND (CLOCKS_TIMER_HZ / 1000U)
+#define TICKS_AN_INTERRUPT (CLOCKS_TIMER_HZ / 1000U * TIMER_INTERRUPT_MS)
 #define CONTROL_RUN 0x01U
 #define CONTROL_COMPARE_INTERRUPT_REPEAT 0x0FU
-/* Watchdog mode and enable; the prescaler keeps the load within 32 bits. */
-#define WATCHDOG_RUN 0x09U
 
 uint64_t timer_ticks(void) {
     for (;;) {
@@ -23,23 +22,14 @@ uint64_t timer_ticks(void) {
 
 void timer_set_up(void) {
     register_write(TIMER_CONTROL, CONTROL_RUN);
-    uint64_t first = timer_ticks() + TICKS_A_MILLISECOND;
+    uint64_t first = timer_ticks() + TICKS_AN_INTERRUPT;
     register_write(TIMER_COMPARE_LOW, (uint32_t)first);
     register_write(TIMER_COMPARE_HIGH, (uint32_t)(first >> 32));
-    register_write(TIMER_INCREMENT, TICKS_A_MILLISECOND);
+    register_write(TIMER_INCREMENT, TICKS_AN_INTERRUPT);
     register_write(TIMER_STATUS, 1);
     register_write(TIMER_CONTROL, CONTROL_COMPARE_INTERRUPT_REPEAT);
 }
 
 void timer_interrupt(void) {
     register_write(TIMER_STATUS, 1);
-}
-
-void watchdog_start(void) {
-    watchdog_feed();
-    register_write(WATCHDOG_CONTROL, WATCHDOG_RUN);
-}
-
-void watchdog_feed(void) {
-    register_write(WATCHDOG_LOAD, CLOCKS_TIMER_HZ * WATCHDOG_S);
 }

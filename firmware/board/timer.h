@@ -5,15 +5,13 @@
 
 #include <stdint.h>
 
-/* Start the global timer and its interrupt every millisecond. */
+/* What the firmware finds without an interrupt, it finds after this time at the latest. */
+#define TIMER_INTERRUPT_MS 5U
+
+/* Start the global timer and its interrupt. */
 void timer_set_up(void);
 void timer_interrupt(void);
 /* Ticks of CLOCKS_TIMER_HZ. */
 uint64_t timer_ticks(void);
-
-/* The watchdog resets the system when it is not fed for WATCHDOG_S. */
-#define WATCHDOG_S 4U
-void watchdog_start(void);
-void watchdog_feed(void);
 
 #endif

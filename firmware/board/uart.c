@@ -3,6 +3,7 @@
 #include "uart.h"
 
 #include "clocks.h"
+#include "memory_mapped.h"
 #include "registers.h"
 
 #define BAUD 115200U

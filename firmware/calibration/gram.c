@@ -5,6 +5,8 @@
 #include "cholesky.h"
 #include "units.h"
 
+_Static_assert(DELTA_POWERS == 3, "add_pair writes them out");
+
 static double mean_difference_counts(const struct turn *turn) {
     int64_t sum = 0;
     for (uint32_t sample = 0; sample < turn->samples; sample++) {
@@ -13,18 +15,25 @@ static double mean_difference_counts(const struct turn *turn) {
     return (double)sum / turn->samples;
 }
 
-static void add_sample(struct gram_sums *sums, struct vector unit, double delta) {
-    struct vector power = {1.0, 0.0};
+/* What a sample adds: e^{jk theta} of one k after another, times powers of delta. */
+struct term {
+    struct vector power;
+    struct vector unit;
+    double delta;
+    double delta_squared;
+};
+
+/* Two samples a pass, because the sums are slower to load and store than to add to. */
+static void add_pair(struct gram_sums *sums, struct term a, struct term b) {
     for (uint32_t k = 0; k <= 2 * sums->orders; k++) {
-        double re = power.re;
-        double im = power.im;
-        for (uint32_t p = 0; p < DELTA_POWERS; p++) {
-            sums->moment[p][k].re += re;
-            sums->moment[p][k].im += im;
-            re *= delta;
-            im *= delta;
-        }
-        power = vector_product(power, unit);
+        sums->moment[0][k].re += a.power.re + b.power.re;
+        sums->moment[0][k].im += a.power.im + b.power.im;
+        sums->moment[1][k].re += a.power.re * a.delta + b.power.re * b.delta;
+        sums->moment[1][k].im += a.power.im * a.delta + b.power.im * b.delta;
+        sums->moment[2][k].re += a.power.re * a.delta_squared + b.power.re * b.delta_squared;
+        sums->moment[2][k].im += a.power.im * a.delta_squared + b.power.im * b.delta_squared;
+        a.power = vector_product(a.power, a.unit);
+        b.power = vector_product(b.power, b.unit);
     }
 }
 
@@ -38,10 +47,16 @@ void gram_accumulate(struct gram_sums *sums, const struct unit_circle *circle,
         .samples = turn->samples,
         .orders = orders,
     };
-    for (uint32_t sample = 0; sample < turn->samples; sample++) {
-        struct reading reading = turn_reading(turn, sample);
-        add_sample(sums, unit_circle_at(circle, reading.angle1 * turns_per_count),
-                   (reading.difference - mean) * rad_per_count);
+    for (uint32_t sample = 0; sample < turn->samples; sample += 2) {
+        struct term term[2] = {{.delta = 0.0}, {.delta = 0.0}};
+        /* The last of an odd number stands alone. */
+        for (uint32_t place = 0; place < 2 && sample + place < turn->samples; place++) {
+            struct reading reading = turn_reading(turn, sample + place);
+            double delta = (reading.difference - mean) * rad_per_count;
+            struct vector unit = unit_circle_at(circle, reading.angle1 * turns_per_count);
+            term[place] = (struct term){{1.0, 0.0}, unit, delta, delta * delta};
+        }
+        add_pair(sums, term[0], term[1]);
     }
 }
 

@@ -49,6 +49,13 @@ static void named_fixed(struct console *console, const char *name, double value)
     text_word(&console->sink, "\r\n");
 }
 
+static void named_hexadecimal(struct console *console, const char *name, uint32_t value) {
+    text_word(&console->sink, name);
+    text_word(&console->sink, " 0x");
+    text_hexadecimal(&console->sink, value);
+    text_word(&console->sink, "\r\n");
+}
+
 static void show_refusals(struct console *console) {
     for (uint32_t reason = 1; reason < REFUSALS; reason++) {
         if (console->application->refusals[reason] != 0) {
@@ -73,13 +80,26 @@ static void show_heads(struct console *console) {
     }
 }
 
+static void show_device(struct console *console) {
+    const struct application *application = console->application;
+    named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
+    if (console->reset_instruction != 0) {
+        named_hexadecimal(console, "reset_instruction", console->reset_instruction);
+    }
+    if (console->fabric != NULL) {
+        named_word(console, "fabric", console->fabric);
+    }
+    named_fixed(console, "longest_step_us", console->longest_step_us);
+    named(console, "interrupts", application->interrupts);
+    named(console, "banks_without_interrupt", application->banks_without_interrupt);
+}
+
 static void status(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
     const struct application *application = console->application;
     named_word(console, "phase", application_phase_name(application->phase));
-    named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
-    named_fixed(console, "longest_step_us", console->longest_step_us);
+    show_device(console);
     named_word(console, "compensation",
                application->bypassed ? "bypassed" : (application->has_active ? "on" : "off"));
     named_word(console, "coefficients", application->frozen ? "frozen" : "free");
@@ -90,6 +110,11 @@ static void status(struct console *console, char *const *words, uint32_t number)
         named_word(console, "last", turn_result_name(application->report.result));
         named_word(console, "reason", refusal_name(application->report.reason));
         named_fixed(console, "noise_arcsec", application->estimate.noise_arcsec);
+        if (application->report.has_temperature) {
+            named_fixed(console, "temperature_c", application->report.temperature_c);
+        } else {
+            named_word(console, "temperature_c", "absent");
+        }
         named_fixed(console, "separation_deg",
                     application->estimate.measured_separation_rad * 180.0 / PI);
     }
@@ -242,7 +267,11 @@ static void rearm(struct console *console, char *const *words, uint32_t number) 
     (void)words;
     (void)number;
     application_start(console->application);
-    line(console, application_phase_name(console->application->phase));
+    if (console->application->phase == PHASE_NO_CORE) {
+        error(console, "no core answers", "");
+        return;
+    }
+    line(console, "ok, the index is looked for again");
 }
 
 static void help(struct console *console, char *const *words, uint32_t number);

@@ -63,6 +63,16 @@ void console_receive(struct console *console, uint8_t character) {
     }
 }
 
+/* Measured now: the turn's own reading comes with its telemetry. */
+static void dump_temperature(const struct text_sink *sink, const struct application *application) {
+    double celsius;
+    if (application->read_temperature != NULL &&
+        application->read_temperature(application->temperature_context, &celsius)) {
+        text_word(sink, " temperature_c=");
+        text_fixed(sink, celsius, 2);
+    }
+}
+
 static void dump_head(const struct console *console) {
     const struct text_sink *sink = &console->sink;
     const struct application *application = console->application;
@@ -76,6 +86,7 @@ static void dump_head(const struct console *console) {
     text_unsigned(sink, application->capture.clock_hz);
     text_word(sink, " separation_deg=");
     text_fixed(sink, application->parameters.separation_deg, 6);
+    dump_temperature(sink, application);
     text_word(sink, "\r\nrun,time_s,head1_counts,head2_counts\r\n");
 }
 

@@ -21,6 +21,10 @@ struct console {
     bool telemetry;
     /* What the last reset was for; NULL: nothing to tell. */
     const char *reset_reason;
+    /* Where the program was then. */
+    uint32_t reset_instruction;
+    /* What the fabric's configuration came to; NULL: nothing to tell. */
+    const char *fabric;
     /* Longest step of the application; 0 where nobody measures. */
     double longest_step_us;
 };

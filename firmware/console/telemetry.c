@@ -6,7 +6,7 @@
 
 #include "units.h"
 
-enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9 };
+enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9, TEMPERATURE_DECIMALS = 2 };
 
 static void key(const struct text_sink *sink, const char *name) {
     text_word(sink, ",\"");
@@ -51,6 +51,15 @@ static void fault_part(const struct text_sink *sink, const struct capture_fault 
     number(sink, "fault_sample", fault->sample);
     key(sink, "fault_counts");
     text_signed(sink, fault->found);
+}
+
+static void temperature_part(const struct text_sink *sink, const struct turn_report *report) {
+    key(sink, "temperature_c");
+    if (report->has_temperature) {
+        text_fixed(sink, report->temperature_c, TEMPERATURE_DECIMALS);
+    } else {
+        text_word(sink, "null");
+    }
 }
 
 static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
@@ -110,6 +119,7 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
     const struct turn_report *report = &application->report;
     turn_part(sink, report, application->configuration.clock_hz);
     fault_part(sink, &report->fault);
+    temperature_part(sink, report);
     if (report->result != TURN_REFUSED) {
         estimate_part(sink, application);
         harmonics_part(sink, application);

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { DIGITS_MOST = 20, DECIMALS_MOST = 9 };
+enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
 /* Times 1e9 it fits into 64 bits. */
 #define FIXED_MOST 9e8
 /* More digits say nothing in a double. */
@@ -27,6 +27,14 @@ static void digits(const struct text_sink *sink, uint64_t value, unsigned least)
 
 void text_unsigned(const struct text_sink *sink, uint64_t value) {
     digits(sink, value, 1);
+}
+
+void text_hexadecimal(const struct text_sink *sink, uint32_t value) {
+    char text[HEXADECIMAL_DIGITS];
+    for (unsigned place = HEXADECIMAL_DIGITS; place-- > 0; value >>= 4) {
+        text[place] = "0123456789ABCDEF"[value & 15U];
+    }
+    sink->put(sink->context, text, HEXADECIMAL_DIGITS);
 }
 
 void text_signed(const struct text_sink *sink, int64_t value) {

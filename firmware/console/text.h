@@ -18,6 +18,8 @@ struct text_sink {
 
 void text_word(const struct text_sink *sink, const char *word);
 void text_unsigned(const struct text_sink *sink, uint64_t value);
+/* Eight digits. */
+void text_hexadecimal(const struct text_sink *sink, uint32_t value);
 void text_signed(const struct text_sink *sink, int64_t value);
 
 /* With 0 to 9 decimals, rounded; "null" for what is not finite or above 9e8. */

@@ -19,14 +19,17 @@
 -- that every angle meets the coefficients of one bank. `swap_marker` is high in the clock of the
 -- first angle that meets the new bank: the clock after `swap`.
 --
+-- **Folding.** A folded pipeline takes FOLD clocks for an angle. It holds `swap_allowed` high in the
+-- clock before each new angle only; a swap waits for it, and swaps that wait together are one.
+--
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
 -- write is finished with the pulse of `write_acknowledge`, 2 clocks later or, while a copy is
--- under way, when that copy has ended (at most the largest delay + 2 clocks). Start no other
+-- under way, when that copy has ended (at most the largest delay + 2 clocks, and the wait of a swap). Start no other
 -- write before. A swap takes over all acknowledged writes and no part of a pending one.
 -- `swap_busy` is high while parts of a bank are still to be copied; a further `swap` then is
 -- allowed.
 --
--- **Latency.** 1 clock from `swap` to the new phase steps; 2 clocks from `read_address` to
+-- **Latency.** 1 clock from an allowed `swap` to the new phase steps; 2 clocks from `read_address` to
 -- `read_data`.
 --
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
@@ -44,7 +47,7 @@ library ieee;
 entity coefficient_memory is
   generic (
     LANES              : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_LATENCY - 1;
+    PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY
   );
@@ -60,6 +63,7 @@ entity coefficient_memory is
     read_data         : out   std_ulogic_vector(31 downto 0); -- the word in the idle bank
     idle_offset       : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0); -- counts, s13.11, idle bank
     swap              : in    std_ulogic;                     -- pulse: the idle bank becomes active
+    swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
     swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
     swap_busy         : out   std_ulogic;                     -- parts of a bank are still to be copied
     phase_steps       : out   std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
@@ -91,6 +95,9 @@ architecture rtl of coefficient_memory is
   signal read_back   : words := (others => (others => '0'));
   signal read_stored : word  := (others => '0');
 
+  signal swap_waits : std_ulogic := '0';
+  signal swap_now   : std_ulogic;
+
   -- copying(d) is high d clocks after a swap.
   signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
 
@@ -102,10 +109,11 @@ architecture rtl of coefficient_memory is
 
 begin
 
-  write_now <= (pending_word or pending_offset) and not swap and not (or copying) and not reset;
+  write_now <= (pending_word or pending_offset) and not swap_waits and not swap and not (or copying) and not reset;
+  swap_now  <= (swap or swap_waits) and swap_allowed;
 
   swap_marker   <= copying(1);
-  swap_busy     <= or copying;
+  swap_busy     <= swap_waits or (or copying);
   phase_steps   <= active_steps;
   phase_offsets <= active_offsets;
   amplitudes    <= active_amplitudes;
@@ -116,9 +124,10 @@ begin
   begin
 
     if rising_edge(clock) then
-      copying <= swap & copying(1 to LAST_COPY - 1);
+      copying    <= swap_now & copying(1 to LAST_COPY - 1);
+      swap_waits <= (swap or swap_waits) and not swap_allowed;
 
-      if swap = '1' then
+      if swap_now = '1' then
         active_steps <= idle_steps;
       end if;
       if copying(PHASE_OFFSET_DELAY) = '1' then

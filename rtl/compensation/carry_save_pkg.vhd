@@ -25,6 +25,14 @@ package carry_save_pkg is
     carry_in : std_ulogic
   ) return u_signed;
 
+  -- Sum of numbers of `width` bits side by side, modulo 2**width, on one carry chain. Three
+  -- numbers of each level become two: 3 numbers take 1 level of logic before the chain, 4 take 2, up to 6
+  -- take 3, up to 9 take 4.
+  function sum_of_all (
+    numbers : u_signed;
+    width   : positive
+  ) return u_signed;
+
 end package carry_save_pkg;
 
 package body carry_save_pkg is
@@ -65,5 +73,50 @@ package body carry_save_pkg is
     return sum(a'length downto 1);
 
   end function add_with_carry;
+
+  function sum_of_all (
+    numbers : u_signed;
+    width   : positive
+  ) return u_signed is
+
+    subtype number is u_signed(width - 1 downto 0);
+
+    variable left_over : u_signed(numbers'length - 1 downto 0);
+    variable count     : natural;
+    variable a         : number;
+    variable b         : number;
+    variable c         : number;
+
+  begin
+
+    left_over := numbers;
+    count     := numbers'length / width;
+
+    while count > 2 loop
+      for triple in 0 to count / 3 - 1 loop
+        a := left_over((3 * triple + 1) * width - 1 downto 3 * triple * width);
+        b := left_over((3 * triple + 2) * width - 1 downto (3 * triple + 1) * width);
+        c := left_over((3 * triple + 3) * width - 1 downto (3 * triple + 2) * width);
+
+        -- What is written here has been read.
+        left_over((2 * triple + 1) * width - 1 downto 2 * triple * width)       := saved_sum(a, b, c);
+        left_over((2 * triple + 2) * width - 1 downto (2 * triple + 1) * width) := saved_carry(a, b, c);
+      end loop;
+
+      for other in 0 to count mod 3 - 1 loop
+        a := left_over((count / 3 * 3 + other + 1) * width - 1 downto (count / 3 * 3 + other) * width);
+
+        left_over((count / 3 * 2 + other + 1) * width - 1 downto (count / 3 * 2 + other) * width) := a;
+      end loop;
+
+      count := count / 3 * 2 + count mod 3;
+    end loop;
+
+    if count = 1 then
+      return left_over(width - 1 downto 0);
+    end if;
+    return left_over(2 * width - 1 downto width) + left_over(width - 1 downto 0);
+
+  end function sum_of_all;
 
 end package body carry_save_pkg;

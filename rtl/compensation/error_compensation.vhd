@@ -9,6 +9,11 @@
 -- **Latency.** 4 clocks from `pair_sums` and `angle` to the outputs, one angle per clock: two
 -- clocks of adder tree, the ramp, the subtraction with the turn's fold.
 --
+-- **Folding.** With FOLD > 1 the pair sums of an angle arrive in FOLD clocks, from `first_sums` to
+-- `last_sums`, and are added up; the reading and everything else belongs to the clock of `last_sums`,
+-- from which the latency counts. Between two angles the reading and ε stand still and the ramp goes on,
+-- at its rate a clock. The sums are exact, so they are the same for every FOLD.
+--
 -- **Rounding.** All fraction bits are kept up to the last clock; there the total correction is
 -- rounded once, to whole counts: corrected = R − floor(total + ½), the same number for angle and
 -- position. `correction` shows the total cut off to 11 fraction bits.
@@ -38,7 +43,8 @@ library ieee;
 
 entity error_compensation is
   generic (
-    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT
+    LANES : positive range 1 to LANES_MAX := LANES_DEFAULT; -- whose pair sums arrive in one clock
+    FOLD  : positive range 1 to 8         := 1              -- clocks in which those of an angle arrive
   );
   port (
     clock              : in    std_ulogic;
@@ -51,6 +57,8 @@ entity error_compensation is
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
+    first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
+    last_sums          : in    std_ulogic                               := '1';                -- with the last ones
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
@@ -63,16 +71,18 @@ end entity error_compensation;
 architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
-  -- Up to five numbers are added in the first clock, the groups in the second.
+  -- Up to six numbers are added in the first clock, the groups in the second.
   constant TERMS        : positive := PAIRS + 1;
-  constant GROUPS       : positive := (TERMS + 4) / 5;
+  constant GROUPS       : positive := (TERMS + 5) / 6;
+  -- In the second clock, folded, the sums of the angle so far.
+  constant WIDE_TERMS   : positive := GROUPS + boolean'pos(FOLD > 1);
   constant GROUP_WIDTH  : positive := PAIR_WIDTH + 3;
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
-  constant FOLD_WIDTH   : positive := ANGLE_WIDTH + 3;
+  constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
   constant ALIGN_OFFSET : natural  := PAIR_FRACTION - AMPLITUDE_FRACTION;
   constant LIMIT_MAX    : u_unsigned(18 downto 0) := (others => '1');
 
-  subtype fold is u_signed(FOLD_WIDTH - 1 downto 0);
+  subtype turn_sum is u_signed(TURN_WIDTH - 1 downto 0);
 
   type angles is array (1 to 3) of u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
@@ -91,38 +101,38 @@ begin
 
     -- Registers; the number is the clock after pair_sums in which they hold.
     variable group_sums     : std_ulogic_vector(GROUPS * GROUP_WIDTH - 1 downto 0) := (others => '0');
+    variable sum_so_far     : u_signed(SUM_WIDTH - 1 downto 0)                      := (others => '0');
+    variable first_1        : std_ulogic                                           := '0';
+    variable last_1         : std_ulogic                                           := '0';
     variable apply_1        : std_ulogic                                           := '0';
     variable marker_1       : std_ulogic                                           := '0';
     variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
     variable angle_1_to_3   : angles                                               := (others => (others => '0'));
     variable position_1_to_3 : positions                                           := (others => (others => '0'));
 
-    variable term       : u_signed(GROUP_WIDTH - 1 downto 0);
-    variable term_sum   : u_signed(GROUP_WIDTH - 1 downto 0);
-    variable term_carry : u_signed(GROUP_WIDTH - 1 downto 0);
-    variable saved      : u_signed(GROUP_WIDTH - 1 downto 0);
-    variable wide       : u_signed(SUM_WIDTH - 1 downto 0);
+    variable pair_sum   : u_signed(PAIR_WIDTH - 1 downto 0);
+    variable terms_1    : u_signed(TERMS * GROUP_WIDTH - 1 downto 0);
+    variable wide       : u_signed(WIDE_TERMS * SUM_WIDTH - 1 downto 0);
+    variable group_sum  : u_signed(GROUP_WIDTH - 1 downto 0);
     variable wide_sum   : u_signed(SUM_WIDTH - 1 downto 0);
-    variable wide_carry : u_signed(SUM_WIDTH - 1 downto 0);
-    variable wide_saved : u_signed(SUM_WIDTH - 1 downto 0);
     variable half_turn  : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
 
     variable round_up   : std_ulogic;
-    variable reading    : fold;
-    variable negative   : fold;
-    variable turn       : fold;
-    variable straight   : fold;
-    variable turn_more  : fold;
-    variable turn_less  : fold;
+    variable reading    : turn_sum;
+    variable negative   : turn_sum;
+    variable turn       : turn_sum;
+    variable straight   : turn_sum;
+    variable turn_more  : turn_sum;
+    variable turn_less  : turn_sum;
 
   begin
 
     if rising_edge(clock) then
       -- Fourth clock. -floor(total + 1/2) = not(whole part) + not(first fraction bit).
       round_up  := not total(PAIR_FRACTION - 1);
-      negative  := resize(not total(total'high downto PAIR_FRACTION), FOLD_WIDTH);
-      reading   := resize(u_signed('0' & angle_1_to_3(3)), FOLD_WIDTH);
-      turn      := resize(u_signed('0' & counts_per_rev), FOLD_WIDTH);
+      negative  := resize(not total(total'high downto PAIR_FRACTION), TURN_WIDTH);
+      reading   := resize(u_signed('0' & angle_1_to_3(3)), TURN_WIDTH);
+      turn      := resize(u_signed('0' & counts_per_rev), TURN_WIDTH);
       straight  := add_with_carry(reading, negative, round_up);
       turn_more := add_with_carry(
         saved_sum(reading, negative, turn),
@@ -135,9 +145,9 @@ begin
         round_up
       );
 
-      if straight(FOLD_WIDTH - 1) = '1' then
+      if straight(TURN_WIDTH - 1) = '1' then
         corrected_angle <= u_unsigned(turn_more(ANGLE_WIDTH - 1 downto 0));
-      elsif turn_less(FOLD_WIDTH - 1) = '0' then
+      elsif turn_less(TURN_WIDTH - 1) = '0' then
         corrected_angle <= u_unsigned(turn_less(ANGLE_WIDTH - 1 downto 0));
       else
         corrected_angle <= u_unsigned(straight(ANGLE_WIDTH - 1 downto 0));
@@ -153,55 +163,67 @@ begin
       ramp_busy          <= busy;
       swap_done          <= swap_1_to_3(3);
 
-      -- Second clock: one number from the groups. The third is the ramp's.
-      wide_sum   := (others => '0');
-      wide_carry := (others => '0');
+      -- Third clock: that of the ramp.
+      swap_1_to_3(3)     := swap_1_to_3(2);
+      angle_1_to_3(3)    := angle_1_to_3(2);
+      position_1_to_3(3) := position_1_to_3(2);
 
+      -- Second clock: one number from the groups.
       for g in 0 to GROUPS - 1 loop
-        wide       := resize(u_signed(group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH)), SUM_WIDTH);
-        wide_saved := saved_sum(wide, wide_sum, wide_carry);
-        wide_carry := saved_carry(wide, wide_sum, wide_carry);
-        wide_sum   := wide_saved;
+        group_sum                                          := u_signed(group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH));
+        wide((g + 1) * SUM_WIDTH - 1 downto g * SUM_WIDTH) := resize(group_sum, SUM_WIDTH);
       end loop;
 
-      if apply_1 = '1' then
-        unramped <= wide_sum + wide_carry;
-      else
-        unramped <= (others => '0');
+      if FOLD > 1 then
+        wide(wide'high downto wide'length - SUM_WIDTH) := sum_so_far and (sum_so_far'range => not first_1);
       end if;
-      marker <= marker_1;
 
-      -- First clock: every GROUPS-th term into the same group.
-      for g in 0 to GROUPS - 1 loop
-        term_sum   := (others => '0');
-        term_carry := (others => '0');
+      wide_sum       := sum_of_all(wide, SUM_WIDTH);
+      sum_so_far     := wide_sum;
+      marker         <= '0';
+      swap_1_to_3(2) := '0';
 
-        for i in 0 to TERMS - 1 loop
-          if i mod GROUPS = g then
-            if i = PAIRS then
-              term := shift_left(resize(offset, GROUP_WIDTH), ALIGN_OFFSET);
-            else
-              term := resize(u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH)), GROUP_WIDTH);
-            end if;
+      if last_1 = '1' or FOLD = 1 then
+        if apply_1 = '1' then
+          unramped <= wide_sum;
+        else
+          unramped <= (others => '0');
+        end if;
+        marker             <= marker_1;
+        swap_1_to_3(2)     := swap_1_to_3(1);
+        angle_1_to_3(2)    := angle_1_to_3(1);
+        position_1_to_3(2) := position_1_to_3(1);
+      end if;
 
-            saved      := saved_sum(term, term_sum, term_carry);
-            term_carry := saved_carry(term, term_sum, term_carry);
-            term_sum   := saved;
-          end if;
-        end loop;
-
-        group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH) := std_ulogic_vector(term_sum + term_carry);
+      -- First clock: neighbours into the same group.
+      for i in 0 to PAIRS - 1 loop
+        pair_sum                                                 := u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH));
+        terms_1((i + 1) * GROUP_WIDTH - 1 downto i * GROUP_WIDTH) := resize(pair_sum, GROUP_WIDTH);
       end loop;
 
-      marker_1        := swap_marker or (apply xor apply_1);
-      apply_1         := apply;
-      swap_1_to_3     := swap_marker & swap_1_to_3(1 to 2);
-      angle_1_to_3    := angle & angle_1_to_3(1 to 2);
-      position_1_to_3 := position & position_1_to_3(1 to 2);
+      terms_1(terms_1'high downto PAIRS * GROUP_WIDTH) := shift_left(resize(offset, GROUP_WIDTH), ALIGN_OFFSET)
+                                                          and (GROUP_WIDTH - 1 downto 0 => last_sums);
+
+      for g in 0 to GROUPS - 1 loop
+        group_sum := sum_of_all(
+          terms_1((g + 1) * TERMS / GROUPS * GROUP_WIDTH - 1 downto g * TERMS / GROUPS * GROUP_WIDTH), GROUP_WIDTH
+        );
+        group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH) := std_ulogic_vector(group_sum);
+      end loop;
+
+      if last_sums = '1' or FOLD = 1 then
+        marker_1           := swap_marker or (apply xor apply_1);
+        apply_1            := apply;
+        swap_1_to_3(1)     := swap_marker;
+        angle_1_to_3(1)    := angle;
+        position_1_to_3(1) := position;
+      end if;
+      first_1 := first_sums;
+      last_1  := last_sums;
 
       -- It stands still while angles are corrected.
       half_turn := shift_right(counts_per_rev - 1, 1);
-      if half_turn > resize(LIMIT_MAX, half_turn'length) then
+      if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else
         limit <= half_turn(limit'range);

@@ -8,7 +8,8 @@
 -- Source: figures 3 and 4 and section 4 of the paper.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, and the decoder before
--- it and the output behind it (see there).
+-- it and the output behind it (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
+-- every FOLD clocks: see compensation_pipeline.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
@@ -32,7 +33,8 @@ library ieee;
 entity arctrue_core is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
-    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT  -- samples a bank
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    FOLD          : positive range 1 to 8         := 1                      -- lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock          : in    std_ulogic;
@@ -69,7 +71,11 @@ entity arctrue_core is
     -- Corrected encoder signal
     out_a          : out   std_ulogic;
     out_b          : out   std_ulogic;
-    out_z          : out   std_ulogic
+    out_z          : out   std_ulogic;
+    -- For lamps
+    status_capturing    : out   std_ulogic; -- a turn is being captured
+    status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
+    status_compensating : out   std_ulogic  -- the output is corrected
   );
 end entity arctrue_core;
 
@@ -184,6 +190,7 @@ begin
         counts_per_rev       => counts_per_rev,
         filter_length        => u_unsigned(hwif_out.filter_length.value.value),
         minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
+        index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
         timestamp            => timestamp,
         clear                => clear_head(number),
         rearm                => rearm,
@@ -260,11 +267,13 @@ begin
   compensation : entity work.compensation_pipeline
     generic map (
       LANES        => LANES,
-      COSINE_WIDTH => COSINE_WIDTH
+      COSINE_WIDTH => COSINE_WIDTH,
+      FOLD         => FOLD
     )
     port map (
       clock              => clock,
       reset              => reset,
+      accept             => open,
       angle              => heads(1).angle,
       position           => heads(1).position,
       apply              => apply,
@@ -284,19 +293,8 @@ begin
       corrected_position => corrected_position,
       correction         => correction,
       correction_limited => correction_limited,
-      ramp_busy          => ramp_busy
-    );
-
-  -- The clock after a swap brings the first angle of the new bank.
-  swap_follows : entity work.delay_line
-    generic map (
-      WIDTH  => 1,
-      CLOCKS => 1 + PIPELINE_LATENCY
-    )
-    port map (
-      clock        => clock,
-      undelayed(0) => hwif_out.command.swap.value,
-      delayed(0)   => swap_done
+      ramp_busy          => ramp_busy,
+      swap_done          => swap_done
     );
 
   edges_out : entity work.quadrature_output
@@ -414,8 +412,16 @@ begin
   hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
   hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));
   hwif_in.core_configuration.capture_depth.next_q <= std_ulogic_vector(to_unsigned(CAPTURE_DEPTH, 15));
+  hwif_in.pipeline.fold.next_q                    <= std_ulogic_vector(to_unsigned(FOLD, 4));
+  hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(PIPELINE_LATENCY + FOLD - 1, 8));
   hwif_in.clock_hz.value.next_q                   <= std_ulogic_vector(to_unsigned(CLOCK_HZ, 32));
   hwif_in.counts_per_rev_active.value.next_q      <= std_ulogic_vector(counts_per_rev);
+
+  status_capturing    <= capture_busy;
+  status_compensating <= apply;
+  status_fault        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed
+                         or heads(2).index_error or heads(2).illegal or heads(2).overspeed
+                         or cannot_keep_up or correction_limited;
 
   hwif_in.status.compensating.next_q   <= apply;
   hwif_in.status.ramp_busy.next_q      <= ramp_busy;

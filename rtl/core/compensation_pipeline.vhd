@@ -10,13 +10,23 @@
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as
 -- phase and harmonics together.
 --
+-- **Folding.** FOLD lanes share one phase lane and one harmonic lane: LANES / FOLD of each are built, and
+-- an angle is accepted every FOLD clocks, when `accept` is high. In the FOLD clocks from then on it meets the
+-- blocks of lanes one after the other. The corrected reading appears PIPELINE_LATENCY + FOLD - 1
+-- clocks after it was accepted and stands, but for the ramp, until the next: it is at most 29 + 2 * (FOLD - 1)
+-- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; for a cosine
+-- of more than 18 bits that needs an even LANES / FOLD. A position that moves faster than one count in
+-- FOLD clocks makes steps of more than one count, of FOLD counts at most, which quadrature_output
+-- sends at its own spacing: for evenly spaced edges keep to clock / FOLD counts a second (12.5
+-- million at 100 MHz and FOLD = 8). FOLD = 1 is the paper's fully parallel form.
+--
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
 -- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts
 -- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
 -- starts the ramp too.
 --
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
--- from the angle in the clock after `swap`.
+-- from the angle in the clock after `swap`, or the next accepted one.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
 -- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.
@@ -34,11 +44,13 @@ library ieee;
 entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
-    COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH
+    COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
+    FOLD         : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
     clock              : in    std_ulogic;
     reset              : in    std_ulogic;
+    accept             : out   std_ulogic;                                    -- this clock's reading is taken
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
@@ -65,15 +77,44 @@ end entity compensation_pipeline;
 
 architecture rtl of compensation_pipeline is
 
-  constant PAIRS         : positive := (LANES + 1) / 2;
+  -- Lanes that are built. Raises an error for a FOLD that does not fit.
+  function built_lanes return positive is
+  begin
+
+    assert FOLD = 1 or FOLD = 2 or FOLD = 4 or FOLD = 8
+      report "compensation_pipeline: FOLD is " & integer'image(FOLD) & "; expected 1, 2, 4 or 8"
+      severity failure;
+    assert LANES mod FOLD = 0
+      report "compensation_pipeline: LANES = " & integer'image(LANES) & " is no multiple of FOLD = "
+             & integer'image(FOLD) & "; choose another number of lanes, or a smaller FOLD"
+      severity failure;
+    assert FOLD = 1 or COSINE_WIDTH <= 18 or (LANES / FOLD) mod 2 = 0
+      report "compensation_pipeline: a cosine of more than 18 bits needs an even LANES / FOLD"
+      severity failure;
+    return LANES / FOLD;
+
+  end function built_lanes;
+
+  constant BUILT         : positive := built_lanes;
+  constant PAIRS         : positive := (BUILT + 1) / 2;
+  constant READING_DELAY : positive := DELAY_LINE_LATENCY + FOLD - 1;
   constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 2;
 
-  signal phase_steps     : std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0);
-  signal phase_offsets   : std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);
-  signal amplitudes      : std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);
+  signal slot            : u_unsigned(2 downto 0);
+  signal last_slot       : std_ulogic;
+  signal first_sums      : std_ulogic;
+  signal last_sums       : std_ulogic;
+  signal all_steps       : std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0);
+  signal all_offsets     : std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);
+  signal all_amplitudes  : std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);
+  signal phase_steps     : std_ulogic_vector(BUILT * PHASE_STEP_WIDTH - 1 downto 0);
+  signal phase_offsets   : std_ulogic_vector(BUILT * PHASE_WIDTH - 1 downto 0);
+  signal amplitudes      : std_ulogic_vector(BUILT * AMPLITUDE_WIDTH - 1 downto 0);
   signal offset          : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
   signal swap_marker     : std_ulogic;
-  signal phases          : std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);
+  signal held_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0) := (others => '0');
+  signal angle_of_slot   : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+  signal phases          : std_ulogic_vector(BUILT * PHASE_WIDTH - 1 downto 0);
   signal pair_sums       : std_ulogic_vector(PAIRS * PAIR_WIDTH - 1 downto 0);
   signal reading         : std_ulogic_vector(READING_WIDTH - 1 downto 0);
   signal delayed_reading : std_ulogic_vector(READING_WIDTH - 1 downto 0);
@@ -84,12 +125,40 @@ begin
     report "compensation_pipeline: the delay line is not as long as phase and harmonics"
     severity failure;
 
+  schedule : entity work.fold_sequence
+    generic map (
+      FOLD => FOLD
+    )
+    port map (
+      clock      => clock,
+      slot       => slot,
+      accept     => accept,
+      last_slot  => last_slot,
+      first_sums => first_sums,
+      last_sums  => last_sums
+    );
+
+  -- In the other slots the lanes meet the angle of slot 0.
+  hold : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      if slot = 0 then
+        held_angle <= angle;
+      end if;
+    end if;
+
+  end process hold;
+
+  angle_of_slot <= angle when FOLD = 1 or slot = 0 else
+                   held_angle;
+
   coefficients : entity work.coefficient_memory
     generic map (
       LANES              => LANES,
-      PHASE_OFFSET_DELAY => PHASE_LATENCY - 1,
+      PHASE_OFFSET_DELAY => PHASE_OFFSET_CLOCK,
       AMPLITUDE_DELAY    => PHASE_LATENCY + AMPLITUDE_CLOCK,
-      OFFSET_DELAY       => DELAY_LINE_LATENCY
+      OFFSET_DELAY       => READING_DELAY
     )
     port map (
       clock             => clock,
@@ -103,21 +172,64 @@ begin
       read_data         => read_data,
       idle_offset       => idle_offset,
       swap              => swap,
+      swap_allowed      => last_slot,
       swap_marker       => swap_marker,
       swap_busy         => swap_busy,
-      phase_steps       => phase_steps,
-      phase_offsets     => phase_offsets,
-      amplitudes        => amplitudes,
+      phase_steps       => all_steps,
+      phase_offsets     => all_offsets,
+      amplitudes        => all_amplitudes,
       offset            => offset
+    );
+
+  step_of_lane : entity work.coefficient_selector
+    generic map (
+      LANES  => LANES,
+      FOLD   => FOLD,
+      WIDTH  => PHASE_STEP_WIDTH,
+      CLOCKS => 0
+    )
+    port map (
+      clock    => clock,
+      slot     => slot,
+      words    => all_steps,
+      selected => phase_steps
+    );
+
+  phase_of_lane : entity work.coefficient_selector
+    generic map (
+      LANES  => LANES,
+      FOLD   => FOLD,
+      WIDTH  => PHASE_WIDTH,
+      CLOCKS => PHASE_OFFSET_CLOCK
+    )
+    port map (
+      clock    => clock,
+      slot     => slot,
+      words    => all_offsets,
+      selected => phase_offsets
+    );
+
+  amplitude_of_lane : entity work.coefficient_selector
+    generic map (
+      LANES  => LANES,
+      FOLD   => FOLD,
+      WIDTH  => AMPLITUDE_WIDTH,
+      CLOCKS => PHASE_LATENCY + AMPLITUDE_CLOCK
+    )
+    port map (
+      clock    => clock,
+      slot     => slot,
+      words    => all_amplitudes,
+      selected => amplitudes
     );
 
   phase : entity work.phase_unit
     generic map (
-      LANES => LANES
+      LANES => BUILT
     )
     port map (
       clock         => clock,
-      angle         => angle,
+      angle         => angle_of_slot,
       phase_steps   => phase_steps,
       phase_offsets => phase_offsets,
       phases        => phases
@@ -125,7 +237,7 @@ begin
 
   harmonics : entity work.harmonic_unit
     generic map (
-      LANES        => LANES,
+      LANES        => BUILT,
       COSINE_WIDTH => COSINE_WIDTH
     )
     port map (
@@ -140,7 +252,7 @@ begin
   delay : entity work.delay_line
     generic map (
       WIDTH  => READING_WIDTH,
-      CLOCKS => DELAY_LINE_LATENCY
+      CLOCKS => READING_DELAY
     )
     port map (
       clock     => clock,
@@ -150,7 +262,8 @@ begin
 
   compensation : entity work.error_compensation
     generic map (
-      LANES => LANES
+      LANES => BUILT,
+      FOLD  => FOLD
     )
     port map (
       clock              => clock,
@@ -163,6 +276,8 @@ begin
       swap_marker        => delayed_reading(READING_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
+      first_sums         => first_sums,
+      last_sums          => last_sums,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
       correction         => correction,

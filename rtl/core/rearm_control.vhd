@@ -25,7 +25,7 @@ library ieee;
 
 entity rearm_control is
   generic (
-    -- Two times the latency of the pipeline, and a margin for what follows it.
+    -- Two times the latency of the pipeline, however it is folded, and a margin for what follows it.
     HOLD : positive range 4 to 255 := 4 * (PIPELINE_LATENCY + 3)
   );
   port (

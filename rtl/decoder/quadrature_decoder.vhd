@@ -11,11 +11,12 @@
 -- 5 with the filter off. position, angle, turn_position, index_seen, direction, step, step_up,
 -- last_edge_time, illegal and illegal_count belong to one clock. index_strobe, index_position,
 -- index_direction, index_interval, overspeed and overspeed_count follow 1 clock after it,
--- index_error and index_error_count 2 clocks after it.
+-- index_error and index_error_count 3 clocks after it.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts;
 -- angle u24.0 counts; counts_per_rev u25.0 counts; filter_length u8.0 and minimum_edge_spacing
--- u16.0 clocks; timestamp and last_edge_time u64.0 clocks; counters u16.0.
+-- u16.0 clocks; index_tolerance u16.0 counts; timestamp and last_edge_time u64.0 clocks; counters
+-- u16.0.
 --
 -- **Position** starts at RESET_POSITION with the reset and is never changed but by edges. It wraps modulo 2**32:
 -- readers use differences, which are right while they stay within +-2**31 counts. The angle is a
@@ -28,8 +29,10 @@
 -- it, so both directions give the same count. Without a step in the same clock the direction is
 -- that of the last step. The first index after reset or rearm defines the zero of angle and
 -- turn_position; later ones do not change them. Each later index must lie 0 or
--- +-counts_per_rev from the one before it, otherwise `index_error`: counts were lost or added, or an
--- index was. `index_interval` reads 0 while there are fewer than two.
+-- +-counts_per_rev from the one before it, within +-`index_tolerance`, otherwise `index_error`: counts
+-- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
+-- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
+-- than two.
 -- Pins are caught one by one: where Z is meant to change with A or B, catch them a clock apart and
 -- the index is one count off, once. Where Z changes between two edges of A and B, a reversal
 -- between them is not seen, and beside the other edge of Z it can pass for an index.
@@ -53,7 +56,7 @@
 --
 -- **Reset** may be as short as one clock. The levels of the pins in its last clock are where counting
 -- starts: whatever they are, they make no edge; every later change counts.
--- filter_length and minimum_edge_spacing may change at any time.
+-- filter_length, minimum_edge_spacing and index_tolerance may change at any time.
 --
 -- **last_edge_time** is the timestamp of the clock in which the edge was counted, the one before the
 -- position shows it: SYNCHRONISER_STAGES + filter_length + 1 after that of the pin's change. With
@@ -63,6 +66,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
 
 entity quadrature_decoder is
@@ -81,6 +85,7 @@ entity quadrature_decoder is
     counts_per_rev       : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts, 4 to 2**24
     filter_length        : in    u_unsigned(7 downto 0);                              -- clocks, 1 is off
     minimum_edge_spacing : in    u_unsigned(15 downto 0);                             -- clocks, 0 is off
+    index_tolerance      : in    u_unsigned(15 downto 0) := (others => '0');          -- counts
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     clear                : in    std_ulogic;                                          -- pulse: clears the faults
     rearm                : in    std_ulogic;                                          -- level: forgets the index
@@ -133,6 +138,30 @@ architecture rtl of quadrature_decoder is
 
   end function one_step;
 
+  -- Whether -tolerance <= deviation <= tolerance, with a comparison of 16 bits only.
+  function is_within (
+    deviation : u_signed;
+    tolerance : u_unsigned
+  ) return std_ulogic is
+
+    variable high : u_signed(deviation'high downto tolerance'length);
+    variable low  : u_unsigned(tolerance'range);
+
+  begin
+
+    high := deviation(deviation'high downto tolerance'length);
+    low  := u_unsigned(deviation(tolerance'range));
+
+    -- The size of a negative number is its complement and 1.
+    if (high = 0) then
+      return low ?<= tolerance;
+    elsif (high = -1) then
+      return (not low) ?< tolerance;
+    end if;
+    return '0';
+
+  end function is_within;
+
   function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
   begin
 
@@ -159,13 +188,14 @@ begin
       synchronised => levels
     );
 
+  -- Its reset lasts to the last level from before the end of ours.
   filter : entity work.glitch_filter
     generic map (
       WIDTH => 3
     )
     port map (
       clock         => clock,
-      reset         => preload,
+      reset         => settling(settling'high - 1),
       filter_length => filter_length,
       unfiltered    => levels,
       filtered      => filtered
@@ -195,19 +225,17 @@ begin
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0);
     variable index_before    : std_ulogic                              := '0';
     variable to_judge        : std_ulogic                              := '0';
-    variable misplaced       : std_ulogic;
-    variable turn_up         : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    variable turn_down       : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    -- Stage 4: the index is not where it ought to be
+    variable misplaced       : std_ulogic                              := '0';
+    variable turn            : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    -- index_interval less than a turn upwards, and downwards
+    variable off_up          : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable off_down        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
 
   begin
 
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
-      misplaced := '0';
-      if (to_judge = '1' and index_interval /= 0 and index_interval /= turn_up and index_interval /= turn_down) then
-        misplaced := '1';
-      end if;
-
       if (clear = '1') then
         index_error       <= misplaced;
         index_error_count <= (0 => misplaced, others => '0');
@@ -230,6 +258,11 @@ begin
         end if;
       end if;
 
+      -- Stage 4: judge the index.
+      misplaced := to_judge and not (is_within(index_interval, index_tolerance) or
+                                     is_within(off_up, index_tolerance) or
+                                     is_within(off_down, index_tolerance));
+
       -- Stage 3: latch the index of the clock before.
       zero_now := position_before;
       if (passed_up = '1') then
@@ -247,6 +280,17 @@ begin
         if (index_before = '1') then
           index_interval <= zero_now - index_position;
         end if;
+        -- Three numbers on one carry chain each.
+        off_up   := add_with_carry(
+          saved_sum(zero_now, not index_position, not turn),
+          saved_carry(zero_now, not index_position, not turn, '1'),
+          '1'
+        );
+        off_down := add_with_carry(
+          saved_sum(zero_now, not index_position, turn),
+          saved_carry(zero_now, not index_position, turn, '0'),
+          '1'
+        );
         index_before := '1';
       end if;
 
@@ -306,8 +350,7 @@ begin
 
       -- Only where nothing counts by them.
       if (reset = '1' or preload = '1' or rearm = '1') then
-        turn_up    := signed(resize(counts_per_rev, POSITION_WIDTH));
-        turn_down  := -signed(resize(counts_per_rev, POSITION_WIDTH));
+        turn       := signed(resize(counts_per_rev, POSITION_WIDTH));
         last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);
       end if;
 
@@ -331,6 +374,7 @@ begin
         passed_index      := '0';
         index_before      := '0';
         to_judge          := '0';
+        misplaced         := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
         angle             <= (others => '0');
         turn_position     <= (others => '0');

@@ -48,6 +48,9 @@ package number_formats_pkg is
   constant DELAY_LINE_LATENCY         : positive := 25;
   constant PIPELINE_LATENCY           : positive := 29;
 
+  -- Clocks from an angle at the phase unit to its phase offset there: the first multiplier's adder takes it.
+  constant PHASE_OFFSET_CLOCK         : positive := 2;
+
   -- Clocks from a phase at the harmonic unit to its amplitude there: it is needed when the cosine is.
   constant AMPLITUDE_CLOCK            : positive := 16;
 

@@ -7,7 +7,7 @@
 -- order and any `counts_per_rev`, without a division.
 --
 -- **Latency.** 5 clocks from `angle` and `phase_step` to `phase`, one angle per clock.
--- `phase_offset` is used in the last clock: give it PHASE_LATENCY − 1 = 4 clocks after its angle.
+-- `phase_offset` is used in the third clock: give it PHASE_OFFSET_CLOCK = 2 clocks after its angle.
 --
 -- **Number formats.** angle u24.0 counts; phase step u0.48 turn a count; phase offset and phase
 -- u0.24 turn.
@@ -17,9 +17,10 @@
 -- turn at most.
 --
 -- **Multipliers.** Three DSP48E1 in a cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
--- every partial product belong to the result, the others go on to the next multiplier. Bits of a
--- full turn and above are never formed. The first multiplier has one register less than the others:
--- between it and the second one there is an adder of a DSP48E1 more.
+-- every partial sum belong to the result, the others go on to the next multiplier's adder. Bits of a
+-- full turn and above are never formed. The first adder takes the phase offset and the half unit that
+-- rounds. Each multiplier has its registers before, between and behind its multiplication and
+-- addition, and each starts one clock after the one before it: five clocks, without an adder elsewhere.
 --
 -- There is no reset: it would only touch angles on their way.
 
@@ -34,7 +35,7 @@ entity phase_lane is
     clock        : in    std_ulogic;
     angle        : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                   -- counts
     phase_step   : in    u_unsigned(PHASE_STEP_WIDTH - 1 downto 0);              -- turn a count, u0.48
-    phase_offset : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                   -- turn, u0.24, 4 clocks later
+    phase_offset : in    u_unsigned(PHASE_WIDTH - 1 downto 0);                   -- turn, u0.24, 2 clocks later
     phase        : out   u_unsigned(PHASE_WIDTH - 1 downto 0) := (others => '0') -- turn, u0.24
   );
 end entity phase_lane;
@@ -46,49 +47,53 @@ architecture rtl of phase_lane is
   constant LOW_WIDTH    : positive := ANGLE_WIDTH + PART_WIDTH;
   constant MIDDLE_WIDTH : positive := PHASE_STEP_WIDTH - PART_WIDTH;
   constant HIGH_WIDTH   : positive := PHASE_STEP_WIDTH - 2 * PART_WIDTH;
-  -- Bits of the middle product that are bits of the phase, and the one below that rounds it.
-  constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - 1 - PART_WIDTH;
+  -- Of the middle sum, the lowest bit that is one of the phase.
+  constant LOWEST_BIT   : natural  := PHASE_STEP_WIDTH - PHASE_WIDTH - PART_WIDTH;
+  -- Below the phase: half a unit of it.
+  constant REST_WIDTH   : positive := PHASE_STEP_WIDTH - PHASE_WIDTH;
+  constant HALF         : u_unsigned(REST_WIDTH - 1 downto 0) := (REST_WIDTH - 1 => '1', others => '0');
 
 begin
 
   multiply_and_add : process (clock) is
 
     -- Registers; the number is the clock after `angle` in which they hold.
-    variable angle_1          : u_unsigned(ANGLE_WIDTH - 1 downto 0)            := (others => '0');
-    variable angle_2          : u_unsigned(HIGH_WIDTH - 1 downto 0)             := (others => '0');
-    variable step_1           : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0)       := (others => '0');
-    variable high_step_2      : u_unsigned(HIGH_WIDTH - 1 downto 0)             := (others => '0');
-    variable low_2            : u_unsigned(LOW_WIDTH - 1 downto 0)              := (others => '0');
-    variable middle_product_2 : u_unsigned(LOW_WIDTH - 1 downto 0)              := (others => '0');
-    variable middle_3         : u_unsigned(MIDDLE_WIDTH - 1 downto 0)           := (others => '0');
-    variable high_product_3   : u_unsigned(2 * HIGH_WIDTH - 1 downto 0)         := (others => '0');
-    variable middle_4         : u_unsigned(PART_WIDTH - 1 downto LOWEST_BIT)    := (others => '0');
-    variable high_4           : u_unsigned(HIGH_WIDTH - 1 downto 0)             := (others => '0');
-
-    variable turns : u_unsigned(PHASE_WIDTH downto 0);
-    variable sum   : u_unsigned(PHASE_WIDTH downto 0);
+    variable angle_1          : u_unsigned(ANGLE_WIDTH - 1 downto 0)      := (others => '0');
+    variable step_1           : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
+    variable low_product_2    : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');
+    variable angle_2          : u_unsigned(ANGLE_WIDTH - 1 downto 0)      := (others => '0');
+    variable middle_step_2    : u_unsigned(PART_WIDTH - 1 downto 0)       := (others => '0');
+    variable high_step_2      : u_unsigned(HIGH_WIDTH - 1 downto 0)       := (others => '0');
+    variable low_3            : u_unsigned(PHASE_STEP_WIDTH - 1 downto 0) := (others => '0');
+    variable middle_product_3 : u_unsigned(LOW_WIDTH - 1 downto 0)        := (others => '0');
+    variable angle_3          : u_unsigned(HIGH_WIDTH - 1 downto 0)       := (others => '0');
+    variable high_step_3      : u_unsigned(HIGH_WIDTH - 1 downto 0)       := (others => '0');
+    variable middle_4         : u_unsigned(MIDDLE_WIDTH - 1 downto 0)     := (others => '0');
+    variable high_product_4   : u_unsigned(2 * HIGH_WIDTH - 1 downto 0)   := (others => '0');
 
   begin
 
     if rising_edge(clock) then
-      -- Fifth clock: half of the last bit is added by adding the bit below to itself.
-      turns := high_4 & middle_4;
-      sum   := turns + (phase_offset & turns(0));
-      phase <= sum(PHASE_WIDTH downto 1);
+      -- Fifth clock: the sum that is the phase's high part.
+      phase(PHASE_WIDTH - 1 downto PHASE_WIDTH - HIGH_WIDTH) <= high_product_4(HIGH_WIDTH - 1 downto 0)
+                                                                + middle_4(MIDDLE_WIDTH - 1 downto PART_WIDTH);
+      phase(PHASE_WIDTH - HIGH_WIDTH - 1 downto 0)           <= middle_4(PART_WIDTH - 1 downto LOWEST_BIT);
 
-      -- Fourth clock.
-      middle_4 := middle_3(PART_WIDTH - 1 downto LOWEST_BIT);
-      high_4   := high_product_3(HIGH_WIDTH - 1 downto 0) + middle_3(MIDDLE_WIDTH - 1 downto PART_WIDTH);
+      -- Fourth clock. What only bits of whole turns depend on is left out.
+      high_product_4 := high_step_3 * angle_3;
+      middle_4       := middle_product_3(MIDDLE_WIDTH - 1 downto 0) + low_3(PHASE_STEP_WIDTH - 1 downto PART_WIDTH);
 
       -- Third clock.
-      high_product_3 := high_step_2 * angle_2;
-      middle_3       := middle_product_2(MIDDLE_WIDTH - 1 downto 0) + low_2(LOW_WIDTH - 1 downto PART_WIDTH);
+      angle_3          := angle_2(HIGH_WIDTH - 1 downto 0);
+      high_step_3      := high_step_2;
+      middle_product_3 := middle_step_2 * angle_2;
+      low_3            := (phase_offset & HALF) + low_product_2;
 
-      -- Second clock. What only bits of whole turns depend on is left out.
-      high_step_2      := step_1(PHASE_STEP_WIDTH - 1 downto 2 * PART_WIDTH);
-      angle_2          := angle_1(HIGH_WIDTH - 1 downto 0);
-      middle_product_2 := step_1(2 * PART_WIDTH - 1 downto PART_WIDTH) * angle_1;
-      low_2            := step_1(PART_WIDTH - 1 downto 0) * angle_1;
+      -- Second clock.
+      angle_2       := angle_1;
+      high_step_2   := step_1(PHASE_STEP_WIDTH - 1 downto 2 * PART_WIDTH);
+      middle_step_2 := step_1(2 * PART_WIDTH - 1 downto PART_WIDTH);
+      low_product_2 := step_1(PART_WIDTH - 1 downto 0) * angle_1;
 
       -- First clock.
       angle_1 := angle;

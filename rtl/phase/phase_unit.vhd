@@ -6,7 +6,7 @@
 -- of the paper.
 --
 -- **Latency.** 5 clocks from `angle` and `phase_steps` to `phases`, one angle per clock.
--- `phase_offsets` are used in the last clock: give them PHASE_LATENCY − 1 = 4 clocks after their
+-- `phase_offsets` are used in the third clock: give them PHASE_OFFSET_CLOCK = 2 clocks after their
 -- angle, as coefficient_memory does.
 --
 -- **Number formats.** angle u24.0 counts; phase steps u0.48 turn a count; phase offsets and

@@ -69,8 +69,9 @@ end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The lag in hand lacks the steps of the last clocks: they are subtracted where it is judged.
-  constant STEPS_UNDER_WAY : positive := 3;
+  -- The lag in hand lacks the steps of the last three clocks: two are subtracted where it is
+  -- saturated, the last one where it is judged.
+  constant STEPS_UNDER_WAY : positive := 2;
   -- The lag saturated to -8 .. 7: enough for 2 counts of hysteresis and the steps under way.
   constant NEAR_WIDTH      : positive := 4;
   -- The lag saturates at 2**30.
@@ -102,9 +103,11 @@ begin
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
-    variable near_lag    : u_signed(NEAR_WIDTH - 1 downto 0)        := (others => '0');
-    variable remaining   : u_signed(NEAR_WIDTH downto 0);
-    -- (0) the step that the output takes now, (1) and (2) the ones before
+    variable near_lag    : u_signed(NEAR_WIDTH - 1 downto 0);
+    -- Without the step that the output takes now, and with it
+    variable remaining   : u_signed(NEAR_WIDTH downto 0)            := (others => '0');
+    variable left_over   : u_signed(NEAR_WIDTH downto 0);
+    -- (0) the step that the output takes now, (1) the one before
     variable up          : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable down        : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable step_up     : std_ulogic;
@@ -160,20 +163,13 @@ begin
       end if;
 
       -- Decide on a step.
-      remaining := resize(near_lag, NEAR_WIDTH + 1);
-      for i in 0 to STEPS_UNDER_WAY - 1 loop
-        if up(i) = '1' then
-          remaining := remaining - 1;
-        elsif down(i) = '1' then
-          remaining := remaining + 1;
-        end if;
-      end loop;
+      left_over := remaining - resize(one_step(up(0), down(0)), NEAR_WIDTH + 1);
       step_up   := '0';
       step_down := '0';
       if following = '1' and enabled = "11" and may_step = '1' then
-        if remaining >= 2 or (remaining = 1 and last_was_up = '1') then
+        if left_over >= 2 or (left_over = 1 and last_was_up = '1') then
           step_up := '1';
-        elsif remaining <= -2 or (remaining = -1 and last_was_up = '0') then
+        elsif left_over <= -2 or (left_over = -1 and last_was_up = '0') then
           step_down := '1';
         end if;
       end if;
@@ -198,6 +194,10 @@ begin
       elsif lag(POSITION_WIDTH - 1) = '1' and lag(POSITION_WIDTH - 2 downto NEAR_WIDTH - 1) /= -1 then
         near_lag := to_signed(-(2 ** (NEAR_WIDTH - 1)), NEAR_WIDTH);
       end if;
+      remaining := resize(near_lag, NEAR_WIDTH + 1);
+      for i in 0 to STEPS_UNDER_WAY - 1 loop
+        remaining := remaining - resize(one_step(up(i), down(i)), NEAR_WIDTH + 1);
+      end loop;
 
       -- Take the step decided one clock ago.
       phase_then  := phase;

@@ -23,7 +23,8 @@
 -- address outside of BASE .. BASE + 2**ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
 -- tells the master that there is no monitor.
 --
--- **Reset** drops a burst under way on both sides, so master and slave must be reset with it.
+-- **Reset** drops a burst under way on both sides, so master and slave must be reset with it. A
+-- burst that is asked for during the reset waits: no address is taken in it.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -231,7 +232,7 @@ begin
     report "axi3_to_axi_lite: BASE must be a multiple of 2**ADDRESS_WIDTH"
     severity failure;
 
-  s_axi_awready <= '1' when writing = WRITE_IDLE else
+  s_axi_awready <= '1' when writing = WRITE_IDLE and reset = '0' else
                    '0';
   s_axi_wready  <= '1' when writing = WRITE_BEAT else
                    '0';
@@ -323,7 +324,7 @@ begin
 
   end process write_burst;
 
-  s_axi_arready  <= '1' when reading = READ_IDLE else
+  s_axi_arready  <= '1' when reading = READ_IDLE and reset = '0' else
                     '0';
   s_axi_rvalid   <= '1' when reading = READ_ANSWER else
                     '0';

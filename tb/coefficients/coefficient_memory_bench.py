@@ -29,6 +29,7 @@ async def start(dut: Any) -> None:
     for name in ("write_enable", "write_offset", "swap", "write_address", "write_data"):
         getattr(dut, name).value = 0
     dut.read_address.value = 0
+    dut.swap_allowed.value = 1
     dut.reset.value = 1
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     for _ in range(2):
@@ -137,6 +138,41 @@ async def pulse_swap_and_settle(dut: Any) -> None:
     dut.swap.value = 0
     for _ in range(LAST_COPY + 2):
         await RisingEdge(dut.clock)
+
+
+@cocotb.test()
+async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
+    """Meanwhile no write reaches the idle bank, and another swap joins the one that waits."""
+    await start(dut)
+    rng = random.Random(5)
+    before, after = random_bank(rng), random_bank(rng)
+    await load(dut, before)
+    await pulse_swap_and_settle(dut)
+    await load(dut, after)
+    dut.swap_allowed.value = 0
+    for _ in range(2):
+        dut.swap.value = 1
+        await RisingEdge(dut.clock)
+        dut.swap.value = 0
+        await RisingEdge(dut.clock)
+    dut.write_enable.value = 1
+    dut.write_address.value = 0
+    dut.write_data.value = 77
+    await RisingEdge(dut.clock)
+    dut.write_enable.value = 0
+    for _ in range(10):
+        await RisingEdge(dut.clock)
+        assert outputs(dut) == expected(before)
+        assert dut.swap_busy.value == 1
+        assert dut.write_acknowledge.value == 0
+    dut.swap_allowed.value = 1
+    markers = 0
+    for _ in range(LAST_COPY + 3):
+        await RisingEdge(dut.clock)
+        markers += int(dut.swap_marker.value)
+    assert markers == 1
+    assert outputs(dut) == expected(after)
+    assert await read(dut, 0) == 77
 
 
 @cocotb.test()

@@ -16,6 +16,7 @@ from arctrue.generated.number_formats import COMPENSATION_LATENCY, PAIR_FRACTION
 
 LANES = int(os.environ.get("LANES", "32"))
 PAIRS = (LANES + 1) // 2
+FOLD = int(os.environ.get("FOLD", "1"))
 CLOCKS = 1500
 # Two amplitudes at the end of s13.11 with a cosine 2⁻¹³ above one, eight times its bound.
 PAIR_MAX = 2 * (8192 + 1) << PAIR_FRACTION
@@ -153,6 +154,63 @@ async def every_fraction_rounds_once(dut: Any) -> None:
     exact = total / (1 << PAIR_FRACTION)
     assert np.all(np.abs(-5 - model.corrected_position[1:] - exact) <= 0.5)
     assert np.all((model.corrected_position[1:] + 8 - model.corrected_angle[1:]) % 1000 == 0)
+
+
+@cocotb.test()
+@cocotb.parametrize(fold=[FOLD])
+async def folded_sums(dut: Any, fold: int) -> None:
+    """Pair sums of an angle over FOLD clocks: as one angle a clock, but for the ramp's clocks."""
+    angles = 300
+    counts_per_rev = 12_345_678
+    rng = np.random.default_rng(fold)
+    pair_sums = rng.integers(-PAIR_MAX // 8, PAIR_MAX // 8, (angles, fold, PAIRS))
+    offset = rng.integers(-OFFSET_MAX, OFFSET_MAX, angles)
+    angle = rng.integers(0, counts_per_rev, angles)
+    position = rng.integers(-(2**31), 2**31, angles)
+    apply = np.cumsum(rng.random(angles) < 0.03) % 2 == 0
+    marker = rng.random(angles) < 0.1
+    ramp_rate = 2**31 + 4321
+    await start(dut, counts_per_rev, ramp_rate)
+    latency = COMPENSATION_LATENCY + fold - 1
+    seen = []
+    for clock in range(fold * angles + latency):
+        now, slot = divmod(min(clock, fold * angles - 1), fold)
+        last = slot == fold - 1 and clock < fold * angles
+        dut.pair_sums.value = flat(pair_sums[now, slot])
+        dut.first_sums.value = int(slot == 0 and clock < fold * angles)
+        dut.last_sums.value = int(last)
+        # Before the last sums they are not looked at.
+        dut.offset.value = int(offset[now]) if last else -1
+        dut.angle.value = int(angle[now]) if last else 0
+        dut.position.value = int(position[now]) if last else 0
+        dut.apply.value = int(apply[now]) if last else slot % 2
+        dut.swap_marker.value = int(marker[now]) if last else 1
+        await RisingEdge(dut.clock)
+        seen.append(
+            (
+                dut.corrected_angle.value.to_unsigned(),
+                dut.corrected_position.value.to_signed(),
+                dut.correction.value.to_signed(),
+                int(dut.ramp_busy.value),
+                int(dut.swap_done.value),
+            )
+        )
+    held = np.repeat(np.arange(angles), fold)
+    first = np.arange(fold * angles) % fold == 0
+    model = error_compensation(
+        pair_sums.sum(axis=1)[held],
+        offset[held],
+        angle[held],
+        position[held],
+        apply[held],
+        marker[held] & first,
+        counts_per_rev,
+        ramp_rate,
+    )
+    columns = (*model[:3], model.ramp_busy, marker[held] & first)
+    expected = list(zip(*(column.astype(np.int64).tolist() for column in columns), strict=True))
+    for clock, found in enumerate(seen[latency:]):
+        assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"
 
 
 @cocotb.test()

@@ -16,3 +16,14 @@ def test_error_compensation(lanes: int) -> None:
         generics={"LANES": lanes},
         environment={"LANES": str(lanes)},
     )
+
+
+@pytest.mark.parametrize(("lanes", "fold"), [(1, 8), (16, 2), (8, 4), (32, 2)])
+def test_folded_sums(lanes: int, fold: int) -> None:
+    simulate(
+        "error_compensation",
+        "tb.compensation.error_compensation_bench",
+        generics={"LANES": lanes, "FOLD": fold},
+        testcase=f"folded_sums/fold={fold}",
+        environment={"LANES": str(lanes), "FOLD": str(fold)},
+    )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import random
+from collections.abc import Sequence
 
 import cocotb
 import numpy as np
@@ -18,6 +20,7 @@ from tb.core import arctrue_core_table as table
 from tb.registers.axi_lite import Bus, start
 
 LANES = 4
+FOLD = int(os.environ.get("FOLD", "1"))
 CAPTURE_DEPTH = 64
 SAMPLE_PERIOD = 50
 CLOCKS_PER_COUNT = 5.0
@@ -33,6 +36,7 @@ class Machine:
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut
         self.bus = bus
+        self.index_scatter: tuple[int, ...] = (0,)
         self.registers: RegisterMap = bus.registers()
         self.now = table.START_COUNTS
         self.pair = readings_at(table.START_COUNTS)
@@ -47,7 +51,7 @@ class Machine:
         for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
             if tuple(pair) != self.pair:
                 self.pair = tuple(pair)
-                drive(self.dut, self.pair)
+                drive(self.dut, self.pair, self.index_scatter)
             self.now = now
             await FallingEdge(self.dut.clock)
 
@@ -76,8 +80,8 @@ def readings_at(angle_counts: float) -> tuple[int, int]:
     return head1, head2
 
 
-def drive(dut, pair: tuple[int, int]) -> None:
-    levels = table.pins(pair[0]) | table.pins(pair[1]) << 3
+def drive(dut, pair: tuple[int, int], index_scatter: Sequence[int] = (0,)) -> None:
+    levels = table.pins(pair[0], index_scatter) | table.pins(pair[1], index_scatter) << 3
     for place, name in enumerate(HEAD_PINS):
         getattr(dut, name).value = levels >> place & 1
 
@@ -167,16 +171,18 @@ async def from_edges_to_corrected_edges(dut):
     assert status["ramp_busy"] == 0
 
     # Bit by bit: once the ramp is done the corrected position is the model's, 29 clocks after
-    # the decoder's position.
+    # the decoder's position; folded, that of the last position accepted by 28 + FOLD clocks before.
     reading = np.array(machine.reading)[:, 0]
     model = compensate(reading % table.COUNTS_PER_REV, reading, coefficients)
     corrected = np.array(machine.corrected)[settled_at:]
     matches = []
-    for delay in range(29, 29 + 12):
-        expected = model.corrected_position[settled_at - delay : len(reading) - delay]
-        difference = corrected - expected
-        if np.all(difference == difference[0]):
-            matches.append(delay)
+    for delay in range(28 + FOLD, 28 + FOLD + 12):
+        for slot in range(FOLD):
+            clock = np.arange(settled_at - delay, len(reading) - delay)
+            expected = model.corrected_position[clock - (clock - slot) % FOLD]
+            difference = corrected - expected
+            if np.all(difference == difference[0]):
+                matches.append(delay)
     assert len(matches) == 1, f"equal to the model at delays {matches}"
     dut._log.info("pins to corrected position: %d clocks", matches[0])
 
@@ -226,6 +232,45 @@ async def capture_under_stalls_loses_nothing(dut):
     assert len(numbers) >= 3
     assert numbers == sorted(set(numbers))
     assert numbers[-1] + 1 - len(numbers) <= dropped
+
+
+@cocotb.test()
+async def a_scattered_index_changes_no_capture(dut):
+    """Marks that repeat to ±1 count: every capture is whole, and no fault is told."""
+    machine = await prepared(dut)
+    names = machine.registers
+    assert await names.read("index_tolerance") == 2
+    machine.index_scatter = (0, 1, -1, 0, -1, 1)  # neighbours differ by up to 2
+    await names.update("control", capture_enable=1)
+    turning = cocotb.start_soon(machine.turn(table.motion(6.0, CLOCKS_PER_COUNT)))
+    lengths = []
+    while not turning.done():
+        await ClockCycles(dut.clock, 100)
+        if await names.read("status.capture_ready"):
+            capture = await names.read_capture()
+            await names.command("capture_release")
+            check_samples(machine, capture.start_time, capture.samples)
+            travelled = abs(capture.samples[:, 0] - capture.samples[0, 0])
+            assert travelled[-1] >= table.COUNTS_PER_REV > travelled[-2]
+            assert not any(
+                value for name, value in capture.flags.items() if "index_seen" not in name
+            )
+            lengths.append(len(capture.samples))
+    assert len(lengths) >= 4
+    assert max(lengths) - min(lengths) <= 1, "turns of one speed have one number of samples"
+    for head in ("head1", "head2"):
+        assert await names.read(f"{head}.faults.index_errors") == 0
+        fields = await names.read_fields(f"{head}.index")
+        assert 0 < abs(fields["interval"] - table.COUNTS_PER_REV) <= 2
+    # The same marks with a tolerance of 1: each difference of 2 is told.
+    await names.write("index_tolerance", 1)
+    end = table.motion(6.0, CLOCKS_PER_COUNT).size
+    await machine.turn(table.motion(9.0, CLOCKS_PER_COUNT)[end:])
+    for head in ("head1", "head2"):
+        assert await names.read(f"{head}.faults.index_errors") == 1
+        assert await names.read(f"{head}.flags.index_error") == 1
+    snapshot = await names.snapshot()
+    assert (snapshot.head1_turn_position, snapshot.head2_turn_position) == machine.reading[-1]
 
 
 @cocotb.test()
@@ -350,6 +395,8 @@ async def illegal_accesses_are_refused(dut):
         "cosine_width": number_formats.COSINE_WIDTH,
         "capture_depth": CAPTURE_DEPTH,
     }
+    pipeline = await machine.registers.read_fields("pipeline")
+    assert pipeline == {"fold": FOLD, "latency": 28 + FOLD}
     first = (await machine.registers.snapshot()).time
     second = (await machine.registers.snapshot()).time
     assert 0 < second - first < 1000

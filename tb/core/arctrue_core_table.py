@@ -5,6 +5,8 @@ Everything is in counts of a short turn; angles of the table as real numbers, re
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,9 +50,10 @@ def motion(turns: float, clocks_per_count: float) -> NDArray[np.float64]:
     return START_COUNTS + travelled + ripple * np.sin(2.0 * np.pi * 7 * travelled / COUNTS_PER_REV)
 
 
-def pins(reading: int) -> int:
-    """A, B and Z of a head in bits 0 to 2."""
-    at_index = reading % COUNTS_PER_REV == 0
+def pins(reading: int, index_scatter: Sequence[int] = (0,)) -> int:
+    """A, B and Z of a head in bits 0 to 2; ``index_scatter``: counts of each turn's index mark."""
+    turn = (reading + COUNTS_PER_REV // 2) // COUNTS_PER_REV
+    at_index = reading - turn * COUNTS_PER_REV == index_scatter[turn % len(index_scatter)]
     return _PHASE_PINS[reading % 4] | (0b100 if at_index else 0)
 
 

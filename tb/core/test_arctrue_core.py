@@ -14,3 +14,20 @@ def test_core() -> None:
         generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH},
         backend="llvm",
     )
+
+
+def test_folded_core() -> None:
+    """The way of the data with one pipeline for four lanes, and what the registers tell of it."""
+    for testcase in (
+        "from_edges_to_corrected_edges",
+        "illegal_accesses_are_refused",
+        "interrupt_of_a_swap_and_its_ramp",
+    ):
+        simulate(
+            "arctrue_core",
+            "tb.core.arctrue_core_bench",
+            generics={"LANES": LANES, "CAPTURE_DEPTH": CAPTURE_DEPTH, "FOLD": 4},
+            testcase=testcase,
+            environment={"FOLD": "4"},
+            backend="llvm",
+        )

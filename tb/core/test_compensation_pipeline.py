@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from tb.support.simulation import simulate
 
 TOPLEVEL = "compensation_pipeline"
 BENCH = "tb.core.compensation_pipeline_bench"
+FOLDS = (1, 2, 4, 8)
 
 
 def run(
@@ -17,11 +21,13 @@ def run(
     counts_per_rev: int = 2**24,
     sum_counts: float = 0.0,
     cosine_width: int = 18,
+    fold: int = 1,
+    found_file: Path | None = None,
 ) -> None:
     simulate(
         TOPLEVEL,
         BENCH,
-        generics={"LANES": lanes, "COSINE_WIDTH": cosine_width},
+        generics={"LANES": lanes, "COSINE_WIDTH": cosine_width, "FOLD": fold},
         testcase=testcase,
         environment={
             "LANES": str(lanes),
@@ -29,6 +35,8 @@ def run(
             "COUNTS_PER_REV": str(counts_per_rev),
             "SUM_COUNTS": str(sum_counts),
             "COSINE_WIDTH": str(cosine_width),
+            "FOLD": str(fold),
+            "FOUND_FILE": str(found_file or ""),
         },
         # 32 lanes run three times as fast as in mcode.
         backend="llvm",
@@ -65,8 +73,51 @@ def test_another_width_of_the_cosine() -> None:
     run("a_turn_of_angles", lanes=2, angles=500, cosine_width=14)
 
 
-def test_latencies() -> None:
-    run("latencies_of_table_1", lanes=4)
+def test_folds_give_the_same_corrections(tmp_path: Path) -> None:
+    """Bit for bit those of the model and of the pipeline that is not folded."""
+    found = []
+    for fold in FOLDS:
+        file = tmp_path / f"{fold}.npy"
+        run("a_turn_of_angles", lanes=8, angles=300, fold=fold, found_file=file)
+        found.append(np.load(file))
+        assert np.array_equal(found[-1], found[0]), f"FOLD = {fold} and FOLD = 1 differ"
+    assert len(found[0]) == 300
+
+
+@pytest.mark.parametrize(
+    ("lanes", "fold", "cosine_width"), [(2, 2, 18), (6, 2, 18), (4, 2, 20), (64, 8, 18)]
+)
+def test_other_folded_configurations(lanes: int, fold: int, cosine_width: int) -> None:
+    """One lane built, an odd number of them, a cosine whose pair sums are cut off, the most."""
+    run("a_turn_of_angles", lanes, angles=200, fold=fold, cosine_width=cosine_width)
+
+
+@pytest.mark.slow
+def test_32_lanes_folded_by_4() -> None:
+    run("a_turn_of_angles", lanes=32, angles=1_000, fold=4)
+
+
+@pytest.mark.parametrize(
+    ("lanes", "fold", "cosine_width", "message"),
+    [
+        (6, 4, 18, "LANES = 6 is no multiple of FOLD = 4"),
+        (6, 3, 18, "FOLD is 3; expected 1, 2, 4 or 8"),
+        (2, 2, 20, "a cosine of more than 18 bits needs an even LANES / FOLD"),
+    ],
+)
+def test_folds_that_do_not_fit_are_refused(
+    lanes: int, fold: int, cosine_width: int, message: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    # The simulation stops before its first test, so the runner finds no results.
+    with pytest.raises((RuntimeError, SystemExit, FileNotFoundError)):
+        run("a_turn_of_angles", lanes, angles=10, fold=fold, cosine_width=cosine_width)
+    output = capfd.readouterr()
+    assert message in output.out + output.err
+
+
+@pytest.mark.parametrize("fold", FOLDS)
+def test_latencies(fold: int) -> None:
+    run("latencies_of_table_1", lanes=8, fold=fold)
 
 
 @pytest.mark.parametrize("counts_per_rev", [5000, 2**24])
@@ -74,5 +125,12 @@ def test_swap_and_bypass_under_load(counts_per_rev: int) -> None:
     run("swap_and_bypass_under_load", lanes=4, angles=6000, counts_per_rev=counts_per_rev)
 
 
-def test_reset_under_load() -> None:
-    run("reset_under_load", lanes=2)
+@pytest.mark.parametrize("fold", FOLDS[1:])
+def test_folded_swaps_are_atomic(fold: int) -> None:
+    """Each angle meets one bank in all of its slots; the ramp makes no step."""
+    run("swap_and_bypass_under_load", lanes=8, angles=3000, counts_per_rev=5000, fold=fold)
+
+
+@pytest.mark.parametrize("fold", [1, 2])
+def test_reset_under_load(fold: int) -> None:
+    run("reset_under_load", lanes=2, fold=fold)

@@ -90,7 +90,16 @@ async def wait(clocks: int) -> None:
 
 async def begin(dut, counts_per_rev: int) -> None:
     """A clock of 10 ns and a reset; ends in the middle of a clock."""
-    inputs = ("a", "b", "z", "minimum_edge_spacing", "timestamp", "clear", "rearm")
+    inputs = (
+        "a",
+        "b",
+        "z",
+        "minimum_edge_spacing",
+        "index_tolerance",
+        "timestamp",
+        "clear",
+        "rearm",
+    )
     Clock(dut.clock, 10, unit="ns", impl="gpi").start(start_high=False)
     for name in inputs:
         getattr(dut, name).value = 0

@@ -32,6 +32,7 @@ class Segment:
     """A, B or Z turns over for so many clocks, at random times, but not beside an edge."""
     filter_length: int = 1
     minimum_edge_spacing: int = 0
+    index_tolerance: int = 0
     counts_per_rev: int = 0
     """0: that of the scenario."""
     clear: bool = False
@@ -53,6 +54,8 @@ class Scenario:
     """The index edge lies so far behind the edge of A or B, counts. 0: they coincide."""
     index_width: Fraction = Fraction(1)
     """Z is high for so many counts."""
+    index_scatter: int = 0
+    """Each time it comes by, the index lies up to so many whole counts from its place."""
     first_timestamp: int = 0
     seed: int = 1
 
@@ -66,6 +69,11 @@ class Stimuli:
     timestamp: NDArray[np.uint64] = field(repr=False)
     place: NDArray[np.int64] = field(repr=False)
     """True place of the disc from the index of its turn 0, 1 / UNITS count."""
+
+    mark_scatter: NDArray[np.int64] = field(
+        repr=False, default_factory=lambda: np.zeros(0, np.int64)
+    )
+    """Counts by which the nearest index mark is out of its place."""
 
     @property
     def count(self) -> NDArray[np.int64]:
@@ -144,6 +152,45 @@ LOSSLESS: dict[str, Scenario] = {
 }
 """Not an edge is lost in these: position, angle and index are those of the disc."""
 
+SCATTERED: dict[str, Scenario] = {
+    "index_repeats_to_1_count": Scenario(
+        [
+            RESET,
+            *[
+                Segment(clocks, 1, down=down, index_tolerance=2)
+                for clocks, down in (
+                    (400, False),
+                    (150, True),
+                    (31, False),
+                    (260, True),
+                    (700, False),
+                )
+            ],
+            Segment(20, index_tolerance=2),
+        ],
+        40,
+        start=-9,
+        index_scatter=1,
+        seed=5,
+    ),
+    "index_repeats_to_3_counts_at_half_counts": Scenario(
+        _there_and_back(4, 230, index_tolerance=6),
+        51,
+        start=-20,
+        index_at=HALF,
+        index_scatter=3,
+        seed=12,
+    ),
+    "tolerance_changes_with_every_clock": Scenario(
+        [RESET, *[Segment(1, 1, index_tolerance=clock % 6) for clock in range(2500)]],
+        20,
+        start=-3,
+        index_scatter=2,
+        seed=7,
+    ),
+}
+"""The index does not repeat exactly; no count is lost."""
+
 FAULTY: dict[str, Scenario] = {
     "lost_count_between_index_marks": Scenario(
         [
@@ -174,6 +221,19 @@ FAULTY: dict[str, Scenario] = {
         [RESET, Segment(100, 1), Segment(100, 1, jump=4), Segment(60, 1, down=True), Segment(10)],
         31,
         start=-7,
+    ),
+    "a_lost_period_within_the_tolerance_of_a_bad_index": Scenario(
+        [
+            RESET,
+            *[
+                Segment(100, 1, jump=jump, index_tolerance=tolerance, clear=True)
+                for tolerance in (3, 4)
+                for jump in (0, 4, 0, -4)
+            ],
+            Segment(10),
+        ],
+        31,
+        start=-17,
     ),
     "illegal_in_every_clock": Scenario(
         [RESET, Segment(5), *[Segment(1, jump=2)] * 12, Segment(1, jump=2, clear=True), Segment(9)],
@@ -273,7 +333,7 @@ RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)
 def scenarios_to_run(default_generics: bool) -> list[str]:
     """Names for a bench: with other generics only those that show the difference."""
     if default_generics:
-        return [*LOSSLESS, *FAULTY, *RANDOM_SEEDS]
+        return [*LOSSLESS, *SCATTERED, *FAULTY, *RANDOM_SEEDS]
     return [
         "edge_every_clock_turn_of_7",
         "wanders_turn_of_100",
@@ -336,7 +396,13 @@ def _from_scenario(scenario: Scenario) -> Stimuli:
 
     # The disc itself keeps its turn; only the setting counts_per_rev changes within a scenario.
     from_index = place - int(scenario.index_at * UNITS)
-    in_turn = from_index % (scenario.counts_per_rev * UNITS)
+    turn = scenario.counts_per_rev * UNITS
+    # A visit of the index lasts from half a turn before it to half a turn behind it.
+    visit = np.cumsum(np.diff((from_index + turn // 2) // turn, prepend=0) != 0)
+    scatter = random.integers(-scenario.index_scatter, scenario.index_scatter + 1, visit[-1] + 1)[
+        visit
+    ]
+    in_turn = (from_index - scatter * UNITS) % turn
     # (A, B) of the paper's figure 4: 00, 10, 11, 01 with the count.
     quarter = place // UNITS % 4
     pins = np.column_stack(
@@ -362,13 +428,14 @@ def _from_scenario(scenario: Scenario) -> Stimuli:
         ),
         "filter_length": each_clock([s.filter_length for s in segments]),
         "minimum_edge_spacing": each_clock([s.minimum_edge_spacing for s in segments]),
+        "index_tolerance": each_clock([s.index_tolerance for s in segments]),
         "clear": clear,
         "rearm": each_clock([int(s.rearm) for s in segments]),
         "reset": each_clock([int(s.reset) for s in segments]),
     }
     # uint64 arithmetic wraps, as the counter does.
     timestamp = np.uint64(scenario.first_timestamp) + np.arange(len(place), dtype=np.uint64)
-    return Stimuli(columns, timestamp, place)
+    return Stimuli(columns, timestamp, place, scatter)
 
 
 def _held(
@@ -391,6 +458,7 @@ def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
         "counts_per_rev": _held(random, [4, 5, 6, 7, 2**24], clocks, 30),
         "filter_length": _held(random, [0, 1, 1, 1, 2, 3, 5], clocks, 100),
         "minimum_edge_spacing": _held(random, [0, 1, 2, 3, 7], clocks, 100),
+        "index_tolerance": _held(random, [0, 0, 1, 2, 3, 2**16 - 1], clocks, 60),
         "clear": at_times(25),
         "rearm": at_times(40) | _held(random, [0, 0, 0, 0, 1], clocks, 20),
         "reset": at_times(150),
@@ -404,4 +472,4 @@ def stimuli(name: str) -> Stimuli:
     """The inputs of a scenario or of random pins, and the true place of the disc."""
     if name in RANDOM_SEEDS:
         return _at_random(RANDOM_SEEDS[name])
-    return _from_scenario((LOSSLESS | FAULTY)[name])
+    return _from_scenario((LOSSLESS | SCATTERED | FAULTY)[name])

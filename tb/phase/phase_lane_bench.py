@@ -11,10 +11,7 @@ from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
 
 from arctrue.gateware.phase_lane import phase_lane
-from arctrue.generated.number_formats import PHASE_LATENCY
-
-# The phase offset is used in the last clock.
-OFFSET_CLOCK = PHASE_LATENCY - 1
+from arctrue.generated.number_formats import PHASE_LATENCY, PHASE_OFFSET_CLOCK
 
 
 async def start(dut: Any) -> None:
@@ -39,7 +36,7 @@ async def compare(
     for clock in range(angle.size + PHASE_LATENCY):
         dut.angle.value = int(angle[min(clock, last)])
         dut.phase_step.value = int(step[min(clock, last)])
-        dut.phase_offset.value = int(offset[min(max(clock - OFFSET_CLOCK, 0), last)])
+        dut.phase_offset.value = int(offset[min(max(clock - PHASE_OFFSET_CLOCK, 0), last)])
         await RisingEdge(dut.clock)
         seen.append(dut.phase.value.to_unsigned())
     found = np.array(seen[PHASE_LATENCY:])
@@ -76,7 +73,7 @@ async def extremes(dut: Any) -> None:
 
 @cocotb.test()
 async def latency_is_five_clocks(dut: Any) -> None:
-    """Counted at the ports: from angle and step 5 clocks, from the offset 1."""
+    """Counted at the ports: from angle and step 5 clocks, from the offset 3."""
     await start(dut)
     dut.angle.value = 1
     dut.phase_step.value = 2**40
@@ -85,7 +82,7 @@ async def latency_is_five_clocks(dut: Any) -> None:
     for name, value, expected in (
         ("angle", 3, PHASE_LATENCY),
         ("phase_step", 2**42, PHASE_LATENCY),
-        ("phase_offset", 5, PHASE_LATENCY - OFFSET_CLOCK),
+        ("phase_offset", 5, PHASE_LATENCY - PHASE_OFFSET_CLOCK),
     ):
         before = dut.phase.value
         getattr(dut, name).value = value

@@ -11,7 +11,12 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 
 from arctrue.gateware.phase_unit import phase_unit
-from arctrue.generated.number_formats import PHASE_LATENCY, PHASE_STEP_WIDTH, PHASE_WIDTH
+from arctrue.generated.number_formats import (
+    PHASE_LATENCY,
+    PHASE_OFFSET_CLOCK,
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+)
 from tb.support.flat import flat, words
 
 LANES = int(os.environ.get("LANES", "32"))
@@ -29,7 +34,7 @@ async def start(dut: Any) -> None:
 
 @cocotb.test()
 async def every_lane_has_its_own_words(dut: Any) -> None:
-    """All words change with every clock; the offsets come with the last clock of their angle."""
+    """All words change with every clock; the offsets come two clocks after their angle."""
     rng = np.random.default_rng(LANES)
     angle = rng.integers(0, 2**24, ANGLES)
     steps = rng.integers(0, 2**48, (ANGLES, LANES))
@@ -41,7 +46,7 @@ async def every_lane_has_its_own_words(dut: Any) -> None:
         dut.angle.value = int(angle[now])
         dut.phase_steps.value = flat(steps[now], PHASE_STEP_WIDTH)
         dut.phase_offsets.value = flat(
-            offsets[min(max(clock - PHASE_LATENCY + 1, 0), ANGLES - 1)], PHASE_WIDTH
+            offsets[min(max(clock - PHASE_OFFSET_CLOCK, 0), ANGLES - 1)], PHASE_WIDTH
         )
         await RisingEdge(dut.clock)
         seen.append(words(dut.phases.value.to_unsigned(), LANES, PHASE_WIDTH))

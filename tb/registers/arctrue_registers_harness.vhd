@@ -42,6 +42,7 @@ entity arctrue_registers_harness is
     interrupt_events               : in    std_ulogic_vector(9 downto 0);
     memory_latency                 : in    u_unsigned(3 downto 0);
     core_configuration             : in    std_ulogic_vector(31 downto 0);
+    pipeline                       : in    std_ulogic_vector(31 downto 0);
     clock_hz                       : in    std_ulogic_vector(31 downto 0);
     counts_per_rev_active          : in    std_ulogic_vector(31 downto 0);
     status                         : in    std_ulogic_vector(31 downto 0);
@@ -82,7 +83,8 @@ entity arctrue_registers_harness is
     angle_step                     : out   std_ulogic_vector(31 downto 0);
     ramp_rate                      : out   std_ulogic_vector(31 downto 0);
     output_spacing                 : out   std_ulogic_vector(31 downto 0);
-    following_limit                : out   std_ulogic_vector(31 downto 0)
+    following_limit                : out   std_ulogic_vector(31 downto 0);
+    index_tolerance                : out   std_ulogic_vector(31 downto 0)
   );
 end entity arctrue_registers_harness;
 
@@ -176,6 +178,8 @@ begin
   hwif_in.core_configuration.lanes.next_q <= core_configuration(6 downto 0);
   hwif_in.core_configuration.cosine_width.next_q <= core_configuration(12 downto 8);
   hwif_in.core_configuration.capture_depth.next_q <= core_configuration(30 downto 16);
+  hwif_in.pipeline.fold.next_q <= pipeline(3 downto 0);
+  hwif_in.pipeline.latency.next_q <= pipeline(15 downto 8);
   hwif_in.clock_hz.value.next_q <= clock_hz;
   hwif_in.counts_per_rev_active.value.next_q <= counts_per_rev_active(24 downto 0);
   hwif_in.status.compensating.next_q <= status(0);
@@ -256,6 +260,7 @@ begin
   ramp_rate <= hwif_out.ramp_rate.value.value;
   output_spacing <= padded(hwif_out.output_spacing.value.value);
   following_limit <= padded(hwif_out.following_limit.value.value);
+  index_tolerance <= padded(hwif_out.index_tolerance.value.value);
 
   memories : process (clock) is
 

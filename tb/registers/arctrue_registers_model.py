@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000100}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000200}
 """Address: value."""
 
 READ_WRITE = {
@@ -23,6 +23,7 @@ READ_WRITE = {
     0x040: (WORD, 652_835, "ramp_rate"),
     0x044: (0xFFFF, 10, "output_spacing"),
     0x048: (0xFFFF, 100, "following_limit"),
+    0x050: (0xFFFF, 2, "index_tolerance"),
     0x0A0: (0x3FF, 0, None),
 }
 """Address: bits that exist, value after reset, port that shows the value."""
@@ -35,6 +36,7 @@ INTERRUPT_MASK = 0x3FF
 READ_ONLY = {
     0x008: (0x7FFF1F7F, "core_configuration"),
     0x00C: (WORD, "clock_hz"),
+    0x014: (0xFF0F, "pipeline"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
     0x080: (0x3F, "status"),
     0x084: (0xFFFF, "swap_count"),

@@ -1,19 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Digilent Arty Z7-20, XC7Z020-1: 50 MHz crystal at PS_CLK, USB serial port at UART 0 on MIO 14 and 15
-   (bank 500, 3.3 V). Not tried on the board. */
+/* Digilent Arty Z7-20, XC7Z020-1. Not tried on the board.
+
+   Checked against the maker's own set-up of the processor side, Digilent/vivado-boards,
+   new/board_files/arty-z7-20/A.0/preset.xml
+   on github.com: crystal 50 MHz, processor 650 MHz at the ratio 6:2:1, UART 0 on MIO 14 (in) and
+   15 (out) at 3.3 V with its clock at 100 MHz, quad-SPI flash on MIO 1 to 6, configuration port at
+   200 MHz, fabric clock 0 at 100 MHz; UART, port and fabric clock from the IO PLL. */
 
 #ifndef ARCTRUE_BOARD_SETTINGS_H
 #define ARCTRUE_BOARD_SETTINGS_H
 
 #define BOARD_NAME "arty_z7_20"
 #define BOARD_CRYSTAL_HZ 50000000U
-/* The boot ROM leaves the ARM PLL at 26 times the crystal: 1300 MHz, and the processor at half. */
+/* 1300 MHz, and the processor at half of it. */
 #define BOARD_ARM_PLL_FACTOR 26U
 #define BOARD_PROCESSOR_DIVISOR 2U
-/* 1000 MHz; PLL_CFG for this factor: check against the table of UG585. */
+/* 1000 MHz. */
 #define BOARD_IO_PLL_FACTOR 20U
-#define BOARD_IO_PLL_CONFIGURATION 0x001452C0U
+/* Loop resistor, charge pump and lock count of each factor: UG585, table 25-6. */
+#define BOARD_ARM_PLL_CONFIGURATION CLOCKS_PLL_CONFIGURATION(12U, 2U, 375U)
+#define BOARD_IO_PLL_CONFIGURATION CLOCKS_PLL_CONFIGURATION(12U, 2U, 500U)
 #define BOARD_UART_RECEIVE_PIN 14U
 #define BOARD_UART_TRANSMIT_PIN 15U
 /* Where the core is in the window of M_AXI_GP0. */

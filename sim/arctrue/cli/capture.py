@@ -13,7 +13,7 @@ from arctrue.measurement import write_measurement_set
 NO_DEVICE = 2
 
 
-@click.command()
+@click.command(short_help="Write one capture of a device as a set.")
 @click.argument("port")
 @click.argument("out", type=click.Path(file_okay=False, path_type=Path))
 @click.option(

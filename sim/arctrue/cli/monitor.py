@@ -16,7 +16,7 @@ from arctrue.measurement import write_measurement_set
 NO_DEVICE = 2
 
 
-@click.command()
+@click.command(short_help="Show and record a device's telemetry.")
 @click.argument("port")
 @click.option("--turns", type=click.IntRange(min=1), help="End after so many turns.")
 @click.option(
@@ -77,7 +77,7 @@ def monitor(
 
 _HEAD = (
     f"{'turn':>6} {'result':<8} {'reason':<19} {'separation/°':>13} {'noise/″':>8} {'error/″':>9} "
-    f"{'order 1/″':>10}  alarms"
+    f"{'die/°C':>7} {'order 1/″':>10}  alarms"
 )
 
 
@@ -93,5 +93,6 @@ def _row(turn: Turn) -> str:
     return (
         f"{fields['turn']:6d} {turn.result:<8} {fields['reason']:<19} "
         f"{number('separation_deg', 13, 6)} {number('noise_arcsec', 8, 3)} "
-        f"{number('active_arcsec', 9, 3)} {first}  {' '.join(fields.get('alarms', []))}"
+        f"{number('active_arcsec', 9, 3)} {number('temperature_c', 7, 1)} {first}  "
+        f"{' '.join(fields.get('alarms', []))}"
     ).rstrip()

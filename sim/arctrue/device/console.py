@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import serial
+from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Table
 
@@ -127,6 +128,16 @@ class Console:
         raise ConsoleError(f"{self.port}: nothing came within {seconds:g} s; does the table turn?")
 
 
+def _temperature(fields: dict[str, str], rows: int) -> NDArray[np.float64] | None:
+    """Of the die, the same for every row; None where the device has told none."""
+    if "temperature_c" not in fields:
+        return None
+    celsius = float(fields["temperature_c"])
+    if not math.isfinite(celsius):
+        raise ValueError("temperature_c")
+    return np.full(rows, celsius)
+
+
 def _measurement(fields: dict[str, str], rows: list[str], port: str) -> MeasurementSet:
     values = [row.split(",") for row in rows]
     bad = [i for i, row in enumerate(values) if len(row) != _ROW_FIELDS]
@@ -141,9 +152,13 @@ def _measurement(fields: dict[str, str], rows: list[str], port: str) -> Measurem
         head1_counts=np.array([int(row[2]) for row in values], dtype=np.int64),
         head2_counts=np.array([int(row[3]) for row in values], dtype=np.int64),
         clock_hz=float(fields["clock_hz"]),
+        temperature_c=_temperature(fields, len(rows)),
     )
     separation = float(fields["separation_deg"])
     if not math.isfinite(separation):
         raise ValueError("separation_deg")
+    title = f"capture {fields['sequence']} of {port}"
+    if capture.temperature_c is not None:
+        title += ", temperature of the die"
     table = Table(counts_per_rev=int(fields["counts_per_rev"]), head_separation_deg=separation)
-    return MeasurementSet(table, capture, title=f"capture {fields['sequence']} of {port}")
+    return MeasurementSet(table, capture, title=title)

@@ -21,6 +21,7 @@ CREATE TABLE IF NOT EXISTS turn (
     noise_arcsec REAL,
     active_arcsec REAL,
     candidate_arcsec REAL,
+    temperature_c REAL,
     swaps INTEGER,
     alarms TEXT NOT NULL
 );
@@ -42,6 +43,7 @@ _COLUMNS = (
     "noise_arcsec",
     "active_arcsec",
     "candidate_arcsec",
+    "temperature_c",
     "swaps",
 )
 
@@ -53,6 +55,13 @@ class Recorder:
         """Open or make the file."""
         self._connection = sqlite3.connect(file)
         self._connection.executescript(_SCHEMA)
+        self._add_what_older_files_lack()
+
+    def _add_what_older_files_lack(self) -> None:
+        present = {row[1] for row in self._connection.execute("PRAGMA table_info(turn)")}
+        if "temperature_c" not in present:
+            with self._connection:
+                self._connection.execute("ALTER TABLE turn ADD COLUMN temperature_c REAL")
 
     def add(self, turn: Turn) -> None:
         """One turn, on the disk when this returns."""

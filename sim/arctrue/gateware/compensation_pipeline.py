@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,35 +67,52 @@ def compensate_clocks(
     ramp_rate: int,
     state: CompensationState | None = None,
     cosine_width: int = COSINE_WIDTH,
+    fold: int = 1,
 ) -> Compensated:
     """The outputs of consecutive clocks, with swaps, enable and bypass (latency left out).
 
     ``bank``: which of ``banks`` the angle of each clock meets; ``swap_marker``: true with the
     first angle after each swap; ``apply`` as the port; all (clocks,). ``ramp_rate``: u8.24 in 2⁻¹¹
-    count a clock. ``state``: that of the clocks before, else that after reset.
+    count a clock. ``state``: that of the clocks before, else that after reset. ``fold``: the angle
+    of the first clock is accepted and then one every ``fold`` clocks; what the others bring is not
+    used. The latency left out is 28 + ``fold`` clocks.
 
-    Raises ValueError for an angle outside the turn, or banks for different turns or lanes.
+    Raises ValueError for an angle outside the turn, banks for different turns or lanes, or lanes
+    that are no multiple of ``fold``.
     """
     if len({(entry.counts_per_rev, entry.lanes) for entry in banks}) != 1:
         raise ValueError("banks: expected at least one, all for the same counts_per_rev and lanes")
     counts_per_rev = banks[0].counts_per_rev
+    if banks[0].lanes % fold:
+        raise ValueError(f"{banks[0].lanes} lanes cannot be folded by {fold}")
     angles, positions = _readings(angle, position, counts_per_rev)
-    of_clock = np.asarray(bank, dtype=np.int64)
+    clocks = angles.size
+    angles, positions = angles[::fold], positions[::fold]
+    of_clock = np.asarray(bank, dtype=np.int64)[::fold]
     sums = np.empty((angles.size, (banks[0].lanes + 1) // 2), dtype=np.int64)
     for index, entry in enumerate(banks):
         met = of_clock == index
         sums[met] = pair_sums(angles[met], entry, cosine_width)
+    offsets = np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock]
+    # A reading stands until the next; a swap is one of its first clock.
+    marker = np.zeros(clocks, dtype=np.bool_)
+    marker[::fold] = np.asarray(swap_marker, dtype=np.bool_)[::fold]
     return error_compensation(
-        sums,
-        np.array([entry.offset for entry in banks], dtype=np.int64)[of_clock],
-        angles,
-        positions,
-        np.asarray(apply, dtype=np.bool_),
-        np.asarray(swap_marker, dtype=np.bool_),
+        _held(sums, fold, clocks),
+        _held(offsets, fold, clocks),
+        _held(angles, fold, clocks),
+        _held(positions, fold, clocks),
+        _held(np.asarray(apply, dtype=np.bool_)[::fold], fold, clocks),
+        marker,
         counts_per_rev,
         ramp_rate,
         state,
     )
+
+
+def _held(accepted: NDArray[Any], fold: int, clocks: int) -> NDArray[Any]:
+    """Each of the (accepted, …) for ``fold`` clocks, (clocks, …)."""
+    return accepted if fold == 1 else np.repeat(accepted, fold, axis=0)[:clocks]
 
 
 def _readings(

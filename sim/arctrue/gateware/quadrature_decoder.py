@@ -42,6 +42,8 @@ class DecoderInputs:
     """Clocks, 1 is off."""
     minimum_edge_spacing: ArrayLike = 0
     """Clocks, 0 is off."""
+    index_tolerance: ArrayLike = 0
+    """Counts."""
     timestamp: ArrayLike = 0
     """Clocks, 0 to 2**64 - 1."""
     clear: ArrayLike = False
@@ -149,10 +151,14 @@ def quadrature_decoder(
 
     # Until the synchroniser holds levels of the clock of the last reset.
     last_reset = latest(reset)
-    preload = clocks - _clock_before(last_reset) <= synchroniser_stages + 1
+    since_reset = clocks - _clock_before(last_reset)
+    preload = since_reset <= synchroniser_stages + 1
+    filter_reset = since_reset <= synchroniser_stages
     a, b, z = (
         glitch_filter(
-            input_synchroniser(column[pin], synchroniser_stages), column["filter_length"], preload
+            input_synchroniser(column[pin], synchroniser_stages),
+            column["filter_length"],
+            filter_reset,
         )[:-1]
         for pin in ("a", "b", "z")
     )
@@ -195,7 +201,10 @@ def quadrature_decoder(
     repeated = strobe & (_earlier(index_number) > 1)
     latched_before = value_at(_clock_before(last_strobe), latched, 0)
     interval = np.where(repeated, _wrapped(latched - latched_before), 0)
-    misplaced = repeated & (interval != 0) & (np.abs(interval) != turn_in_force)
+    size = np.abs(interval)
+    deviation = np.minimum(size, np.abs(size - turn_in_force))
+    # Judged a clock after it was latched, by the tolerance of that clock.
+    misplaced = _was(repeated) & (_earlier(deviation) > column["index_tolerance"])
 
     # Spacing of edges, one clock after the position.
     move_before = _clock_before(last_move)
@@ -205,7 +214,7 @@ def quadrature_decoder(
 
     illegal, illegal_count = _sticky(_was(seen.illegal) & ~reset, clear, reset)
     overspeed, overspeed_count = _sticky(_was(too_near) & ~reset, clear, reset)
-    index_error, index_error_count = _sticky(_was(misplaced) & ~reset, clear, reset)
+    index_error, index_error_count = _sticky(_was(misplaced & ~reset) & ~reset, clear, reset)
 
     direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))
     direction[0] = 1

@@ -15,10 +15,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_application import Sensor
 from sim.tests.firmware.test_estimates import counts_of
 
 from arctrue.cli.capture import capture
 from arctrue.cli.monitor import monitor
+from arctrue.device.console import Turn
+from arctrue.device.recorder import Recorder
 from arctrue.measurement import read_measurement_set
 
 COUNTS = counts_of(samples=600)
@@ -34,12 +37,14 @@ class Device(threading.Thread):
         os.set_blocking(self.end, False)
         self.port = os.ttyname(other)
         self.ended = False
+        self.with_sensor = False
         self.bad_turns = False
 
     def run(self) -> None:
         made = Firmware(ModelCore())
         made.library.application_start(made.application)
         made.core.see_index()
+        self.sensor = Sensor(made) if self.with_sensor else None
         while not self.ended:
             try:
                 said = made.send(os.read(self.end, 256))
@@ -61,9 +66,10 @@ class Device(threading.Thread):
                 time.sleep(0.001)
 
 
-@pytest.fixture
-def device() -> Iterator[Device]:
+@pytest.fixture(params=[False, True], ids=["without a sensor", "with a sensor"])
+def device(request: pytest.FixtureRequest) -> Iterator[Device]:
     made = Device()
+    made.with_sensor = request.param
     made.start()
     yield made
     made.ended = True
@@ -78,6 +84,11 @@ def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> 
     np.testing.assert_array_equal(measurement.capture.head1_counts, COUNTS[0])
     np.testing.assert_array_equal(measurement.capture.head2_counts, COUNTS[1])
     assert measurement.table.counts_per_rev == 1 << 24
+    if device.with_sensor:
+        assert measurement.capture.temperature_c is not None
+        assert set(measurement.capture.temperature_c) == {40.0}
+    else:
+        assert measurement.capture.temperature_c is None
 
 
 def test_turns_are_shown_and_recorded(device: Device, tmp_path: Path) -> None:
@@ -88,14 +99,26 @@ def test_turns_are_shown_and_recorded(device: Device, tmp_path: Path) -> None:
     assert " none " in done.output or " not_better " in done.output
     assert " 32.99999" in done.output or " 33.00000" in done.output
     with sqlite3.connect(record) as database:
-        turns = database.execute("SELECT number, result FROM turn").fetchall()
-        assert len(turns) == 3
+        turns = database.execute("SELECT temperature_c FROM turn").fetchall()
+        assert turns == [(40.0 if device.with_sensor else None,)] * 3
         (amplitude,) = database.execute(
             "SELECT amplitude_arcsec FROM harmonic WHERE harmonic_order = 1 LIMIT 1"
         ).fetchone()
     assert amplitude == pytest.approx(150.0, abs=0.1)
     (folder,) = sets.iterdir()
     assert read_measurement_set(folder).capture is not None
+
+
+def test_a_record_of_an_older_version_is_continued(tmp_path: Path) -> None:
+    file = tmp_path / "turns.sqlite"
+    Recorder(file).close()
+    with sqlite3.connect(file) as database:
+        database.execute("ALTER TABLE turn DROP COLUMN temperature_c")
+    recorder = Recorder(file)
+    recorder.add(Turn({"turn": 1, "result": "kept", "reason": "none", "temperature_c": 51.5}))
+    recorder.close()
+    with sqlite3.connect(file) as database:
+        assert database.execute("SELECT temperature_c FROM turn").fetchall() == [(51.5,)]
 
 
 def test_a_refused_turn_is_shown(device: Device) -> None:

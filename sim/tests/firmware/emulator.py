@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import fcntl
+import json
+import re
 import socket
 import struct
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +26,8 @@ IMAGE = ROOT / "build" / "firmware" / BOARD / "arctrue.elf"
 CORE_BASE = 0x4000_0000
 CAPTURE = 0x20000
 BOTH_INDICES_SEEN = 0b11
+INSTRUCTION_TIME = "shift=3"
+"""2³ ns an instruction; the clock goes on by itself while the processor sleeps."""
 
 
 def build(board: str = BOARD) -> Path:
@@ -75,13 +80,44 @@ def symbol(name: str) -> int:
     return int(line.split()[0], 16) & ~1
 
 
+def member_offset(name: str) -> int:
+    """Of a structure's member, from the debugging information; its name must be the only one."""
+    listing = subprocess.run(
+        ["arm-none-eabi-readelf", "--debug-dump=info", str(IMAGE)],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    members = re.findall(
+        r"\(DW_TAG_member\)\n[^\n]*DW_AT_name\s*:[^\n]*[ :](\w+)\n"
+        r"(?:[^\n]*DW_AT_(?!name)[^\n]*\n)*?[^\n]*DW_AT_data_member_location: (\d+)",
+        listing,
+    )
+    (offset,) = {int(place) for member, place in members if member == name}
+    return offset
+
+
+def machine_code(address: int, number: int) -> bytes:
+    """Bytes of the image."""
+    with tempfile.NamedTemporaryFile() as file:
+        subprocess.run(
+            ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(IMAGE), file.name],
+            check=True,
+        )
+        text = Path(file.name).read_bytes()
+    return text[address : address + number]
+
+
 class Emulator:
     """One run; ``said`` is all that the console has said so far."""
 
-    def __init__(self, console: socket.socket, debugger: Path, process: Any) -> None:
+    def __init__(self, console: socket.socket, folder: Path, process: Any) -> None:
         self.console = console
-        self.debugger = debugger
+        self.debugger = folder / "debugger"
+        self.bus = folder / "bus"
+        self.control = folder / "control"
         self.process = process
+        self._bus: Any = None
         self.said = ""
 
     def wait_for(self, text: str, seconds: float = 20.0, start: int = 0) -> str:
@@ -122,14 +158,24 @@ class Emulator:
         Characters are lost while the firmware begins anew.
         """
         end = time.monotonic() + seconds
+        late = False
         while time.monotonic() < end:
             try:
                 answer = self.send(line, 1.0)
             except TimeoutError:
+                late = True
                 continue
             if expected in answer:
+                if late:
+                    self.hear_late_answers()
                 return answer
         raise AssertionError(f"{line}: never heard {expected!r} but {self.said[-3000:]!r}")
+
+    def hear_late_answers(self) -> None:
+        """Of lines whose answer was not waited for: a line that is no command comes after them."""
+        start = len(self.said)
+        self.console.sendall(b"marker\r")
+        self.wait_for("try help: marker\r\n", 60.0, start)
 
     def write_memory(self, address: int, data: bytes) -> None:
         """By the debugger's port, with the processor stopped and let go again."""
@@ -145,23 +191,77 @@ class Emulator:
                     assert b"$E" not in answer, answer
                 port.sendall(b"+")
 
+    def on_the_bus(self, *commands: str) -> list[str]:
+        """Accesses of qtest's protocol, beside the processor: its answers without the OK."""
+        if self._bus is None:
+            port = socket.socket(socket.AF_UNIX)
+            port.connect(str(self.bus))
+            port.settimeout(10.0)
+            self._bus = port.makefile("rw", encoding="ascii")
+            port.close()
+        answers = []
+        for text in commands:
+            self._bus.write(f"{text}\n")
+            self._bus.flush()
+            answer = self._bus.readline().split()
+            assert answer[:1] == ["OK"], f"{text}: {answer}"
+            answers.append(" ".join(answer[1:]))
+        return answers
+
+    def read_register(self, address: int) -> int:
+        (answer,) = self.on_the_bus(f"readl {address:#x}")
+        return int(answer, 16)
+
+    def write_register(self, address: int, value: int) -> None:
+        self.on_the_bus(f"writel {address:#x} {value:#x}")
+
+    def machine_command(self, name: str, **arguments: Any) -> Any:
+        """One command of QEMU's machine protocol, and what it returns."""
+        with socket.socket(socket.AF_UNIX) as port:
+            port.connect(str(self.control))
+            port.settimeout(10.0)
+            lines = port.makefile("rw", encoding="utf-8")
+            lines.readline()
+            for asked in (
+                {"execute": "qmp_capabilities"},
+                {"execute": name, "arguments": arguments},
+            ):
+                lines.write(json.dumps(asked) + "\n")
+                lines.flush()
+                answer = json.loads(lines.readline())
+                while "event" in answer:
+                    answer = json.loads(lines.readline())
+                assert "return" in answer, answer
+            return answer["return"]
+
 
 @contextmanager
-def running(folder: Path, window: bytes, *options: str, image: Path = IMAGE) -> Iterator[Emulator]:
-    """Start the image; it is stopped when the block ends."""
+def running(
+    folder: Path, window: bytes, *options: str, image: Path = IMAGE, real_time: bool = False
+) -> Iterator[Emulator]:
+    """Start the image; it is stopped when the block ends.
+
+    Time follows the instructions unless ``real_time`` or ``-icount`` among the options says
+    otherwise: on a busy machine a calibration would else take so long that the firmware takes it
+    for a hang.
+    """
     (folder / "core.bin").write_bytes(window)
     console, debugger = folder / "console", folder / "debugger"
     command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic"]
     command += ["-kernel", str(image), "-monitor", "none"]
     command += ["-device", f"loader,file={folder}/core.bin,addr={CORE_BASE:#x},force-raw=on"]
     command += ["-serial", f"unix:{console},server=on,wait=on"]
-    command += ["-gdb", f"unix:{debugger},server=on,wait=off", *options]
+    command += ["-gdb", f"unix:{debugger},server=on,wait=off"]
+    command += ["-accel", "tcg", "-qtest", f"unix:{folder}/bus,server=on,wait=off"]
+    if not real_time and "-icount" not in options:
+        command += ["-icount", INSTRUCTION_TIME]
+    command += ["-qmp", f"unix:{folder}/control,server=on,wait=off", *options]
     with (folder / "qemu.log").open("wb") as log:
         process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
     try:
         with socket.socket(socket.AF_UNIX) as port:
             _connect(port, console, process, folder / "qemu.log")
-            yield Emulator(port, debugger, process)
+            yield Emulator(port, folder, process)
     finally:
         process.kill()
         process.wait()

@@ -18,7 +18,7 @@ from cffi import FFI
 
 ROOT = Path(__file__).resolve().parents[3]
 FIRMWARE = ROOT / "firmware"
-FOLDERS = ("calibration", "application", "console")
+FOLDERS = ("calibration", "application", "console", "zynq")
 GENERATED = ROOT / "build" / "generated" / "c"
 BUILT = ROOT / "build" / "firmware" / "host"
 FLAGS = (

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sim.tests.calibration.synthetic import COUNTS, Disc
 from sim.tests.firmware.calibrator import BOTH_INDICES_SEEN, header_flag
+from sim.tests.firmware.library import firmware as c_library
 from sim.tests.firmware.model_core import COEFFICIENTS, Firmware, ModelCore, address, bit
 from sim.tests.firmware.test_estimates import DISC, counts_of
 
@@ -222,3 +223,91 @@ def test_a_turn_of_counts_that_the_core_refuses(running: Firmware) -> None:
     running.core.command = lambda word: None  # type: ignore[method-assign]
     assert running.send("set counts_per_rev 4096").startswith("ok")
     assert running.phase == "no_core"
+
+
+def test_the_core_interrupts_when_a_bank_is_ready(running: Firmware) -> None:
+    core = running.core
+    assert core.get("interrupt_enable") == bit("interrupt_enable", "capture_ready")
+    core.writes.clear()
+    core.hand_over(turn())
+    running.library.application_interrupt(running.application)
+    assert (address("interrupt_status"), bit("interrupt_status", "capture_ready")) in core.writes
+    running.step()
+    assert (running.application.interrupts, running.application.banks_without_interrupt) == (1, 0)
+    running.step(3)
+    core.hand_over(turn(seed=2))
+    running.step()
+    assert running.application.turns == 2, "found all the same"
+    assert (running.application.interrupts, running.application.banks_without_interrupt) == (1, 1)
+    assert "banks_without_interrupt 1\r\n" in running.send("status")
+
+
+def test_an_interrupt_without_a_core_touches_nothing() -> None:
+    core = ModelCore()
+    core.set("identification", 0)
+    firmware = Firmware(core)
+    firmware.library.application_start(firmware.application)
+    firmware.library.application_interrupt(firmware.application)
+    assert not core.writes
+    assert firmware.application.interrupts == 1
+
+
+def test_it_does_not_sleep_while_there_is_more_to_do(running: Firmware) -> None:
+    busy = running.library.application_busy
+    assert not busy(running.application)
+    running.send("dump")
+    running.core.hand_over(turn())
+    running.step()
+    assert running.phase == "dump"
+    assert busy(running.application)
+
+
+class Sensor:
+    """A thermometer that may fail."""
+
+    def __init__(self, firmware: Firmware) -> None:
+        ffi, library = c_library()
+        self.celsius: float | None = 40.0
+        self.call = ffi.callback("temperature_read", self.read)
+        library.application_use_temperature(firmware.application, self.call, ffi.NULL)
+
+    def read(self, _: Any, celsius: Any) -> bool:
+        if self.celsius is None:
+            return False
+        celsius[0] = self.celsius
+        return True
+
+
+def test_the_temperature_of_a_turn(running: Firmware) -> None:
+    assert running.turn(turn())["temperature_c"] is None, "no sensor"
+    assert "temperature_c absent\r\n" in running.send("status")
+    sensor = Sensor(running)
+    assert running.turn(turn(seed=2))["temperature_c"] == 40.0
+    assert "temperature_c 40.000000000\r\n" in running.send("status")
+    sensor.celsius = -12.346
+    assert running.turn(turn(seed=3))["temperature_c"] == -12.35
+    sensor.celsius = None
+    assert running.turn(turn(seed=4))["temperature_c"] is None, "not the one before"
+    assert "temperature_c absent\r\n" in running.send("status")
+
+
+def test_a_hot_die_is_an_alarm(running: Firmware) -> None:
+    sensor = Sensor(running)
+    sensor.celsius = 84.9
+    assert running.turn(turn())["alarms"] == []
+    sensor.celsius = 85.1
+    assert running.turn(turn(seed=2))["alarms"] == ["temperature"]
+    assert running.send("set alarm_temperature_c 90") == "ok\r\n"
+    assert running.turn(turn(seed=3))["alarms"] == []
+    bad = turn(seed=5)
+    bad[0, 500:] += 50_000
+    sensor.celsius = 95.0
+    assert running.turn(bad)["alarms"] == ["temperature"], "also with a turn that is refused"
+
+
+def test_a_dump_tells_the_temperature(running: Firmware) -> None:
+    Sensor(running)
+    running.send("dump")
+    running.core.hand_over(turn())
+    head = running.step(3).splitlines()[0]
+    assert head.endswith(" separation_deg=33.000000 temperature_c=40.00")

@@ -72,6 +72,14 @@ def test_parameters_are_set(running: Firmware) -> None:
     assert running.phase == "wait_for_index"
 
 
+def test_the_core_is_looked_for_again(running: Firmware) -> None:
+    assert running.send("rearm") == "ok, the index is looked for again\r\n"
+    assert running.phase == "wait_for_index"
+    running.core.set("identification", 0)
+    assert running.send("rearm") == "error: no core answers\r\n"
+    assert running.phase == "no_core"
+
+
 def test_harmonics_are_shown_as_they_were_found(running: Firmware) -> None:
     running.turn(turn())
     lines = running.send("show harmonics").splitlines()
@@ -145,3 +153,25 @@ def test_whole_numbers(value: int) -> None:
     made.said.clear()
     firmware()[1].text_signed(made.sink, value)
     assert made.said.decode() == str(value)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None)
+def test_addresses(value: int) -> None:
+    made = Firmware(ModelCore())
+    made.said.clear()
+    firmware()[1].text_hexadecimal(made.sink, value)
+    assert made.said.decode() == f"{value:08X}"
+
+
+def test_what_the_board_knows_is_told(running: Firmware) -> None:
+    ffi, _ = firmware()
+    plain = running.send("status")
+    assert "reset none\r\n" in plain
+    assert "reset_instruction" not in plain
+    assert "fabric" not in plain
+    reason, fabric = ffi.new("char[]", b"hang"), ffi.new("char[]", b"loaded")
+    running.console.reset_reason, running.console.fabric = reason, fabric
+    running.console.reset_instruction = 0x1A2C
+    told = running.send("status")
+    assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in told

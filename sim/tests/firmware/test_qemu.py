@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 from sim.tests.firmware.calibrator import capture_in_c, estimate, values_of
-from sim.tests.firmware.emulator import BOARD, CORE_BASE, build, core_window, running, symbol
+from sim.tests.firmware.emulator import (
+    BOARD,
+    CORE_BASE,
+    build,
+    core_window,
+    machine_code,
+    running,
+    symbol,
+)
 from sim.tests.firmware.test_estimates import DISC, EQUAL_TO, counts_of
 
 from arctrue.generated.registers import REGISTERS
@@ -113,19 +121,3 @@ def test_faults_end_in_bypass_and_begin_anew(
         machine.wait_for(f"fault {name} at 0x")
         machine.write_memory(symbol("application_step"), original)
         machine.ask("status", f"reset {name}\r\n")
-
-
-def machine_code(address: int, number: int) -> bytes:
-    """Bytes of the image."""
-    import subprocess
-    import tempfile
-
-    from sim.tests.firmware.emulator import IMAGE
-
-    with tempfile.NamedTemporaryFile() as file:
-        subprocess.run(
-            ["arm-none-eabi-objcopy", "-O", "binary", "-j", ".text", str(IMAGE), file.name],
-            check=True,
-        )
-        text = Path(file.name).read_bytes()
-    return text[address : address + number]

@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-MODULES = ("test_capture.py", "test_coefficients.py", "test_application.py", "test_console.py")
+MODULES = (
+    *("test_capture.py", "test_coefficients.py", "test_application.py", "test_console.py"),
+    *("test_fabric.py", "test_temperature.py"),
+)
 
 
 @pytest.mark.slow

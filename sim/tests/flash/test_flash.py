@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import socket
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
 from scripts.flash import ONBOARD_ADAPTER, FlashError, load_bitstream, load_firmware
 from sim.tests.firmware.emulator import build
+from sim.tests.flash.empty_chip import empty_chip
 from sim.tests.flash.jtag_chain import CFG_IN, JPROGRAM, Adapter, Chain
 
 needs_gdb = pytest.mark.skipif(
@@ -25,30 +24,11 @@ needs_openocd = pytest.mark.skipif(
 def test_the_firmware_is_loaded_compared_and_speaks(tmp_path: Path) -> None:
     """QEMU starts stopped and empty; its gdb port is what the adapter is on a board."""
     elf = build()
-    console, debugger = tmp_path / "console", tmp_path / "debugger"
-    command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic", "-S"]
-    command += ["-monitor", "none", "-serial", f"unix:{console},server=on,wait=off"]
-    command += ["-gdb", f"unix:{debugger},server=on,wait=off"]
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-    try:
-        with socket.socket(socket.AF_UNIX) as port:
-            end = time.monotonic() + 20.0
-            while not (console.exists() and debugger.exists()):
-                assert process.poll() is None
-                assert time.monotonic() < end
-                time.sleep(0.05)
-            port.connect(str(console))
-            port.settimeout(20.0)
-            size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(debugger))
-            assert size > 10_000
-            assert sections >= 2
-            said = b""
-            while b"help tells the commands" not in said:
-                said += port.recv(4096)
-            assert said.startswith(b"arctrue pynq_z2")
-    finally:
-        process.kill()
-        process.wait()
+    with empty_chip(tmp_path, "-S") as chip:
+        size, sections = load_firmware(elf, ONBOARD_ADAPTER, str(chip.debugger))
+        assert size > 10_000
+        assert sections >= 2
+        chip.wait_for(b"arctrue pynq_z2, help tells the commands")
 
 
 @needs_gdb

@@ -8,6 +8,7 @@ from tb.decoder.quadrature_decoder_scenarios import (
     FAULTY,
     LOSSLESS,
     RANDOM_SEEDS,
+    SCATTERED,
     UNITS,
     Scenario,
     Stimuli,
@@ -26,7 +27,7 @@ from arctrue.gateware.quadrature_decoder import (
 def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
     given = stimuli(name)
     trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
-    return (LOSSLESS | FAULTY)[name], given, trace
+    return (LOSSLESS | SCATTERED | FAULTY)[name], given, trace
 
 
 def latency(given: Stimuli) -> int:
@@ -182,10 +183,10 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The error shows one clock after the strobe, and stays until the clear.
+    # The error shows two clocks after the strobe, and stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
-    assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 1, cleared))
+    assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 2, cleared))
     assert not trace.index_error_count[cleared:].any()
     assert not trace.illegal[cleared:].any()
     # The angle of the first index is kept: the lost and added counts cancel in the end.
@@ -199,8 +200,64 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
     wrong = trace.index_interval[strobes] == scenario.counts_per_rev - 4
     assert wrong.sum() == 1
     assert trace.index_error_count[-1] == 1
-    assert trace.index_error[strobes[wrong][0] + 1] == 1
-    assert trace.index_error[strobes[wrong][0]] == 0
+    assert trace.index_error[strobes[wrong][0] + 2] == 1
+    assert trace.index_error[strobes[wrong][0] + 1] == 0
+
+
+def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:
+    """And the true places of the marks that were passed, counts."""
+    scenario, given, trace = played(name)
+    shifted = given.place - int(scenario.index_at * UNITS) - given.mark_scatter * UNITS
+    turns = shifted // (scenario.counts_per_rev * UNITS)
+    passed = np.diff(turns)
+    clocks = np.flatnonzero(passed) + 1
+    places = np.maximum(turns[clocks], turns[clocks - 1]) * scenario.counts_per_rev
+    return scenario, given, trace, places + given.mark_scatter[clocks]
+
+
+@pytest.mark.parametrize("name", SCATTERED)
+def test_a_scattered_index_moves_no_count(name: str) -> None:
+    scenario, given, trace, places = marks_of_scattered_index(name)
+    delay = latency(given)
+    at = np.flatnonzero(trace.index_strobe)
+    assert (trace.index_position[at] + given.count[2]).tolist() == places[: len(at)].tolist()
+    assert len(set((places % scenario.counts_per_rev).tolist())) > 1, "the index does not scatter"
+    # The first mark is the zero, where it was met; the others change nothing.
+    seen = int(np.argmax(trace.index_seen))
+    expected = given.count[seen - delay : -delay] - places[0]
+    assert trace.turn_position[seen:-1].tolist() == expected.tolist()
+    assert trace.angle[seen:-1].tolist() == (expected % scenario.counts_per_rev).tolist()
+
+
+@pytest.mark.parametrize("name", SCATTERED)
+def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
+    scenario, given, trace, places = marks_of_scattered_index(name)
+    at = np.flatnonzero(trace.index_strobe)
+    steps = np.abs(np.diff(places[: len(at)]))
+    off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
+    assert off.max() == 2 * scenario.index_scatter
+    # Judged in the clock behind the strobe.
+    tolerance = given.columns["index_tolerance"][at[1:]]
+    wrong = off > tolerance
+    assert trace.index_error_count[-1] == wrong.sum()
+    if name == "tolerance_changes_with_every_clock":
+        assert 5 < wrong.sum() < wrong.size - 5
+        assert (off == tolerance).any()
+        assert (off == tolerance + 1).any()
+    else:
+        assert not wrong.any()
+        strict = given.columns | {"index_tolerance": 2 * scenario.index_scatter - 1}
+        told = quadrature_decoder(DecoderInputs(**strict, timestamp=given.timestamp))
+        assert told.index_error_count[-1] == (off == off.max()).sum() > 0
+
+
+def test_a_lost_period_is_seen_up_to_a_tolerance_of_3() -> None:
+    _, given, trace = played("a_lost_period_within_the_tolerance_of_a_bad_index")
+    tolerance = given.columns["index_tolerance"]
+    errors = np.maximum(np.diff(trace.index_error_count), 0)
+    assert errors[tolerance == 3].sum() == 2
+    assert errors[tolerance == 4].sum() == 0
+    assert not trace.illegal.any()
 
 
 def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:

@@ -100,7 +100,8 @@ def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '
         'llvm) echo " llvm code generator";; esac; seq 10000',
     )
-    machine.command("gcc", "exit 0")
+    for tool in ("gcc", "g++", "verilator"):
+        machine.command(tool, "exit 0")
     done = machine.setup("ID=arch\n")
     assert "Debian 12, Debian 13" not in done.stderr
     assert "installing the Python packages" in done.stderr
@@ -157,6 +158,39 @@ def test_packages_of_the_lock_that_cannot_be_had_stop_the_set_up(machine: Machin
     assert "network" in done.stderr
     assert "no route to host" in done.stderr
     assert not (machine.tree / ".venv" / ".setup-lock").exists()
+
+
+def made_ready(machine: Machine, installer: str) -> None:
+    """Python packages go in at once; ``installer`` stands for the GHDL of netlists."""
+    machine.command(
+        "python3",
+        'if [ "$2" = venv ]; then mkdir -p .venv/bin; printf "#!/bin/sh\\nexit 0\\n" '
+        "> .venv/bin/python; chmod 755 .venv/bin/python; fi",
+    )
+    chmod = shutil.which("chmod")
+    assert chmod
+    (machine.commands / "chmod").symlink_to(chmod)
+    file = machine.tree / "scripts" / "install_ghdl_netlist.sh"
+    file.write_text(f"#!/bin/sh\n{installer}\n", encoding="utf-8")
+    file.chmod(0o755)
+
+
+def test_a_ghdl_too_old_for_netlists_gets_one_beside_it(machine: Machine) -> None:
+    made_ready(machine, "echo unpacked")
+    machine.command("ghdl", "echo GHDL 2.0.0")
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 0, done.stderr
+    assert "unpacked" in done.stdout
+    machine.command("ghdl", "echo 'GHDL 4.1.0 (tarball)'")
+    assert "unpacked" not in machine.setup(DEBIAN_12).stdout
+
+
+def test_without_a_ghdl_for_netlists_the_set_up_goes_on(machine: Machine) -> None:
+    made_ready(machine, "echo no mirror >&2; exit 1")
+    done = machine.setup(DEBIAN_12)
+    assert done.returncode == 0
+    assert "no mirror" in done.stderr
+    assert "the virtual instrument and its tests will ask for it" in done.stderr
 
 
 def test_workflow_and_readme_name_the_same_systems() -> None:

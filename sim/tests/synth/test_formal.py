@@ -1,28 +1,81 @@
-"""Every proof holds, and fails on each of its broken variants."""
+"""Every quick proof holds, and fails on a broken variant; ``make formal`` breaks all ways."""
 
 from __future__ import annotations
 
+import os
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from scripts.formal import PROOFS, Break, Proof, broken_sources, check
-from sim.tests.synth.test_netlist import needs_tools
+from scripts import formal
+from scripts.formal import DOCUMENT, broken_sources, check, document, find_sby, prove
+from scripts.formal_proofs import PROOFS, Break, Proof
+from scripts.netlist import ROOT, ToolError, find_ghdl
+
+
+def tools_missing() -> str:
+    try:
+        find_ghdl()
+        find_sby()
+    except ToolError as error:
+        return str(error)
+    return ""
+
+
+needs_tools = pytest.mark.skipif(bool(tools_missing()), reason=tools_missing())
+QUICK = [proof for proof in PROOFS if proof.quick]
+OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
 
 
 @needs_tools
-@pytest.mark.parametrize("proof", PROOFS, ids=[proof.entity for proof in PROOFS])
+@pytest.mark.parametrize("proof", QUICK, ids=[proof.name for proof in QUICK])
 def test_proof(proof: Proof, tmp_path: Path) -> None:
-    assert check(proof, tmp_path) == []
+    faults, _ = check(replace(proof, breaks=proof.breaks[:1]), tmp_path)
+    assert faults == []
 
 
 @needs_tools
 def test_a_fault_that_changes_nothing_is_reported(tmp_path: Path) -> None:
     harmless = Break("nothing", "      b <= phase_then(1);\n", "      b <= phase_then(1); --\n")
-    (fault,) = check(Proof("quadrature_output", (harmless,)), tmp_path)
+    (fault,), _ = check(replace(OUTPUT, breaks=(harmless,)), tmp_path)
     assert fault == "quadrature_output: the proof does not notice that nothing"
+
+
+@needs_tools
+def test_a_cover_statement_out_of_reach_is_reported(tmp_path: Path) -> None:
+    (fault,) = prove(replace(OUTPUT, cover_depth=4), tmp_path)
+    assert "a cover statement is out of reach" in fault
 
 
 def test_a_fault_that_does_not_fit_the_source_is_refused(tmp_path: Path) -> None:
     fault = Break("gone", "no such text", "")
     with pytest.raises(ValueError, match="there 0 times, not once"):
-        broken_sources(Proof("quadrature_output", (fault,)), fault, tmp_path / "vhdl")
+        broken_sources(OUTPUT, fault, tmp_path / "vhdl")
+
+
+def test_all_faults_fit_their_sources(tmp_path: Path) -> None:
+    for proof in PROOFS:
+        for fault in proof.breaks:
+            broken_sources(proof, fault, tmp_path / "vhdl")
+
+
+def test_every_rules_file_belongs_to_a_proof_with_covers_and_faults() -> None:
+    rules = {path.name for path in (ROOT / "formal").glob("*.sv")}
+    assert rules == {f"{proof.name}_rules.sv" for proof in PROOFS}
+    for proof in PROOFS:
+        text = (ROOT / "formal" / f"{proof.name}_rules.sv").read_text(encoding="utf-8")
+        assert "cover (" in text, proof.name
+        assert proof.breaks, proof.name
+
+
+def test_the_document_is_that_of_the_proofs() -> None:
+    assert DOCUMENT.read_text(encoding="utf-8") == document(PROOFS)
+
+
+def test_without_symbiyosys_the_command_says_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda command, path=os.defpath: None)
+    assert formal.main(["quadrature_output"]) == 2
+    assert "yowasp-sby is missing; make setup" in capsys.readouterr().err

@@ -89,6 +89,14 @@ def test_phase_lane_takes_three_multipliers(tmp_path: Path) -> None:
 
 
 @needs_tools
+def test_folded_lanes_share_their_multipliers(tmp_path: Path) -> None:
+    netlist = write_netlist(
+        "compensation_pipeline", tmp_path / "made", generics={"LANES": 2, "FOLD": 2}
+    )
+    assert Design.read(synthesise(netlist, flatten=True)).total("compensation_pipeline").dsp == 4
+
+
+@needs_tools
 def test_report_of_a_small_entity(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "made"
     assert synth.main(["--entity", "glitch_filter", "-g", "width=2", "--output", str(folder)]) == 0

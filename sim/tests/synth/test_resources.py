@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from scripts.resources import Design, Resources
-from scripts.synth import BUDGETS, Budget, exceeded, lane_of
+from scripts.synth import BUDGETS, Budget, exceeded, fold_table, lane_of, wasted_folds
 
 BOXES = ("LUT2", "LUT3")
 
@@ -78,3 +78,14 @@ def test_every_budget_is_kept_at_its_limit_and_exceeded_one_above() -> None:
     (fault,) = exceeded(kept, lane + Resources(lut=1), BUDGETS)
     assert "the lane takes 1051 LUT, 1 above its budget of 1050" in fault
     assert exceeded(kept, None, (Budget("lane", "lut", 0),)) == []
+
+
+def test_a_fold_that_saves_nothing_is_told() -> None:
+    cores = {1: Resources(lut=30, dsp=12), 4: Resources(lut=12, dsp=3), 2: Resources(lut=20, dsp=6)}
+    assert wasted_folds(cores) == []
+    assert "| 2 | 2 clocks | 20 | 0 | 6 | 0 | 0 |" in fold_table(cores)
+    cores[8] = Resources(lut=13, dsp=3)
+    assert wasted_folds(cores) == [
+        "FOLD = 8 takes 13 LUT, FOLD = 4 only 12",
+        "FOLD = 8 takes 3 DSP, FOLD = 4 only 3",
+    ]

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+#
+# Pins of encoder_source_top, for a PYNQ-Z2 or an Arty Z7-20: the oscillator, and both heads on the first
+# Pmod (PMODA, JA) where arctrue_zynq_top takes them in.
+
+set_property LOC H16 [get_ports oscillator]
+set_property IOSTANDARD LVCMOS33 [get_ports oscillator]
+
+set_property LOC Y18 [get_ports head1_a]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_a]
+set_property LOC Y19 [get_ports head1_b]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_b]
+set_property LOC Y16 [get_ports head1_z]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_z]
+set_property LOC U18 [get_ports head2_a]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_a]
+set_property LOC U19 [get_ports head2_b]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_b]
+set_property LOC W18 [get_ports head2_z]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_z]

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+#
+# Pins of arctrue_zynq_top on a board of your own: copy this file, write the package's pins where it says
+# PIN, and the standard of their bank's supply (LVCMOS33 at 3.3 V, LVCMOS25 at 2.5 V, LVCMOS18 at 1.8 V)
+# where it says STANDARD. Then
+#
+#     make bitstream BOARD=my_board PINS=path/to/my_board.xdc PART=xc7z020clg484-1
+#
+# Every port must have both, each pin may appear once; make bitstream checks that first. A signal that is
+# not there still needs a pin. For pairs (TOP=arctrue_zynq_differential_top) each encoder port is
+# two: head1_a_p and head1_a_n, out_a_p and out_a_n; both get the standard (LVDS_25 or TMDS_33), and the
+# pins must be the two of one pair.
+#
+# Write nothing else in here: the open tools ignore other commands, so the two flows would differ.
+
+# Reference head.
+set_property LOC PIN [get_ports head1_a]
+set_property IOSTANDARD STANDARD [get_ports head1_a]
+set_property LOC PIN [get_ports head1_b]
+set_property IOSTANDARD STANDARD [get_ports head1_b]
+set_property LOC PIN [get_ports head1_z]
+set_property IOSTANDARD STANDARD [get_ports head1_z]
+
+# Calibration head.
+set_property LOC PIN [get_ports head2_a]
+set_property IOSTANDARD STANDARD [get_ports head2_a]
+set_property LOC PIN [get_ports head2_b]
+set_property IOSTANDARD STANDARD [get_ports head2_b]
+set_property LOC PIN [get_ports head2_z]
+set_property IOSTANDARD STANDARD [get_ports head2_z]
+
+# Corrected encoder signal.
+set_property LOC PIN [get_ports out_a]
+set_property IOSTANDARD STANDARD [get_ports out_a]
+set_property LOC PIN [get_ports out_b]
+set_property IOSTANDARD STANDARD [get_ports out_b]
+set_property LOC PIN [get_ports out_z]
+set_property IOSTANDARD STANDARD [get_ports out_z]
+
+# LEDs; high is lit.
+set_property LOC PIN [get_ports led_alive]
+set_property IOSTANDARD STANDARD [get_ports led_alive]
+set_property LOC PIN [get_ports led_capture]
+set_property IOSTANDARD STANDARD [get_ports led_capture]
+set_property LOC PIN [get_ports led_fault]
+set_property IOSTANDARD STANDARD [get_ports led_fault]
+set_property LOC PIN [get_ports led_compensation]
+set_property IOSTANDARD STANDARD [get_ports led_compensation]

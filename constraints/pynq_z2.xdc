@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+#
+# Pins of arctrue_zynq_top on the TUL PYNQ-Z2 (XC7Z020-1CLG400C).
+# RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
+# PMODA shares its pins with the Raspberry Pi header: leave that one free.
+# Only LOC and IOSTANDARD of ports stand here, which every tool reads; the rest is in vivado.xdc.
+
+# Reference head: receivers' outputs on the upper row of Pmod PMODA.
+set_property LOC Y18 [get_ports head1_a]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_a]
+set_property LOC Y19 [get_ports head1_b]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_b]
+set_property LOC Y16 [get_ports head1_z]
+set_property IOSTANDARD LVCMOS33 [get_ports head1_z]
+
+# Calibration head: receivers' outputs on the lower row of Pmod PMODA.
+set_property LOC U18 [get_ports head2_a]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_a]
+set_property LOC U19 [get_ports head2_b]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_b]
+set_property LOC W18 [get_ports head2_z]
+set_property IOSTANDARD LVCMOS33 [get_ports head2_z]
+
+# Corrected encoder signal: drivers' inputs on the upper row of Pmod PMODB.
+set_property LOC W14 [get_ports out_a]
+set_property IOSTANDARD LVCMOS33 [get_ports out_a]
+set_property LOC Y14 [get_ports out_b]
+set_property IOSTANDARD LVCMOS33 [get_ports out_b]
+set_property LOC T11 [get_ports out_z]
+set_property IOSTANDARD LVCMOS33 [get_ports out_z]
+
+# LEDs of the board.
+set_property LOC R14 [get_ports led_alive]
+set_property IOSTANDARD LVCMOS33 [get_ports led_alive]
+set_property LOC P14 [get_ports led_capture]
+set_property IOSTANDARD LVCMOS33 [get_ports led_capture]
+set_property LOC N16 [get_ports led_fault]
+set_property IOSTANDARD LVCMOS33 [get_ports led_fault]
+set_property LOC M14 [get_ports led_compensation]
+set_property IOSTANDARD LVCMOS33 [get_ports led_compensation]

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* An image of its own for scripts/bench_firmware.py: both methods and their plain counterparts on
+   the capture in the window, each with the ticks that it took and how far its values are from the
+   method's, as a share of the largest. */
+
+#include <math.h>
+#include <stddef.h>
+
+#include "arctrue_registers.h"
+#include "board_settings.h"
+#include "capture.h"
+#include "clocks.h"
+#include "fault.h"
+#include "fourier.h"
+#include "least_squares.h"
+#include "memory_mapped.h"
+#include "plain.h"
+#include "reading_function.h"
+#include "text.h"
+#include "timer.h"
+#include "uart.h"
+#include "units.h"
+
+#define CAPTURE_WINDOW 0x20000U
+#define AT(register) (BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, register))
+#define NOMINAL_DEGREES 33.0
+
+static struct {
+    struct uart uart;
+    union {
+        struct fourier_workspace fourier;
+        struct least_squares_workspace least_squares;
+        struct plain_workspace plain;
+        struct reading_workspace reading;
+    } workspace;
+    struct estimate estimate;
+    double values[2 * ORDERS_MAX];
+} bench;
+
+void interrupt_taken(uint32_t instruction);
+bool board_fabric_usable(void);
+
+/* None is enabled. */
+void interrupt_taken(uint32_t instruction) {
+    (void)instruction;
+}
+
+bool board_fabric_usable(void) {
+    return true;
+}
+
+static void put(void *context, const char *characters, size_t number) {
+    (void)context;
+    for (size_t place = 0; place < number; place++) {
+        uart_put(characters[place]);
+    }
+}
+
+static const struct text_sink sink = {put, NULL};
+
+static void tell(const char *name, uint64_t ticks, double apart) {
+    text_word(&sink, name);
+    text_word(&sink, " ");
+    text_unsigned(&sink, ticks);
+    text_word(&sink, " ");
+    text_fixed(&sink, apart * 1e9, 3);
+    text_word(&sink, "\r\n");
+}
+
+static double apart(void) {
+    const struct estimate *estimate = &bench.estimate;
+    double largest = 0.0;
+    double most = 0.0;
+    for (uint32_t place = 0; place < estimate->orders; place++) {
+        const struct harmonic *harmonic = &estimate->harmonic[place];
+        double off = fabs(bench.values[place] - harmonic->cosine);
+        off = fmax(off, fabs(bench.values[estimate->orders + place] - harmonic->sine));
+        most = fmax(most, off);
+        largest = fmax(largest, harmonic_amplitude(harmonic));
+    }
+    return most / largest;
+}
+
+static void run(struct turn *turn, const struct calibration_settings *settings) {
+    uint64_t start = timer_ticks();
+    enum refusal reason =
+        fourier_estimate(&bench.workspace.fourier, turn, settings, &bench.estimate);
+    tell("fourier", timer_ticks() - start, reason);
+    start = timer_ticks();
+    plain_fourier(&bench.workspace.plain, turn, &bench.estimate, bench.values);
+    tell("plain_fourier", timer_ticks() - start, apart());
+    start = timer_ticks();
+    estimate_as_function_of_reading(&bench.workspace.reading, &bench.estimate);
+    tell("reading_function", timer_ticks() - start, 0.0);
+    start = timer_ticks();
+    reason = least_squares_estimate(&bench.workspace.least_squares, turn, settings,
+                                    &bench.estimate);
+    tell("least_squares", timer_ticks() - start, reason);
+    start = timer_ticks();
+    bool solved = plain_least_squares(&bench.workspace.plain, turn, &bench.estimate,
+                                      settings->nominal_separation_rad, bench.values);
+    tell("plain_least_squares", timer_ticks() - start, solved ? apart() : 1.0);
+}
+
+int main(void) {
+    struct capture capture = {
+        .words = (const volatile int32_t *)(uintptr_t)(BOARD_CORE_BASE + CAPTURE_WINDOW),
+        .samples = register_read(AT(capture_header.sample_count)),
+        .flags = register_read(AT(capture_header.flags)),
+        .counts_per_rev = register_read(AT(counts_per_rev_active)),
+        .clock_hz = register_read(AT(clock_hz)),
+    };
+    struct calibration_settings settings = {
+        .nominal_separation_rad = NOMINAL_DEGREES * PI / 180.0,
+        .separation = SEPARATION_AUTOMATIC,
+        .orders = register_read(AT(scratch)),
+    };
+    struct turn turn;
+    struct capture_fault fault;
+    clocks_set_up();
+    uart_set_up(&bench.uart);
+    timer_set_up();
+    uint64_t start = timer_ticks();
+    enum refusal reason = capture_verify(&capture, settings.orders, &turn, &fault);
+    tell("verify", timer_ticks() - start, reason);
+    if (reason == NOT_REFUSED) {
+        turn_align(&turn, settings.nominal_separation_rad);
+        run(&turn, &settings);
+    }
+    text_word(&sink, "end\r\n");
+    for (;;) {
+        __asm__ volatile("wfi");
+    }
+}

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#ifndef ARCTRUE_MEMORY_MAPPED_H
+#define ARCTRUE_MEMORY_MAPPED_H
+
+#include <stdint.h>
+
+static inline volatile uint32_t *register_at(uint32_t address) {
+    return (volatile uint32_t *)(uintptr_t)address;
+}
+
+static inline void register_write(uint32_t address, uint32_t word) {
+    *register_at(address) = word;
+}
+
+static inline uint32_t register_read(uint32_t address) {
+    return *register_at(address);
+}
+
+#endif

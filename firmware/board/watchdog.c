@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "watchdog.h"
+
+#include "clocks.h"
+#include "fault.h"
+#include "memory_mapped.h"
+#include "registers.h"
+
+/* Watchdog mode and enable; without a prescaler. */
+#define WATCHDOG_RUN 0x09U
+
+_Static_assert((uint64_t)CLOCKS_TIMER_HZ *WATCHDOG_S <= UINT32_MAX, "the load has 32 bits");
+
+void watchdog_start(void) {
+    watchdog_feed();
+    register_write(WATCHDOG_CONTROL, WATCHDOG_RUN);
+}
+
+void watchdog_feed(void) {
+    register_write(WATCHDOG_LOAD, CLOCKS_TIMER_HZ * WATCHDOG_S);
+}
+
+/* The watchdog's own counter tells how long ago it was fed. */
+void watchdog_interrupt(uint32_t instruction) {
+    uint32_t spent = CLOCKS_TIMER_HZ * WATCHDOG_S - register_read(WATCHDOG_COUNTER);
+    if (spent > CLOCKS_TIMER_HZ * WATCHDOG_HANG_S) {
+        /* Fed, so that what is told on the console is not cut off. */
+        watchdog_feed();
+        fault_hang(instruction);
+    }
+}

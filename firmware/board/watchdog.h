@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Two of them. Where the main program does not feed for WATCHDOG_HANG_S, the timer's interrupt
+   notes where it hangs and begins anew. Where not even interrupts are taken, the processor's own
+   watchdog resets the system after WATCHDOG_S. */
+
+#ifndef ARCTRUE_WATCHDOG_H
+#define ARCTRUE_WATCHDOG_H
+
+#include <stdint.h>
+
+#define WATCHDOG_S 4U
+/* More than the longest calibration by far. */
+#define WATCHDOG_HANG_S 2U
+
+void watchdog_start(void);
+void watchdog_feed(void);
+
+/* From the timer's interrupt, which came at `instruction`. Does not come back after a hang. */
+void watchdog_interrupt(uint32_t instruction);
+
+#endif

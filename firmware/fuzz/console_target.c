@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Any bytes at the console, with a core behind it that hands over a turn after every line. What
+   is said must be text in whole lines, at most a line of error for each line heard. */
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "arctrue_registers.h"
+#include "console.h"
+#include "fuzz_target.h"
+
+#define AT(register) (offsetof(arctrue_registers_t, register) / 4)
+
+enum { WINDOW_WORDS = 0x2000 / 4, SAMPLES = 40, BOTH_INDICES = 3 };
+/* A calibration takes long compared with a line; few orders and few turns leave time for lines. */
+enum { ORDERS = 6, TURNS_MOST = 4 };
+
+static struct {
+    struct application application;
+    struct console console;
+    uint32_t words[WINDOW_WORDS];
+    int32_t bank[2 * SAMPLES];
+    char before;
+} fuzz;
+
+static void require(bool holds) {
+    if (!holds) {
+        abort();
+    }
+}
+
+static uint32_t read_word(void *context, uint32_t offset) {
+    (void)context;
+    require(offset % 4 == 0 && offset / 4 < WINDOW_WORDS);
+    return fuzz.words[offset / 4];
+}
+
+static void obey(uint32_t command) {
+    if (command & ARCTRUE_REGISTERS__COMMAND__REARM_bm) {
+        fuzz.words[AT(counts_per_rev_active)] = fuzz.words[AT(counts_per_rev)];
+    }
+    if (command & ARCTRUE_REGISTERS__COMMAND__SWAP_bm) {
+        fuzz.words[AT(swap_count)]++;
+    }
+    if (command & ARCTRUE_REGISTERS__COMMAND__CAPTURE_RELEASE_bm) {
+        fuzz.words[AT(status)] = 0;
+    }
+}
+
+static void write_word(void *context, uint32_t offset, uint32_t word) {
+    (void)context;
+    require(offset % 4 == 0 && offset / 4 < WINDOW_WORDS);
+    if (offset / 4 == AT(command)) {
+        obey(word);
+    } else {
+        fuzz.words[offset / 4] = word;
+    }
+}
+
+static const volatile int32_t *capture_words(void *context, uint32_t number) {
+    (void)context;
+    require(number <= 2 * SAMPLES);
+    return fuzz.bank;
+}
+
+static void put(void *context, const char *characters, size_t number) {
+    (void)context;
+    for (size_t place = 0; place < number; place++) {
+        char character = characters[place];
+        bool text = character >= ' ' && character <= '~';
+        require(text || character == '\r' || (character == '\n' && fuzz.before == '\r'));
+        fuzz.before = character;
+    }
+}
+
+static bool read_temperature(void *context, double *celsius) {
+    (void)context;
+    *celsius = 48.5;
+    return true;
+}
+
+static void prepare_core(void) {
+    fuzz.words[AT(identification)] = ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset;
+    fuzz.words[AT(version)] = (uint32_t)ARCTRUE_REGISTERS__VERSION__MAJOR_reset
+                              << ARCTRUE_REGISTERS__VERSION__MAJOR_bp;
+    fuzz.words[AT(core_configuration)] =
+        4U << ARCTRUE_REGISTERS__CORE_CONFIGURATION__LANES_bp |
+        (uint32_t)SAMPLES << ARCTRUE_REGISTERS__CORE_CONFIGURATION__CAPTURE_DEPTH_bp;
+    fuzz.words[AT(clock_hz)] = 100000000;
+    fuzz.words[AT(head1.flags)] = 1;
+    fuzz.words[AT(head2.flags)] = 1;
+    fuzz.words[AT(capture_header.flags)] = BOTH_INDICES;
+    fuzz.words[AT(capture_header.sample_count)] = SAMPLES;
+}
+
+/* A turn of whatever the operator has said a turn is. */
+static void hand_over(void) {
+    double step = (double)fuzz.words[AT(counts_per_rev_active)] / (SAMPLES - 1);
+    for (uint32_t sample = 0; sample < SAMPLES; sample++) {
+        fuzz.bank[2 * sample] = (int32_t)(sample * step);
+        fuzz.bank[2 * sample + 1] = (int32_t)(sample * step + 18.0 * step);
+    }
+    fuzz.words[AT(status)] = ARCTRUE_REGISTERS__STATUS__CAPTURE_READY_bm;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    static const struct core_access core = {read_word, write_word, capture_words, NULL};
+    static const struct text_sink sink = {put, NULL};
+    memset(&fuzz, 0, sizeof fuzz);
+    prepare_core();
+    application_prepare(&fuzz.application, &core);
+    application_use_temperature(&fuzz.application, read_temperature, NULL);
+    console_prepare(&fuzz.console, &fuzz.application, &sink);
+    fuzz.application.parameters.orders = ORDERS;
+    application_start(&fuzz.application);
+    unsigned turns = 0;
+    for (size_t place = 0; place < size; place++) {
+        console_receive(&fuzz.console, data[place]);
+        if (data[place] == '\r' || data[place] == '\n') {
+            if (turns++ < TURNS_MOST) {
+                hand_over();
+            }
+            for (int step = 0; step < 3; step++) {
+                application_step(&fuzz.application);
+                console_step(&fuzz.console);
+            }
+        }
+        require(fuzz.console.length <= CONSOLE_LINE_MOST);
+    }
+    /* Whatever came, the next line is heard. */
+    static const char question[] = "\rhelp\r";
+    for (size_t place = 0; place + 1 < sizeof question; place++) {
+        console_receive(&fuzz.console, (uint8_t)question[place]);
+    }
+    require(fuzz.before == '\n');
+    return 0;
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The fabric's bitstream in the flash: a header of 64 bytes, then the bitstream.
+
+   Little-endian words:
+     0  magic, "ATBS"
+     1  version of this header, 1
+     2  length of the bitstream in bytes, a multiple of 4
+     3  CRC-32 (IEEE 802.3, as zlib.crc32) of the bitstream
+     4 to 15  nothing, 0
+   The bitstream is a raw .bin without the text header of a .bit, each word's bytes swapped as the
+   configuration port takes them: its synchronisation word reads 0xAA995566 as a word. */
+
+#ifndef ARCTRUE_FABRIC_IMAGE_H
+#define ARCTRUE_FABRIC_IMAGE_H
+
+#include <stdint.h>
+
+#include "register_access.h"
+
+/* From the beginning of the flash: the boot image, 192 KB at most, is before it. */
+#define FABRIC_IMAGE_OFFSET 0x00100000U
+#define FABRIC_IMAGE_MAGIC 0x53425441U
+#define FABRIC_IMAGE_VERSION 1U
+#define FABRIC_IMAGE_HEADER_BYTES 64U
+/* The XC7Z020's is 4,045,564 bytes; what linear addressing reaches, 16 MB, is the limit. */
+#define FABRIC_IMAGE_LENGTH_MOST (0x01000000U - FABRIC_IMAGE_OFFSET - FABRIC_IMAGE_HEADER_BYTES)
+#define FABRIC_IMAGE_SYNC_WORD 0xAA995566U
+/* Words before which the synchronisation word must come. */
+#define FABRIC_IMAGE_SYNC_WITHIN 64U
+
+struct fabric_image {
+    /* Of the bitstream's first word. */
+    uint32_t address;
+    uint32_t length;
+    uint32_t crc;
+};
+
+enum fabric_image_answer {
+    FABRIC_IMAGE_FOUND,
+    FABRIC_IMAGE_ABSENT,
+    FABRIC_IMAGE_OTHER_VERSION,
+    FABRIC_IMAGE_BAD_LENGTH,
+    FABRIC_IMAGE_NO_SYNC_WORD,
+};
+
+/* Read the header at `address`. The CRC is not worked out here: it takes a second. */
+enum fabric_image_answer fabric_image_read(const struct register_access *access, uint32_t address,
+                                           struct fabric_image *image);
+
+#endif

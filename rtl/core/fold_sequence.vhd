@@ -1,0 +1,77 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # fold_sequence
+--
+-- The order of events in a folded pipeline: an angle is accepted every FOLD clocks, in slot 0, and
+-- meets the blocks of lanes one after the other, in the slots 0 to FOLD - 1. With FOLD = 1 every clock
+-- is slot 0 and every strobe is high.
+--
+-- **Latency.** All outputs belong to their own clock. `first_sums` and `last_sums` are those of the angle
+-- accepted SUMS_CLOCK, and SUMS_CLOCK + FOLD - 1, clocks before.
+--
+-- **Number formats.** slot 0 to FOLD - 1.
+--
+-- There is no reset: the sequence runs from power-up on, so that a reset never cuts an angle in two.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity fold_sequence is
+  generic (
+    FOLD       : positive range 1 to 8 := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    SUMS_CLOCK : positive              := DELAY_LINE_LATENCY -- from an angle to its first pair sums
+  );
+  port (
+    clock      : in    std_ulogic;
+    slot       : out   u_unsigned(2 downto 0); -- which block of lanes enters
+    accept     : out   std_ulogic;             -- this clock's angle is taken
+    last_slot  : out   std_ulogic;             -- the next clock's angle is taken
+    first_sums : out   std_ulogic;             -- the first pair sums of an angle arrive
+    last_sums  : out   std_ulogic              -- the last ones do
+  );
+end entity fold_sequence;
+
+architecture rtl of fold_sequence is
+
+begin
+
+  unfolded : if FOLD = 1 generate
+
+    slot       <= (others => '0');
+    accept     <= '1';
+    last_slot  <= '1';
+    first_sums <= '1';
+    last_sums  <= '1';
+
+  end generate unfolded;
+
+  folded : if FOLD > 1 generate
+
+    -- One bit a slot, and the same as a number.
+    signal ring   : std_ulogic_vector(0 to FOLD - 1) := (0 => '1', others => '0');
+    signal number : natural range 0 to FOLD - 1      := 0;
+
+  begin
+
+    count : process (clock) is
+    begin
+
+      if rising_edge(clock) then
+        ring   <= ring(FOLD - 1) & ring(0 to FOLD - 2);
+        number <= (number + 1) mod FOLD;
+      end if;
+
+    end process count;
+
+    slot       <= to_unsigned(number, 3);
+    accept     <= ring(0);
+    last_slot  <= ring(FOLD - 1);
+    first_sums <= ring(SUMS_CLOCK mod FOLD);
+    last_sums  <= ring((SUMS_CLOCK + FOLD - 1) mod FOLD);
+
+  end generate folded;
+
+end architecture rtl;

@@ -1,0 +1,91 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # encoder_source
+--
+-- A table that turns steadily, as its two read heads would show it: for the bench, where a second board
+-- stands in for the encoder. Both heads read the same disc, head 2 from HEAD_SEPARATION counts
+-- further round, so that calibration finds ε of equation (8) with the two orders given here.
+--
+-- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
+--
+-- **Number formats.** True angle u24.24 counts; amplitudes s13.11 counts; COUNTS_PER_SECOND is rounded
+-- to 2⁻²⁴ count a clock.
+--
+-- **Reset.** The table goes back to its start. Coefficients are written again.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity encoder_source is
+  generic (
+    COUNTS_PER_REV    : positive range COUNTS_PER_REV_MIN to COUNTS_PER_REV_MAX := 16777216;
+    COUNTS_PER_SECOND : positive                 := 1398101;   -- 30 deg/s at 2**24 counts a turn
+    SOURCE_CLOCK_HZ   : positive                 := 125000000; -- of `clock`
+    HEAD_SEPARATION   : natural                  := 1537911;   -- counts, 33 deg at 2**24 counts a turn
+    ECCENTRICITY      : integer range 0 to 8191  := 1864;      -- counts, amplitude of order 1
+    ECCENTRICITY_TURN : real range 0.0 to 1.0    := 0.334;     -- turn, phase of order 1
+    OVALITY           : integer range 0 to 8191  := 78;        -- counts, amplitude of order 2
+    OVALITY_TURN      : real range 0.0 to 1.0    := 0.668      -- turn, phase of order 2
+  );
+  port (
+    clock   : in    std_ulogic;
+    reset   : in    std_ulogic;
+    head1_a : out   std_ulogic;
+    head1_b : out   std_ulogic;
+    head1_z : out   std_ulogic;
+    head2_a : out   std_ulogic;
+    head2_b : out   std_ulogic;
+    head2_z : out   std_ulogic
+  );
+end entity encoder_source;
+
+architecture rtl of encoder_source is
+
+begin
+
+  assert HEAD_SEPARATION < COUNTS_PER_REV
+    report "encoder_source: HEAD_SEPARATION is a turn or more"
+    severity failure;
+
+  head1 : entity work.encoder_source_head
+    generic map (
+      COUNTS_PER_REV    => COUNTS_PER_REV,
+      COUNTS_PER_SECOND => COUNTS_PER_SECOND,
+      SOURCE_CLOCK_HZ   => SOURCE_CLOCK_HZ,
+      START             => 0,
+      ECCENTRICITY      => ECCENTRICITY,
+      ECCENTRICITY_TURN => ECCENTRICITY_TURN,
+      OVALITY           => OVALITY,
+      OVALITY_TURN      => OVALITY_TURN
+    )
+    port map (
+      clock => clock,
+      reset => reset,
+      a     => head1_a,
+      b     => head1_b,
+      z     => head1_z
+    );
+
+  head2 : entity work.encoder_source_head
+    generic map (
+      COUNTS_PER_REV    => COUNTS_PER_REV,
+      COUNTS_PER_SECOND => COUNTS_PER_SECOND,
+      SOURCE_CLOCK_HZ   => SOURCE_CLOCK_HZ,
+      START             => HEAD_SEPARATION,
+      ECCENTRICITY      => ECCENTRICITY,
+      ECCENTRICITY_TURN => ECCENTRICITY_TURN,
+      OVALITY           => OVALITY,
+      OVALITY_TURN      => OVALITY_TURN
+    )
+    port map (
+      clock => clock,
+      reset => reset,
+      a     => head2_a,
+      b     => head2_b,
+      z     => head2_z
+    );
+
+end architecture rtl;

@@ -1,0 +1,141 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_zynq_differential_top
+--
+-- arctrue_zynq_top with the encoder signals as differential pairs of the chip (IBUFDS, OBUFDS). The chip's
+-- pairs are LVDS_25 or TMDS_33, no RS-422: a board that uses them brings the levels there.
+--
+-- **Latency.** That of arctrue_zynq_top.
+--
+-- **Number formats.** None: bits. `_p` and `_n` are the two wires of a pair.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.number_formats_pkg.all;
+
+entity arctrue_zynq_differential_top is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22                     -- log2 of the clocks a LED is lit at least
+  );
+  port (
+    -- Reference head, asynchronous
+    head1_a_p        : in    std_ulogic;
+    head1_a_n        : in    std_ulogic;
+    head1_b_p        : in    std_ulogic;
+    head1_b_n        : in    std_ulogic;
+    head1_z_p        : in    std_ulogic;
+    head1_z_n        : in    std_ulogic;
+    -- Calibration head, asynchronous
+    head2_a_p        : in    std_ulogic;
+    head2_a_n        : in    std_ulogic;
+    head2_b_p        : in    std_ulogic;
+    head2_b_n        : in    std_ulogic;
+    head2_z_p        : in    std_ulogic;
+    head2_z_n        : in    std_ulogic;
+    -- Corrected encoder signal
+    out_a_p          : out   std_ulogic;
+    out_a_n          : out   std_ulogic;
+    out_b_p          : out   std_ulogic;
+    out_b_n          : out   std_ulogic;
+    out_z_p          : out   std_ulogic;
+    out_z_n          : out   std_ulogic;
+    -- High is lit
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity arctrue_zynq_differential_top;
+
+architecture rtl of arctrue_zynq_differential_top is
+
+  -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them.
+  -- vsg_off
+  component IBUFDS is
+    port (
+      O  : out   std_ulogic;
+      I  : in    std_ulogic;
+      IB : in    std_ulogic
+    );
+  end component IBUFDS;
+
+  component OBUFDS is
+    port (
+      O  : out   std_ulogic;
+      OB : out   std_ulogic;
+      I  : in    std_ulogic
+    );
+  end component OBUFDS;
+  -- vsg_on
+
+  -- a, b, z of head 1, then of head 2
+  signal heads_p : std_ulogic_vector(5 downto 0);
+  signal heads_n : std_ulogic_vector(5 downto 0);
+  signal heads   : std_ulogic_vector(5 downto 0);
+  -- a, b, z
+  signal corrected   : std_ulogic_vector(2 downto 0);
+  signal corrected_p : std_ulogic_vector(2 downto 0);
+  signal corrected_n : std_ulogic_vector(2 downto 0);
+
+begin
+
+  heads_p <= head1_a_p & head1_b_p & head1_z_p & head2_a_p & head2_b_p & head2_z_p;
+  heads_n <= head1_a_n & head1_b_n & head1_z_n & head2_a_n & head2_b_n & head2_z_n;
+
+  receivers : for place in heads'range generate
+
+    -- vsg_off
+    receiver : component IBUFDS
+      port map (
+        O  => heads(place),
+        I  => heads_p(place),
+        IB => heads_n(place)
+      );
+    -- vsg_on
+
+  end generate receivers;
+
+  drivers : for place in corrected'range generate
+
+    -- vsg_off
+    driver : component OBUFDS
+      port map (
+        O  => corrected_p(place),
+        OB => corrected_n(place),
+        I  => corrected(place)
+      );
+    -- vsg_on
+
+  end generate drivers;
+
+  (out_a_p, out_b_p, out_z_p) <= corrected_p;
+  (out_a_n, out_b_n, out_z_n) <= corrected_n;
+
+  single_ended : entity work.arctrue_zynq_top
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      FOLD          => FOLD,
+      LED_HOLD_LOG2 => LED_HOLD_LOG2
+    )
+    port map (
+      head1_a          => heads(5),
+      head1_b          => heads(4),
+      head1_z          => heads(3),
+      head2_a          => heads(2),
+      head2_b          => heads(1),
+      head2_z          => heads(0),
+      out_a            => corrected(2),
+      out_b            => corrected(1),
+      out_z            => corrected(0),
+      led_alive        => led_alive,
+      led_capture      => led_capture,
+      led_fault        => led_fault,
+      led_compensation => led_compensation
+    );
+
+end architecture rtl;

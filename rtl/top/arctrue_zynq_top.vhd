@@ -1,0 +1,171 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_zynq_top
+--
+-- The whole device on a Zynq-7000: the processor side, the core, and four LEDs. Encoder pins are single
+-- ended, as behind RS-422 receivers; arctrue_zynq_differential_top puts buffers for pairs round it.
+-- All pins of the processor side are the chip's own and appear nowhere here.
+--
+-- **Latency.** That of arctrue_core; no register stands between it and the pins.
+--
+-- **Number formats.** None: bits. Registers: see the register map, at 0x4000_0000 for the processor.
+--
+-- **Clock and reset** come from the processor, see zynq_processor. Until the firmware lets the reset go,
+-- the outputs are low and the LEDs out.
+--
+-- **LEDs.** Alive blinks; capture is lit while a turn is captured; fault while a head has an index error,
+-- illegal transition or overspeed that was not cleared, or the output cannot keep up, or a correction was
+-- clipped; compensation while the output is corrected. See status_leds.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.number_formats_pkg.all;
+
+entity arctrue_zynq_top is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
+    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22                     -- log2 of the clocks a LED is lit at least
+  );
+  port (
+    -- Reference head, asynchronous
+    head1_a          : in    std_ulogic;
+    head1_b          : in    std_ulogic;
+    head1_z          : in    std_ulogic;
+    -- Calibration head, asynchronous
+    head2_a          : in    std_ulogic;
+    head2_b          : in    std_ulogic;
+    head2_z          : in    std_ulogic;
+    -- Corrected encoder signal
+    out_a            : out   std_ulogic;
+    out_b            : out   std_ulogic;
+    out_z            : out   std_ulogic;
+    -- High is lit
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity arctrue_zynq_top;
+
+architecture rtl of arctrue_zynq_top is
+
+  constant ADDRESS_WIDTH : positive := 18;
+
+  signal clock     : std_ulogic;
+  signal reset     : std_ulogic;
+  signal interrupt : std_ulogic;
+
+  signal awvalid : std_ulogic;
+  signal awready : std_ulogic;
+  signal awaddr  : std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0);
+  signal wvalid  : std_ulogic;
+  signal wready  : std_ulogic;
+  signal wdata   : std_ulogic_vector(31 downto 0);
+  signal wstrb   : std_ulogic_vector(3 downto 0);
+  signal bvalid  : std_ulogic;
+  signal bready  : std_ulogic;
+  signal bresp   : std_ulogic_vector(1 downto 0);
+  signal arvalid : std_ulogic;
+  signal arready : std_ulogic;
+  signal araddr  : std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0);
+  signal rvalid  : std_ulogic;
+  signal rready  : std_ulogic;
+  signal rdata   : std_ulogic_vector(31 downto 0);
+  signal rresp   : std_ulogic_vector(1 downto 0);
+
+  signal capturing    : std_ulogic;
+  signal fault        : std_ulogic;
+  signal compensating : std_ulogic;
+
+begin
+
+  processor : entity work.zynq_processor
+    generic map (
+      ADDRESS_WIDTH => ADDRESS_WIDTH
+    )
+    port map (
+      clock          => clock,
+      reset          => reset,
+      interrupt      => interrupt,
+      m_axil_awvalid => awvalid,
+      m_axil_awready => awready,
+      m_axil_awaddr  => awaddr,
+      m_axil_wvalid  => wvalid,
+      m_axil_wready  => wready,
+      m_axil_wdata   => wdata,
+      m_axil_wstrb   => wstrb,
+      m_axil_bvalid  => bvalid,
+      m_axil_bready  => bready,
+      m_axil_bresp   => bresp,
+      m_axil_arvalid => arvalid,
+      m_axil_arready => arready,
+      m_axil_araddr  => araddr,
+      m_axil_rvalid  => rvalid,
+      m_axil_rready  => rready,
+      m_axil_rdata   => rdata,
+      m_axil_rresp   => rresp
+    );
+
+  core : entity work.arctrue_core
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      FOLD          => FOLD
+    )
+    port map (
+      clock               => clock,
+      reset               => reset,
+      s_axil_awvalid      => awvalid,
+      s_axil_awready      => awready,
+      s_axil_awaddr       => awaddr,
+      s_axil_awprot       => "000",
+      s_axil_wvalid       => wvalid,
+      s_axil_wready       => wready,
+      s_axil_wdata        => wdata,
+      s_axil_wstrb        => wstrb,
+      s_axil_bvalid       => bvalid,
+      s_axil_bready       => bready,
+      s_axil_bresp        => bresp,
+      s_axil_arvalid      => arvalid,
+      s_axil_arready      => arready,
+      s_axil_araddr       => araddr,
+      s_axil_arprot       => "000",
+      s_axil_rvalid       => rvalid,
+      s_axil_rready       => rready,
+      s_axil_rdata        => rdata,
+      s_axil_rresp        => rresp,
+      interrupt           => interrupt,
+      head1_a             => head1_a,
+      head1_b             => head1_b,
+      head1_z             => head1_z,
+      head2_a             => head2_a,
+      head2_b             => head2_b,
+      head2_z             => head2_z,
+      out_a               => out_a,
+      out_b               => out_b,
+      out_z               => out_z,
+      status_capturing    => capturing,
+      status_fault        => fault,
+      status_compensating => compensating
+    );
+
+  leds : entity work.status_leds
+    generic map (
+      HOLD_LOG2 => LED_HOLD_LOG2
+    )
+    port map (
+      clock            => clock,
+      reset            => reset,
+      capturing        => capturing,
+      fault            => fault,
+      compensating     => compensating,
+      led_alive        => led_alive,
+      led_capture      => led_capture,
+      led_fault        => led_fault,
+      led_compensation => led_compensation
+    );
+
+end architecture rtl;

@@ -1,0 +1,54 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # encoder_source_top
+--
+-- The whole chip as a table with two read heads: encoder_source on the board's own oscillator. The
+-- processor takes no part. For a second PYNQ-Z2 or Arty Z7-20 on the bench: docs/hardware.md.
+--
+-- **Latency.** None to speak of: nothing comes in.
+--
+-- **Number formats.** None: edges.
+--
+-- **Reset.** 64 clocks after configuration the table starts to turn.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity encoder_source_top is
+  port (
+    oscillator : in    std_ulogic; -- 125 MHz
+    head1_a    : out   std_ulogic;
+    head1_b    : out   std_ulogic;
+    head1_z    : out   std_ulogic;
+    head2_a    : out   std_ulogic;
+    head2_b    : out   std_ulogic;
+    head2_z    : out   std_ulogic
+  );
+end entity encoder_source_top;
+
+architecture rtl of encoder_source_top is
+
+  signal reset : std_ulogic;
+
+begin
+
+  reset_hold : entity work.reset_release
+    port map (
+      clock                => oscillator,
+      asynchronous_reset_n => '1',
+      reset                => reset
+    );
+
+  source : entity work.encoder_source
+    port map (
+      clock   => oscillator,
+      reset   => reset,
+      head1_a => head1_a,
+      head1_b => head1_b,
+      head1_z => head1_z,
+      head2_a => head2_a,
+      head2_b => head2_b,
+      head2_z => head2_z
+    );
+
+end architecture rtl;

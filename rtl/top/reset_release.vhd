@@ -1,0 +1,64 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # reset_release
+--
+-- Makes the core's synchronous reset of the processor's, which comes at any time: it is brought
+-- into the clock's domain, and let go CLOCKS clocks after it ended there.
+--
+-- **Latency.** `reset` rises 3 clocks after `asynchronous_reset_n` falls and falls 3 + CLOCKS clocks
+-- after that rises; one clock more where the pin is caught late.
+--
+-- **Number formats.** None: bits.
+--
+-- **Power-up.** The registers start with the reset active, so no edge of `asynchronous_reset_n` is needed.
+-- A pulse shorter than a clock may be missed. Without a clock nothing changes.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity reset_release is
+  generic (
+    CLOCKS : positive range 1 to 65535 := 64 -- from the end of the reset in the clock's domain
+  );
+  port (
+    clock                : in    std_ulogic;
+    asynchronous_reset_n : in    std_ulogic;
+    reset                : out   std_ulogic := '1'
+  );
+end entity reset_release;
+
+architecture rtl of reset_release is
+
+  signal reset_n : std_ulogic;
+  signal elapsed : natural range 0 to CLOCKS := 0;
+
+begin
+
+  synchroniser : entity work.input_synchroniser
+    generic map (
+      WIDTH  => 1,
+      STAGES => 2
+    )
+    port map (
+      clock           => clock,
+      asynchronous(0) => asynchronous_reset_n,
+      synchronised(0) => reset_n
+    );
+
+  hold : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      if reset_n = '0' then
+        elapsed <= 0;
+        reset   <= '1';
+      elsif elapsed < CLOCKS then
+        elapsed <= elapsed + 1;
+      else
+        reset <= '0';
+      end if;
+    end if;
+
+  end process hold;
+
+end architecture rtl;

@@ -1,0 +1,82 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # status_leds
+--
+-- Four LEDs that a person can read: alive, capture, fault, compensation. What lasts one clock only is
+-- stretched so that it is seen.
+--
+-- **Latency.** A state shows at the next window boundary: windows are 2**HOLD_LOG2 clocks long. It stays
+-- lit for the whole windows in which the state was high in any clock, moved on by one window.
+--
+-- **Number formats.** None: bits, high is lit.
+--
+-- **Alive** changes every 8 windows, 336 ms at 100 MHz and HOLD_LOG2 = 22, while the clock runs and the
+-- reset is off. **Reset** puts all LEDs out.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+entity status_leds is
+  generic (
+    HOLD_LOG2 : positive range 1 to 28 := 22 -- log2 of a window's clocks
+  );
+  port (
+    clock            : in    std_ulogic;
+    reset            : in    std_ulogic;
+    capturing        : in    std_ulogic;
+    fault            : in    std_ulogic;
+    compensating     : in    std_ulogic;
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity status_leds;
+
+architecture rtl of status_leds is
+
+  -- 8 windows each, lit and out.
+  constant COUNTER_WIDTH : positive := HOLD_LOG2 + 4;
+
+  constant WINDOW_END : u_unsigned(HOLD_LOG2 - 1 downto 0) := (others => '1');
+
+  signal counter : u_unsigned(COUNTER_WIDTH - 1 downto 0) := (others => '0');
+  -- capture, fault, compensation
+  signal seen  : std_ulogic_vector(2 downto 0) := (others => '0');
+  signal shown : std_ulogic_vector(2 downto 0) := (others => '0');
+
+begin
+
+  led_alive        <= counter(counter'left);
+  led_capture      <= shown(2);
+  led_fault        <= shown(1);
+  led_compensation <= shown(0);
+
+  windows : process (clock) is
+
+    variable now : std_ulogic_vector(2 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      now     := capturing & fault & compensating;
+      counter <= counter + 1;
+
+      if counter(HOLD_LOG2 - 1 downto 0) = WINDOW_END then
+        shown <= seen or now;
+        seen  <= (others => '0');
+      else
+        seen <= seen or now;
+      end if;
+
+      if reset = '1' then
+        counter <= (others => '0');
+        seen    <= (others => '0');
+        shown   <= (others => '0');
+      end if;
+    end if;
+
+  end process windows;
+
+end architecture rtl;

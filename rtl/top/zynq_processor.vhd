@@ -1,0 +1,266 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # zynq_processor
+--
+-- The processor side of a Zynq-7000 as the fabric sees it: clock and reset from FCLK 0, the registers'
+-- bus from M_AXI_GP0, and one interrupt line to the processor. The primitive PS7 is instantiated
+-- directly, without a block design; its pins (DDR, MIO, crystal) are wired inside the chip and set up
+-- by the firmware. Source: Zynq-7000 technical reference manual (UG585), chapters 5, 7 and 25.
+--
+-- **Latency.** See axi3_to_axi_lite for the bus and reset_release for the reset.
+--
+-- **Number formats.** Addresses in bytes, from the start of the window at 0x4000_0000.
+--
+-- **Clock.** FCLK 0 through one global buffer; the firmware sets it to 100 MHz. M_AXI_GP0 runs on it too.
+--
+-- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
+-- generic interrupt controller. The other lines stay low.
+--
+-- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
+-- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the
+-- RESET_CLOCKS clocks after it, waits until the reset is over.
+--
+-- **Write data** are taken in the order of their addresses; WID is not looked at.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity zynq_processor is
+  generic (
+    ADDRESS_WIDTH : positive range 12 to 30    := 18; -- of the window
+    RESET_CLOCKS  : positive range 1 to 65535  := 64  -- reset is held this long after the processor's
+  );
+  port (
+    clock          : out   std_ulogic;
+    reset          : out   std_ulogic;
+    interrupt      : in    std_ulogic;                                    -- level
+    -- AXI4-Lite master
+    m_axil_awvalid : out   std_ulogic;
+    m_axil_awready : in    std_ulogic;
+    m_axil_awaddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
+    m_axil_wvalid  : out   std_ulogic;
+    m_axil_wready  : in    std_ulogic;
+    m_axil_wdata   : out   std_ulogic_vector(31 downto 0);
+    m_axil_wstrb   : out   std_ulogic_vector(3 downto 0);
+    m_axil_bvalid  : in    std_ulogic;
+    m_axil_bready  : out   std_ulogic;
+    m_axil_bresp   : in    std_ulogic_vector(1 downto 0);
+    m_axil_arvalid : out   std_ulogic;
+    m_axil_arready : in    std_ulogic;
+    m_axil_araddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
+    m_axil_rvalid  : in    std_ulogic;
+    m_axil_rready  : out   std_ulogic;
+    m_axil_rdata   : in    std_ulogic_vector(31 downto 0);
+    m_axil_rresp   : in    std_ulogic_vector(1 downto 0)
+  );
+end entity zynq_processor;
+
+architecture rtl of zynq_processor is
+
+  constant ID_WIDTH : positive := 12;
+
+  -- Primitives of the 7 series, named as the vendor's and the open tools' libraries name them. Inputs
+  -- that are not listed stay open, which both tie to 0.
+  -- vsg_off
+  component PS7 is
+    port (
+      FCLKCLK         : out   std_ulogic_vector(3 downto 0);
+      FCLKRESETN      : out   std_ulogic_vector(3 downto 0);
+      IRQF2P          : in    std_ulogic_vector(19 downto 0);
+      MAXIGP0ACLK     : in    std_ulogic;
+      MAXIGP0AWVALID  : out   std_ulogic;
+      MAXIGP0AWREADY  : in    std_ulogic;
+      MAXIGP0AWID     : out   std_ulogic_vector(11 downto 0);
+      MAXIGP0AWADDR   : out   std_ulogic_vector(31 downto 0);
+      MAXIGP0AWLEN    : out   std_ulogic_vector(3 downto 0);
+      MAXIGP0AWSIZE   : out   std_ulogic_vector(1 downto 0);
+      MAXIGP0AWBURST  : out   std_ulogic_vector(1 downto 0);
+      MAXIGP0WVALID   : out   std_ulogic;
+      MAXIGP0WREADY   : in    std_ulogic;
+      MAXIGP0WDATA    : out   std_ulogic_vector(31 downto 0);
+      MAXIGP0WSTRB    : out   std_ulogic_vector(3 downto 0);
+      MAXIGP0WLAST    : out   std_ulogic;
+      MAXIGP0BVALID   : in    std_ulogic;
+      MAXIGP0BREADY   : out   std_ulogic;
+      MAXIGP0BID      : in    std_ulogic_vector(11 downto 0);
+      MAXIGP0BRESP    : in    std_ulogic_vector(1 downto 0);
+      MAXIGP0ARVALID  : out   std_ulogic;
+      MAXIGP0ARREADY  : in    std_ulogic;
+      MAXIGP0ARID     : out   std_ulogic_vector(11 downto 0);
+      MAXIGP0ARADDR   : out   std_ulogic_vector(31 downto 0);
+      MAXIGP0ARLEN    : out   std_ulogic_vector(3 downto 0);
+      MAXIGP0ARSIZE   : out   std_ulogic_vector(1 downto 0);
+      MAXIGP0ARBURST  : out   std_ulogic_vector(1 downto 0);
+      MAXIGP0RVALID   : in    std_ulogic;
+      MAXIGP0RREADY   : out   std_ulogic;
+      MAXIGP0RID      : in    std_ulogic_vector(11 downto 0);
+      MAXIGP0RDATA    : in    std_ulogic_vector(31 downto 0);
+      MAXIGP0RRESP    : in    std_ulogic_vector(1 downto 0);
+      MAXIGP0RLAST    : in    std_ulogic
+    );
+  end component PS7;
+
+  component BUFG is
+    port (
+      I : in    std_ulogic;
+      O : out   std_ulogic
+    );
+  end component BUFG;
+  -- vsg_on
+
+  signal fabric_clock   : std_ulogic;
+  signal fabric_clocks  : std_ulogic_vector(3 downto 0);
+  signal fabric_resetn  : std_ulogic_vector(3 downto 0);
+  signal fabric_reset   : std_ulogic;
+  signal interrupt_line : std_ulogic_vector(19 downto 0);
+
+  signal awvalid : std_ulogic;
+  signal awready : std_ulogic;
+  signal awid    : std_ulogic_vector(ID_WIDTH - 1 downto 0);
+  signal awaddr  : std_ulogic_vector(31 downto 0);
+  signal awlen   : std_ulogic_vector(3 downto 0);
+  signal awsize  : std_ulogic_vector(2 downto 0);
+  signal awburst : std_ulogic_vector(1 downto 0);
+  signal wvalid  : std_ulogic;
+  signal wready  : std_ulogic;
+  signal wdata   : std_ulogic_vector(31 downto 0);
+  signal wstrb   : std_ulogic_vector(3 downto 0);
+  signal wlast   : std_ulogic;
+  signal bvalid  : std_ulogic;
+  signal bready  : std_ulogic;
+  signal bid     : std_ulogic_vector(ID_WIDTH - 1 downto 0);
+  signal bresp   : std_ulogic_vector(1 downto 0);
+  signal arvalid : std_ulogic;
+  signal arready : std_ulogic;
+  signal arid    : std_ulogic_vector(ID_WIDTH - 1 downto 0);
+  signal araddr  : std_ulogic_vector(31 downto 0);
+  signal arlen   : std_ulogic_vector(3 downto 0);
+  signal arsize  : std_ulogic_vector(2 downto 0);
+  signal arburst : std_ulogic_vector(1 downto 0);
+  signal rvalid  : std_ulogic;
+  signal rready  : std_ulogic;
+  signal rid     : std_ulogic_vector(ID_WIDTH - 1 downto 0);
+  signal rdata   : std_ulogic_vector(31 downto 0);
+  signal rresp   : std_ulogic_vector(1 downto 0);
+  signal rlast   : std_ulogic;
+
+begin
+
+  clock          <= fabric_clock;
+  reset          <= fabric_reset;
+  interrupt_line <= (0 => interrupt, others => '0');
+  awsize(2)      <= '0';
+  arsize(2)      <= '0';
+
+  -- vsg_off
+  ps7_primitive : component PS7
+    port map (
+      FCLKCLK         => fabric_clocks,
+      FCLKRESETN      => fabric_resetn,
+      IRQF2P          => interrupt_line,
+      MAXIGP0ACLK     => fabric_clock,
+      MAXIGP0AWVALID  => awvalid,
+      MAXIGP0AWREADY  => awready,
+      MAXIGP0AWID     => awid,
+      MAXIGP0AWADDR   => awaddr,
+      MAXIGP0AWLEN    => awlen,
+      MAXIGP0AWSIZE   => awsize(1 downto 0),
+      MAXIGP0AWBURST  => awburst,
+      MAXIGP0WVALID   => wvalid,
+      MAXIGP0WREADY   => wready,
+      MAXIGP0WDATA    => wdata,
+      MAXIGP0WSTRB    => wstrb,
+      MAXIGP0WLAST    => wlast,
+      MAXIGP0BVALID   => bvalid,
+      MAXIGP0BREADY   => bready,
+      MAXIGP0BID      => bid,
+      MAXIGP0BRESP    => bresp,
+      MAXIGP0ARVALID  => arvalid,
+      MAXIGP0ARREADY  => arready,
+      MAXIGP0ARID     => arid,
+      MAXIGP0ARADDR   => araddr,
+      MAXIGP0ARLEN    => arlen,
+      MAXIGP0ARSIZE   => arsize(1 downto 0),
+      MAXIGP0ARBURST  => arburst,
+      MAXIGP0RVALID   => rvalid,
+      MAXIGP0RREADY   => rready,
+      MAXIGP0RID      => rid,
+      MAXIGP0RDATA    => rdata,
+      MAXIGP0RRESP    => rresp,
+      MAXIGP0RLAST    => rlast
+    );
+
+  clock_buffer : component BUFG
+    port map (
+      I => fabric_clocks(0),
+      O => fabric_clock
+    );
+  -- vsg_on
+
+  reset_hold : entity work.reset_release
+    generic map (
+      CLOCKS => RESET_CLOCKS
+    )
+    port map (
+      clock                => fabric_clock,
+      asynchronous_reset_n => fabric_resetn(0),
+      reset                => fabric_reset
+    );
+
+  bridge : entity work.axi3_to_axi_lite
+    generic map (
+      ID_WIDTH      => ID_WIDTH,
+      ADDRESS_WIDTH => ADDRESS_WIDTH
+    )
+    port map (
+      clock          => fabric_clock,
+      reset          => fabric_reset,
+      s_axi_awvalid  => awvalid,
+      s_axi_awready  => awready,
+      s_axi_awid     => awid,
+      s_axi_awaddr   => awaddr,
+      s_axi_awlen    => awlen,
+      s_axi_awsize   => awsize,
+      s_axi_awburst  => awburst,
+      s_axi_wvalid   => wvalid,
+      s_axi_wready   => wready,
+      s_axi_wdata    => wdata,
+      s_axi_wstrb    => wstrb,
+      s_axi_wlast    => wlast,
+      s_axi_bvalid   => bvalid,
+      s_axi_bready   => bready,
+      s_axi_bid      => bid,
+      s_axi_bresp    => bresp,
+      s_axi_arvalid  => arvalid,
+      s_axi_arready  => arready,
+      s_axi_arid     => arid,
+      s_axi_araddr   => araddr,
+      s_axi_arlen    => arlen,
+      s_axi_arsize   => arsize,
+      s_axi_arburst  => arburst,
+      s_axi_rvalid   => rvalid,
+      s_axi_rready   => rready,
+      s_axi_rid      => rid,
+      s_axi_rdata    => rdata,
+      s_axi_rresp    => rresp,
+      s_axi_rlast    => rlast,
+      m_axil_awvalid => m_axil_awvalid,
+      m_axil_awready => m_axil_awready,
+      m_axil_awaddr  => m_axil_awaddr,
+      m_axil_wvalid  => m_axil_wvalid,
+      m_axil_wready  => m_axil_wready,
+      m_axil_wdata   => m_axil_wdata,
+      m_axil_wstrb   => m_axil_wstrb,
+      m_axil_bvalid  => m_axil_bvalid,
+      m_axil_bready  => m_axil_bready,
+      m_axil_bresp   => m_axil_bresp,
+      m_axil_arvalid => m_axil_arvalid,
+      m_axil_arready => m_axil_arready,
+      m_axil_araddr  => m_axil_araddr,
+      m_axil_rvalid  => m_axil_rvalid,
+      m_axil_rready  => m_axil_rready,
+      m_axil_rdata   => m_axil_rdata,
+      m_axil_rresp   => m_axil_rresp
+    );
+
+end architecture rtl;

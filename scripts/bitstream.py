@@ -1,0 +1,106 @@
+"""``make bitstream``: what a person loads into the chip, build/bitstream/<board>/arctrue.bit.
+
+Two flows, Vivado and the open tools, from the same VHDL and the same pin file; docs/device.md.
+Exit code 1 when the timing is not met, 2 when a tool or a file is missing or fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from arctrue.generated import number_formats
+from scripts.bitstream_constraints import ConstraintError, check_pins, ports_of
+from scripts.bitstream_file import check_bitstream
+from scripts.bitstream_job import CONSTRAINTS, TOPS, Job, TimingError
+from scripts.bitstream_open import run_open
+from scripts.bitstream_vivado import run_vivado
+from scripts.netlist import ROOT, ToolError
+
+FLOWS = {"vivado": run_vivado, "open": run_open}
+FOLDS = (1, 2, 4, 8)
+PART = "xc7z020clg400-1"
+
+
+def boards() -> list[str]:
+    """The boards that have a pin file in constraints/."""
+    files = (path for path in CONSTRAINTS.glob("*.xdc") if not path.stem.startswith("vivado"))
+    return sorted(path.stem for path in files if not path.stem.endswith(".template"))
+
+
+def fold_of(flow: str, lanes: int) -> int:
+    """How many lanes share a pipeline where nobody asks: what the tools of the flow can place."""
+    return 1 if flow == "vivado" else max(fold for fold in FOLDS if lanes % fold == 0)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="bitstream", description=__doc__)
+    parser.add_argument("--flow", choices=FLOWS, default="vivado")
+    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
+    parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
+    parser.add_argument("--part", default=PART)
+    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
+    parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
+    parser.add_argument(
+        "--fold", type=int, choices=(1, 2, 4, 8), help="lanes that share a pipeline"
+    )
+    parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
+    parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
+    return parser
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = _parser()
+    chosen = parser.parse_args(arguments)
+    lanes = number_formats.LANES_DEFAULT if chosen.lanes is None else chosen.lanes
+    if not 1 <= lanes <= number_formats.LANES_MAX:
+        parser.error(f"--lanes: expected 1 to {number_formats.LANES_MAX}, found {lanes}")
+    if chosen.fold and lanes % chosen.fold:
+        parser.error(f"--fold: {chosen.fold} lanes a pipeline do not divide {lanes} lanes")
+    pins = chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc"
+    folder = (chosen.output or ROOT / "build" / "bitstream" / chosen.board).resolve()
+    generics = {
+        "LANES": chosen.lanes,
+        "CAPTURE_DEPTH": chosen.capture_depth,
+        "FOLD": chosen.fold or fold_of(chosen.flow, lanes),
+    }
+    top = TOPS[chosen.top]
+    if not top.has_core:
+        generics = {}
+    job = Job(
+        top=top,
+        part=chosen.part,
+        generics={name: value for name, value in generics.items() if value is not None},
+        pins=pins.resolve(),
+        folder=folder,
+    )
+    try:
+        if not pins.exists():
+            raise ConstraintError(
+                f"{pins}: there is no pin file for the board {chosen.board}; there are "
+                f"{', '.join(boards())}. For an own board copy constraints/own_board.template.xdc "
+                "and name it: PINS=file"
+            )
+        check_pins(pins, ports_of(top.name))
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        timing = FLOWS[chosen.flow](job)
+        size = check_bitstream(job.bitstream, job.part)
+    except TimingError as error:
+        job.bitstream.unlink(missing_ok=True)
+        print(f"bitstream: the timing is not met: {error}", file=sys.stderr)
+        return 1
+    except (ToolError, ConstraintError) as error:
+        job.bitstream.unlink(missing_ok=True)
+        print(f"bitstream: {error}", file=sys.stderr)
+        return 2
+    print(f"bitstream: {timing}")
+    print(f"bitstream: {size}; logs and reports in {job.reports}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,144 @@
+"""What a bitstream is made of, the same for every flow."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from arctrue.generated import number_formats
+from scripts.netlist import ROOT, ToolError
+
+CONSTRAINTS = ROOT / "constraints"
+OSCILLATOR_MHZ = 125  # of both boards, at their pin H16
+
+
+class TimingError(Exception):
+    """The design does not run at its clock; the text says by how much and where to read more."""
+
+
+@dataclass(frozen=True)
+class Top:
+    """A top level below rtl/top, and what it asks of a flow.
+
+    ``primitives``: cells that tie it to the chip, and how many; ``vivado``: the file in
+    constraints/ that Vivado alone reads; ``has_core``: it has the generics of the core.
+    """
+
+    name: str
+    clock_mhz: int
+    primitives: Mapping[str, int]
+    vivado: str = "vivado.xdc"
+    has_core: bool = True
+
+
+DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
+DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
+TOPS = {
+    top.name: top
+    for top in (
+        Top("arctrue_zynq_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES),
+        Top("arctrue_zynq_differential_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES),
+        Top(
+            "encoder_source_top",
+            OSCILLATOR_MHZ,
+            {"PS7": 0, "BUFG": 1},
+            vivado="vivado_encoder_source.xdc",
+            has_core=False,
+        ),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Job:
+    """One bitstream: ``pins`` is an XDC file, ``folder`` takes every file that is made."""
+
+    top: Top
+    part: str
+    generics: Mapping[str, int]
+    pins: Path
+    folder: Path
+
+    @property
+    def reports(self) -> Path:
+        """Where logs and reports stay."""
+        return self.folder / "reports"
+
+    @property
+    def bitstream(self) -> Path:
+        """What the flow writes."""
+        return self.folder / "arctrue.bit"
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A program: where it may be named, and what to do when it is not there."""
+
+    variable: str
+    commands: tuple[str, ...]
+    advice: str
+
+    def find(self) -> str | None:
+        """The command: the variable's when it is set, else the first on PATH; None without."""
+        chosen = os.environ.get(self.variable)
+        for candidate in (chosen,) if chosen else self.commands:
+            if found := shutil.which(candidate):
+                return found
+        return None
+
+    def missing(self) -> str:
+        """One line: what was looked for, where, and what to do."""
+        chosen = os.environ.get(self.variable)
+        if chosen:
+            looked = f"{self.variable}={chosen} is no program that can be started"
+        else:
+            looked = f"{' or '.join(self.commands)} is not on PATH"
+        return f"{looked}. {self.advice}"
+
+
+def all_found(tools: Sequence[Tool], others: Sequence[str] = ()) -> list[str]:
+    """The commands of ``tools``, in their order.
+
+    Raises ToolError that names everything that is missing at once; ``others`` are sentences about
+    what else is.
+    """
+    found = [tool.find() for tool in tools]
+    lines = [tool.missing() for tool, command in zip(tools, found, strict=True) if not command]
+    lines += others
+    if lines:
+        raise ToolError("missing for this flow:\n" + "\n".join(f"  - {line}" for line in lines))
+    return [command for command in found if command]
+
+
+def in_order_of_use(files: Sequence[Path]) -> list[Path]:
+    """VHDL files such that each comes after those whose units it names as ``work.<name>``.
+
+    A file is named like its unit. Raises ToolError where files name each other in a circle.
+    """
+    by_name = {path.stem: path for path in files}
+    names = {}
+    for name, path in by_name.items():
+        text = re.sub(r"--[^\n]*", "", path.read_text(encoding="utf-8"))
+        used = {unit.lower() for unit in re.findall(r"\bwork\.(\w+)", text)}
+        names[name] = sorted((used & by_name.keys()) - {name})
+    ordered: list[Path] = []
+    state: dict[str, bool] = {}
+
+    def place(name: str) -> None:
+        if name in state:
+            if not state[name]:
+                raise ToolError(f"{by_name[name]}: VHDL files name each other in a circle")
+            return
+        state[name] = False
+        for other in names[name]:
+            place(other)
+        state[name] = True
+        ordered.append(by_name[name])
+
+    for name in sorted(by_name):
+        place(name)
+    return ordered

@@ -1,0 +1,380 @@
+"""Our CORDIC lane beside public cores: ``python -m scripts.compare_cordic --zipcpu FOLDER ...``.
+
+Each folder is a clone that the caller makes; nothing of it comes into this tree:
+
+    git clone https://github.com/ZipCPU/cordic zipcpu            (LGPL-3.0)
+    git clone https://github.com/kevinpt/vhdl-extras extras      (MIT)
+    git clone https://github.com/open-logic/open-logic olo       (PSI HDL library licence)
+    git clone https://github.com/enclustra/en_cl_fix en_cl_fix   (MIT; Open Logic needs it)
+
+Every core gets a cosine of 18 bits and 16 iterations, its vector input tied to a constant and its
+sine left open. The same Yosys maps each, and Verilator runs the same source over a sweep of the
+turn. Writes docs/cordic-comparison.md. Needs g++, verilator, git, Yosys and GHDL 4 or newer.
+Exit code 2 when a tool is missing or a core cannot be made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
+from scripts.resources import Design, Resources
+
+WORK = ROOT / "build" / "cordic-comparison"
+DOCUMENT = ROOT / "docs" / "cordic-comparison.md"
+PHASE_BITS = 24
+WIDTH = 18  # bits of the cosine
+ITERATIONS = 16
+SWEEP_BITS = 20  # phases of the sweep
+SETTLING = 64  # clocks before the sweep
+LATENCIES = range(8, 48)
+
+MAIN = """
+#include <cstdint>
+#include <cstdio>
+#include "V{top}.h"
+int main() {{
+    V{top} top;
+    for (uint32_t clock = 0; clock < {clocks}u; clock++) {{
+        // Evenly over the turn; the low bits go through all values too.
+        uint32_t k = clock - {settling}u;
+        top.phase = ((k << {shift}) | (k * 2654435761u >> {low})) & 0x{mask:x}u;
+        top.clock = 0;
+        top.eval();
+        top.clock = 1;
+        top.eval();
+        int32_t cosine = top.cosine;
+        fwrite(&cosine, sizeof cosine, 1, stdout);
+    }}
+}}
+"""
+
+
+@dataclass(frozen=True)
+class Core:
+    """A core to be measured: how its Verilog is made, and what its numbers mean."""
+
+    name: str
+    top: str
+    origin: str
+    make: Callable[[Path, Sequence[Path]], str]
+    amplitude: float  # units of the output's last bit at cosine 1
+    angle_bits: int
+    remark: str
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a core takes, its latency in clocks and its largest error of the cosine."""
+
+    resources: Resources
+    latency: int
+    error: float
+
+
+def _run(command: Sequence[str | Path], folder: Path) -> bytes:
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+    except FileNotFoundError as error:
+        raise ToolError(f"{command[0]} is missing ({error})") from None
+    if done.returncode:
+        end = (done.stdout + done.stderr).decode(errors="replace").splitlines()[-12:]
+        raise ToolError(f"{command[0]} failed in {folder}:\n" + "\n".join(end))
+    return done.stdout
+
+
+def _netlist(
+    folder: Path, library: str, files: Sequence[Path], entity: str, generics: dict[str, str]
+) -> str:
+    """Verilog of a VHDL entity of another project, whose library has its own name."""
+    ghdl, _ = find_ghdl()
+    options = ["--std=08", f"--work={library}", f"--workdir={folder}", "-frelaxed"]
+    _run([ghdl, "-i", *options, *files], folder)
+    _run([ghdl, "-m", *options, entity], folder)
+    values = [f"-g{name}={value}" for name, value in generics.items()]
+    command = [ghdl, "--synth", "--no-formal", *options, "--out=verilog", *values, entity]
+    return _run(command, folder).decode()
+
+
+def _ours(folder: Path, _: Sequence[Path]) -> str:
+    parts = [
+        write_netlist(entity, folder / entity).read_text(encoding="utf-8")
+        for entity in ("quadrant_fold", "cordic_rotation")
+    ]
+    # The rounding and the sign of harmonic_lane, without its multiplier.
+    wrapper = f"""
+module arctrue_lane (input clock, input [23:0] phase, output reg signed [17:0] cosine);
+    wire [21:0] folded;
+    wire folded_negative;
+    wire [19:0] rotated;
+    reg [{ITERATIONS - 2}:0] negative = 0;
+    wire [19:0] signed_bits = rotated ^ {{20{{negative[{ITERATIONS - 2}]}}}};
+    quadrant_fold fold (
+        .clock(clock), .phase(phase), .folded(folded), .negative(folded_negative));
+    cordic_rotation rotation (.clock(clock), .folded(folded), .cosine(rotated));
+    always @(posedge clock) begin
+        negative <= {{negative, folded_negative}};
+        cosine <= (signed_bits >> 2) + signed_bits[1];
+    end
+endmodule
+"""
+    return "\n".join((*parts, wrapper))
+
+
+def _zipcpu(folder: Path, clones: Sequence[Path]) -> str:
+    generator = folder / "gencordic"
+    sources = sorted((clones[0] / "sw").glob("*.cpp"))
+    _run(["g++", "-O1", "-o", generator, *sources], folder)
+    options = ["-t", "p2r", "-f", "cordic.v", "-i", "18", "-o", "18", "-n", "16", "-p", "24"]
+    _run([generator, *options], folder)
+    wrapper = f"""
+module zipcpu_lane (input clock, input [23:0] phase, output signed [17:0] cosine);
+    wire signed [17:0] sine;
+    cordic rotation (.i_clk(clock), .i_reset(1'b0), .i_ce(1'b1), .i_xval(18'd{ZIPCPU_INPUT}),
+        .i_yval(18'd0), .i_phase(phase), .o_xval(cosine), .o_yval(sine));
+endmodule
+"""
+    return (folder / "cordic.v").read_text(encoding="utf-8") + wrapper
+
+
+def _extras(folder: Path, clones: Sequence[Path]) -> str:
+    source = clones[0] / "rtl" / "extras"
+    files = [source / "pipelining.vhdl", source / "cordic.vhdl"]
+    generics = {"SIZE": str(WIDTH), "ITERATIONS": str(ITERATIONS), "FRAC_BITS": "16"}
+    core = _netlist(folder, "extras", files, "sincos_pipelined", generics)
+    wrapper = f"""
+module extras_lane (input clock, input [{WIDTH - 1}:0] phase, output signed [17:0] cosine);
+    wire signed [17:0] sine;
+    sincos_pipelined rotation (
+        .Clock(clock), .Reset(1'b0), .Angle(phase), .Sin(sine), .Cos(cosine));
+endmodule
+"""
+    return core + wrapper
+
+
+def _open_logic(folder: Path, clones: Sequence[Path]) -> str:
+    open_logic, en_cl_fix = clones
+    files = [
+        *sorted((en_cl_fix / "hdl").glob("*.vhd")),
+        *sorted((open_logic / "src" / "base" / "vhdl").glob("olo_base_pkg_*.vhd")),
+        open_logic / "src" / "base" / "vhdl" / "olo_base_pl_stage.vhd",
+        *sorted((open_logic / "src" / "fix" / "vhdl").glob("olo_fix_*.vhd")),
+    ]
+    generics = {
+        "InMagFmt_g": "(0,1,16)",
+        "InAngFmt_g": "(0,0,24)",
+        "OutFmt_g": "(1,1,16)",
+        "Iterations_g": str(ITERATIONS),
+        "Round_g": "NonSymPos_s",
+        "Saturate_g": "None_s",
+    }
+    core = _netlist(folder, "olo", files, "olo_fix_cordic_rot", generics)
+    wrapper = """
+module open_logic_lane (input clock, input [23:0] phase, output signed [17:0] cosine);
+    wire signed [17:0] sine;
+    olo_fix_cordic_rot rotation (.Clk(clock), .Rst(1'b0), .In_Valid(1'b1), .In_Mag(17'd65536),
+        .In_Ang(phase), .Out_I(cosine), .Out_Q(sine));
+endmodule
+"""
+    return core + wrapper
+
+
+# The largest input; its output is half of input times gain, in which 18 bits are not quite used.
+ZIPCPU_INPUT = 2 ** (WIDTH - 1) - 1
+ZIPCPU_GAIN = float(np.prod(np.sqrt(1.0 + 4.0 ** -np.arange(1, 17, dtype=float)))) / 2.0
+
+CORES = {
+    "ours": Core(
+        "ArcTrue quadrant_fold + cordic_rotation",
+        "arctrue_lane",
+        "this tree",
+        _ours,
+        2.0**16,
+        24,
+        "cosine only",
+    ),
+    "zipcpu": Core(
+        "ZipCPU/cordic, gencordic -t p2r -i 18 -o 18 -n 16 -p 24",
+        "zipcpu_lane",
+        "https://github.com/ZipCPU/cordic",
+        _zipcpu,
+        ZIPCPU_INPUT * ZIPCPU_GAIN,
+        24,
+        "the largest input, which comes out as 1.16 times 2^16",
+    ),
+    "extras": Core(
+        "vhdl-extras sincos_pipelined, SIZE 18, FRAC_BITS 16",
+        "extras_lane",
+        "https://github.com/kevinpt/vhdl-extras",
+        _extras,
+        2.0**16,
+        18,
+        "one width for vector and angle",
+    ),
+    "olo": Core(
+        "Open Logic olo_fix_cordic_rot, s1.16, gain corrected",
+        "open_logic_lane",
+        "https://github.com/open-logic/open-logic",
+        _open_logic,
+        2.0**16,
+        24,
+        "internal formats AUTO",
+    ),
+}
+
+
+def measure(core: Core, clones: Sequence[Path], folder: Path) -> Measured:
+    """Make, map and run a core. Raises ToolError."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    text = core.make(folder, clones)
+    source = folder / f"{core.top}.v"
+    source.write_text(text, encoding="utf-8")
+    resources = Design.read(synthesise(source, flatten=True)).total(core.top)
+    cosines = _sweep(core, source)
+    latency, error = _error(core, cosines)
+    return Measured(resources, latency, error)
+
+
+def _phases(core: Core, count: int) -> np.ndarray:
+    k = np.arange(count, dtype=np.uint64)
+    low = min(core.angle_bits, SWEEP_BITS)
+    shift = core.angle_bits - low
+    fine = ((k * 2654435761) & 0xFFFFFFFF) >> (32 - shift) if shift else np.zeros_like(k)
+    return ((k << np.uint64(shift)) | fine) & ((1 << core.angle_bits) - 1)
+
+
+def _sweep(core: Core, source: Path) -> np.ndarray:
+    """Outputs of all clocks, from that of the first phase on."""
+    low = min(core.angle_bits, SWEEP_BITS)
+    shift = core.angle_bits - low
+    count = (1 << low) + LATENCIES.stop
+    text = MAIN.format(
+        top=core.top,
+        clocks=count + SETTLING,
+        settling=SETTLING,
+        shift=shift,
+        low=32 - shift if shift else 31,
+        mask=(1 << core.angle_bits) - 1,
+    )
+    if not shift:
+        text = text.replace(" | (k * 2654435761u >> 31)", "")
+    folder = source.parent
+    (folder / "main.cpp").write_text(text, encoding="utf-8")
+    command = ["verilator", "--cc", "--exe", "--build", "-Wno-fatal", "-Wno-lint", "-O3"]
+    _run([*command, "--top-module", core.top, source.name, "main.cpp"], folder)
+    output = _run([folder / "obj_dir" / f"V{core.top}"], folder)
+    raw = np.frombuffer(output, dtype=np.int32)[SETTLING:]
+    half = 1 << (WIDTH - 1)
+    signed: np.ndarray = (raw & (2 * half - 1)).astype(np.int64)
+    return np.where(signed >= half, signed - 2 * half, signed)
+
+
+def _error(core: Core, outputs: np.ndarray) -> tuple[int, float]:
+    """Latency in clocks, and the largest |cosine - exact| over the sweep, of a cosine of size 1.
+
+    The latency is the delay at which the outputs fit the phases; raises ToolError when none does.
+    """
+    count = outputs.size - LATENCIES.stop
+    turns = _phases(core, count).astype(float) / 2.0**core.angle_bits
+    exact = np.cos(2.0 * np.pi * turns)
+    errors = {
+        delay: float(np.abs(outputs[delay : delay + count] / core.amplitude - exact).max())
+        for delay in LATENCIES
+    }
+    delay = min(errors, key=lambda key: errors[key])
+    if errors[delay] > 0.01:
+        raise ToolError(f"{core.name}: no cosine comes out (off by {errors[delay]:.3g})")
+    # An output read after the edge that takes a phase in has been through one register.
+    return delay + 1, errors[delay]
+
+
+def _version(folder: Path) -> str:
+    told = _run(["git", "log", "-1", "--format=%h of %ad", "--date=short"], folder)
+    return told.decode().strip()
+
+
+def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str]) -> str:
+    """The page in Markdown."""
+    verilator = _run(["verilator", "--version"], ROOT).decode().split()[1]
+    lines = [
+        "# CORDIC cores compared",
+        "",
+        "Made by `scripts/compare_cordic.py`, which says where to get the cores; do not edit.",
+        f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
+        f"{verilator}.",
+        "",
+        f"All cores: {ITERATIONS} iterations, a cosine of {WIDTH} bits, one angle a clock, any",
+        "angle of the turn. The vector input is tied to a constant and the sine left open, so that",
+        "Yosys removes what only other uses need. The error is the largest |output - cos| of a",
+        f"cosine of size 1, over 2^{SWEEP_BITS} angles, evenly spread over the turn with varying",
+        "low bits (or all angles, where the core takes fewer bits). The last bit of s1.16 is",
+        "1.5e-5.",
+        "",
+        "| core | version | angle bits | LUT | FF | CARRY4 | DSP | clocks | largest error |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for core, version, result in rows:
+        used = result.resources
+        lines.append(
+            f"| {core.name} | {version} | {core.angle_bits} | {used.lut} | {used.ff} | "
+            f"{used.carry4} | {used.dsp} | {result.latency} | {result.error:.2e} |"
+        )
+    lines += [
+        "",
+        "The others rotate any vector and give the sine too; ours is made for a cosine of size 1.",
+        "That is where its area comes from: it takes the first six iterations from a table, and",
+        "each register of the remaining angle is as wide as that angle can still be.",
+        "",
+        "Remarks:",
+        "",
+    ]
+    lines += [f"- {core.name}: {core.remark}; {core.origin}" for core, _, _ in rows]
+    lines += [f"- not measured: {text}" for text in missing]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for name in ("zipcpu", "extras", "olo", "en-cl-fix"):
+        parser.add_argument(f"--{name}", type=Path, help="folder of the clone")
+    parser.add_argument("--output", type=Path, default=DOCUMENT)
+    chosen = parser.parse_args(arguments)
+    folders: dict[str, list[Path | None]] = {
+        "ours": [],
+        "zipcpu": [chosen.zipcpu],
+        "extras": [chosen.extras],
+        "olo": [chosen.olo, chosen.en_cl_fix],
+    }
+    rows = []
+    missing = []
+    for key, core in CORES.items():
+        given = [folder.resolve() for folder in folders[key] if folder]
+        if len(given) < len(folders[key]):
+            missing.append(f"{core.name}: no folder given; {core.origin}")
+            continue
+        try:
+            result = measure(core, given, WORK / key)
+            version = " and ".join(_version(folder) for folder in given) or "this tree"
+        except ToolError as error:
+            print(f"compare_cordic: {core.name}: {error}", file=sys.stderr)
+            return 2
+        print(f"{core.name}: {result}", flush=True)
+        rows.append((core, version, result))
+    chosen.output.write_text(document(rows, missing), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

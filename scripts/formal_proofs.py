@@ -1,0 +1,354 @@
+"""The proofs of ``make formal`` and the faults that each must notice; see scripts/formal.py."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Break:
+    """A fault of the VHDL: ``old``, there exactly once in ``entity``, becomes ``new``."""
+
+    name: str
+    old: str
+    new: str
+    entity: str = ""  # the proof's own when empty
+
+
+@dataclass(frozen=True)
+class Proof:
+    """An entity with its rules, and the faults that its proof must notice."""
+
+    name: str
+    entity: str
+    claims: tuple[str, ...]
+    breaks: tuple[Break, ...]
+    depth: int  # clocks of the induction
+    cover_depth: int  # clocks within which each cover statement must be reachable
+    limits: str = ""  # what the rules assume beyond the protocol, for the table
+    # Of the entity, and parameters of the rules with the same names.
+    generics: Mapping[str, int] = field(default_factory=dict)
+    # Others for the search for an example, which goes clock by clock and takes longer.
+    small: Mapping[str, int] = field(default_factory=dict)
+    # Wires of the rules, and the signals of the entity that they are joined to.
+    probes: Mapping[str, str] = field(default_factory=dict)
+    # Modules (patterns of names) that are taken out: their outputs may then be anything.
+    cut: tuple[str, ...] = ()
+    quick: bool = True  # part of `make test`
+
+
+PROOFS = (
+    Proof(
+        name="quadrature_output",
+        entity="quadrature_output",
+        claims=(
+            "A and B never change together, whatever comes in",
+            "two edges keep `minimum_spacing`, any value that may change in any clock",
+        ),
+        depth=5,
+        cover_depth=16,
+        probes={
+            "probe_up": "edges.follow_up",
+            "probe_down": "edges.follow_down",
+            "probe_spacing": "edges.follow_spacing",
+            "probe_may_step": "edges.follow_may_step",
+            "probe_phase": "edges.follow_phase",
+            "probe_phase_then": "edges.follow_phase_then",
+        },
+        breaks=(
+            Break(
+                "B follows the wrong bit of the phase",
+                "      b <= phase_then(1);\n",
+                "      b <= phase_then(0);\n",
+            ),
+            Break(
+                "the phase is not held while disabled",
+                "      if following = '1' then\n        phase := ",
+                "      if following = '0' then\n"
+                "        phase := u_unsigned(corrected_position(1 downto 0));\n"
+                "      else\n        phase := ",
+            ),
+            Break(
+                "edges come a clock too early",
+                "        if spacing <= 2 then\n",
+                "        if spacing <= 3 then\n",
+            ),
+            Break(
+                "a spacing of two clocks is taken for none",
+                "        if minimum_spacing <= 1 then\n",
+                "        if minimum_spacing <= 2 then\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="axi3_to_axi_lite",
+        entity="axi3_to_axi_lite",
+        claims=(
+            "AXI3 and AXI4-Lite: what is valid stays valid and unchanged until it is taken; "
+            "nothing is valid after a reset",
+            "each burst gets its beats with RLAST at the last, or one write answer after its "
+            "last beat, all with its ID, and nothing else is answered",
+        ),
+        limits="the slave answers a write after it has taken address and data",
+        depth=4,
+        cover_depth=16,
+        probes={
+            "probe_writing": "bridge.writing",
+            "probe_reading": "bridge.reading",
+            "probe_write_now": "bridge.write_now",
+            "probe_read_now": "bridge.read_now",
+        },
+        breaks=(
+            Break(
+                "an address is withdrawn before it is taken",
+                "          if m_axil_awready = '1' then\n",
+                "          if m_axil_awready = '1' or m_axil_wready = '1' then\n",
+            ),
+            Break(
+                "write data change while they wait",
+                "        when WRITE_ACCESS =>\n",
+                "        when WRITE_ACCESS =>\n          m_axil_wdata <= s_axi_wdata;\n",
+            ),
+            Break(
+                "a write answer lasts one clock only",
+                "          if s_axi_bready = '1' then\n",
+                "          if true then\n",
+            ),
+            Break(
+                "a read beat changes while it waits",
+                "        when READ_ANSWER =>\n",
+                "        when READ_ANSWER =>\n          s_axi_rdata <= m_axil_rdata;\n",
+            ),
+            Break(
+                "a read address is withdrawn before it is taken",
+                "          if m_axil_arready = '1' then\n",
+                "          if true then\n",
+            ),
+            Break(
+                "a reset leaves a write address out",
+                "        m_axil_awvalid <= '0';\n        m_axil_wvalid  <= '0';\n      end if;",
+                "        m_axil_wvalid  <= '0';\n      end if;",
+            ),
+            Break(
+                "RLAST comes a beat too early",
+                "          if read_now.beats = 0 then\n",
+                "          if read_now.beats <= 1 then\n",
+            ),
+            Break(
+                "a beat without strobes ends the burst",
+                "              done := true;\n            end if;\n          end if;\n",
+                "              writing <= WRITE_ANSWER;\n            end if;\n          end if;\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="quadrature_decoder",
+        entity="quadrature_decoder",
+        claims=(
+            "the position is that of a reference made of the pins' samples and a table",
+            "the position never moves by more than one count a clock",
+        ),
+        limits="filter_length up to 7 clocks, which may change in any clock",
+        depth=7,
+        cover_depth=24,
+        probes={
+            "probe_lasted": "decoder.filter.follow_lasted",
+            "probe_level": "decoder.filter.follow_level",
+        },
+        breaks=(
+            Break(
+                "it counts backwards",
+                "        up              := filtered(2) xor before(1);\n",
+                "        up              := filtered(1) xor before(2);\n",
+            ),
+            Break(
+                "the filter lets a level through a clock too early",
+                "        elsif (lasted(i) >= filter_length) then\n",
+                "        elsif (lasted(i) + 1 >= filter_length) then\n",
+                entity="glitch_filter",
+            ),
+            Break(
+                "a level of the first clock after a reset is not filtered",
+                "      reset         => settling(settling'high - 1),\n",
+                "      reset         => preload,\n",
+            ),
+            Break(
+                "both pins changing together are counted",
+                "      moves        := (a_changes xor b_changes) and not preload;\n",
+                "      moves        := (a_changes or b_changes) and not preload;\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="sampler",
+        entity="sampler",
+        claims=(
+            "a capture bank that is the processor's is never written",
+            "a read reaches no other bank",
+            "the processor keeps bank and header until it releases them",
+        ),
+        generics={"DEPTH": 3},
+        limits="any trigger",
+        depth=5,
+        cover_depth=24,
+        cut=("sample_trigger*", "capture_memory*"),
+        probes={
+            "probe_write_enable": "capture.write_enable",
+            "probe_write_address": "capture.write_address",
+            "probe_memory_read_address": "capture.memory_read_address",
+            "probe_readable": "capture.read_ready_bank_readable",
+            "probe_handing_over": "capture.fill_handing_over",
+            "probe_filling_bank": "capture.fill_filling_bank",
+            "probe_first": "capture.fill_first",
+            "probe_samples": "capture.fill_samples",
+            "probe_next_address": "capture.fill_next_address",
+        },
+        breaks=(
+            Break(
+                "a bank is handed over although the other is not released",
+                "          if owned = '1' then\n",
+                "          if owned = '1' and overrun = '1' then\n",
+            ),
+            Break(
+                "a bank is handed over before its last word is written",
+                "            handing_over        := '1';\n",
+                "            handing_over        := '1';\n            owned := '1';\n",
+            ),
+            Break(
+                "a bank is one sample too long",
+                "        is_last      := samples = DEPTH - 1;\n",
+                "        is_last      := samples = DEPTH;\n",
+            ),
+            Break(
+                "the banks are not exchanged",
+                "            filling_bank := not filling_bank;\n",
+                "",
+            ),
+            Break(
+                "a read goes to the bank being filled",
+                "        if ready_bank = '1' then\n          memory_read_address",
+                "        if ready_bank = '0' then\n          memory_read_address",
+            ),
+            Break(
+                "the header follows the turn under way",
+                "        next_address := next_address + 1;\n",
+                "        next_address := next_address + 1;\n"
+                "        header_sample_count <= resize(samples, 16);\n",
+            ),
+        ),
+    ),
+    Proof(
+        name="coefficient_memory",
+        entity="coefficient_memory",
+        claims=(
+            "every angle meets the coefficients of one bank: a swap takes over all acknowledged "
+            "writes and no part of another; a folded pipeline included, where a swap waits",
+            "a write is acknowledged within 27 clocks of its start or of the last swap done",
+        ),
+        generics={"LANES": 2},
+        small={
+            "LANES": 2,
+            "PHASE_OFFSET_DELAY": 2,
+            "AMPLITUDE_DELAY": 3,
+            "OFFSET_DELAY": 5,
+        },
+        limits="no write is started before the last one's acknowledge",
+        depth=3,
+        cover_depth=12,
+        probes={
+            "probe_idle_steps": "memory.idle_steps",
+            "probe_idle_offsets": "memory.idle_offsets",
+            "probe_idle_amplitudes": "memory.idle_amplitudes",
+            "probe_copying": "memory.copying",
+            "probe_swap_waits": "memory.swap_waits",
+            "probe_pending_word": "memory.pending_word",
+            "probe_pending_offset": "memory.pending_offset",
+            "probe_address": "memory.address",
+            "probe_data": "memory.data",
+        },
+        breaks=(
+            Break(
+                "a word is written while a copy is under way",
+                " and not swap and not (or copying) and not reset;\n",
+                " and not swap and not reset;\n",
+            ),
+            Break(
+                "a word is written in the clock of the swap",
+                " and not swap and not (or copying) and not reset;\n",
+                " and not (or copying) and not reset;\n",
+            ),
+            Break(
+                "a word is written while a swap waits for its angle",
+                " and not swap_waits and not swap and",
+                " and not swap and",
+            ),
+            Break(
+                "amplitudes come a clock too late",
+                "      if copying(AMPLITUDE_DELAY) = '1' then\n",
+                "      if copying(AMPLITUDE_DELAY + 1) = '1' then\n",
+            ),
+            Break(
+                "a swap during a copy is lost",
+                "      copying    <= swap_now & copying(1 to",
+                "      copying    <= (swap_now and not (or copying)) & copying(1 to",
+            ),
+        ),
+    ),
+    Proof(
+        name="arctrue_core",
+        entity="arctrue_core",
+        claims=(
+            "AXI4-Lite at the core's port: answers stay valid and unchanged until they are "
+            "taken; none is valid after a reset; each belongs to an access taken before it",
+        ),
+        generics={"LANES": 1, "CAPTURE_DEPTH": 2},
+        limits="the master keeps to AXI4-Lite; units answer the register block as they are "
+        "proven to, with any value",
+        depth=3,
+        cover_depth=6,
+        quick=False,
+        cut=(
+            "compensation_pipeline*",
+            "delay_line*",
+            "quadrature_decoder*",
+            "quadrature_output*",
+            "rearm_control*",
+            "sampler*",
+        ),
+        probes={
+            "probe_capture_read": "core.capture.read_enable",
+            "probe_capture_valid": "core.capture_valid",
+            "probe_write_acknowledge": "core.write_acknowledge",
+            "probe_coefficient_request": "core.coefficient_request",
+            "probe_coefficient_write": "core.coefficient_write",
+            "probe_offset_request": "core.offset_request",
+            "probe_offset_write": "core.offset_write",
+            "probe_offset_is_written": "core.offset_is_written",
+            "probe_read_under_way": "core.read_under_way",
+            "probe_pending": "core.registers.external_pending",
+            "probe_read_acknowledge": "core.registers.cpuif_rd_ack",
+            "probe_external_read_acknowledge": "core.registers.external_rd_ack",
+            "probe_written": "core.registers.axil_resp_wptr",
+            "probe_taken": "core.registers.axil_resp_rptr",
+            "probe_answers": "core.registers.axil_resp_buffer",
+            "probe_in_flight": "core.registers.axil_n_in_flight",
+            "probe_arvalid": "core.registers.axil_arvalid",
+            "probe_awvalid": "core.registers.axil_awvalid",
+            "probe_wvalid": "core.registers.axil_wvalid",
+        },
+        breaks=(
+            Break(
+                "a write address is taken without its data",
+                "  awready       <= block_awready and block_wready and awvalid and wvalid;\n",
+                "  awready       <= block_awready;\n",
+                entity="access_guard",
+            ),
+            Break(
+                "a read of a coefficient is acknowledged twice",
+                "      read_under_way <= read_under_way(0) & (",
+                "      read_under_way <= (read_under_way(0) or read_under_way(1)) & (",
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,164 @@
+"""Write the boot image of a board's QSPI flash: ``make image``.
+
+The boot ROM's header (UG585, chapter 6, table of the BootROM header), then the firmware as it lies
+in the on-chip memory. At an offset of its own follows the bitstream, which the firmware itself
+loads (``firmware/zynq/fabric_image.h``). No first-stage loader, so no tables for one.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import click
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+FABRIC_IMAGE = ROOT / "firmware" / "zynq" / "fabric_image.h"
+
+WORD_BYTES = 4
+ON_CHIP_MEMORY_BYTES = 192 * 1024
+BRANCH_TO_ITSELF = 0xEAFF_FFFE
+WIDTH_DETECTION = 0xAA99_5566
+SIGNATURE = 0x584C_4E58  # "XLNX"
+HEADER_VERSION = 0x0101_0000
+QSPI_CONFIGURATION = 1
+FIRST_CHECKED, CHECKSUM = 0x20, 0x48
+REGISTER_TABLE, REGISTER_PAIRS = 0xA0, 256
+NO_REGISTER = 0xFFFF_FFFF
+PROGRAM_OFFSET = 0x8C0  # the first that the boot ROM takes: behind the table, a multiple of 64
+PROGRAM_ALIGNMENT = 64
+ERASED = b"\xff"
+SYNC_WORD = struct.pack(">I", 0xAA99_5566)
+LONGEST_HEAD = 1024  # bytes of a .bit before the sync word
+BEFORE_SYNC = 48  # bytes of dummy words and width detection that the configuration port wants
+
+
+class ImageError(Exception):
+    """Why no image can be made, in words for the person at the keyboard."""
+
+
+def padded(data: bytes, multiple: int) -> bytes:
+    """Filled up with what an erased flash holds."""
+    return data + ERASED * (-len(data) % multiple)
+
+
+def boot_image(program: bytes, entry: int) -> bytes:
+    """Header and program; the program is loaded to address 0 and started at ``entry``.
+
+    Raises:
+        ImageError: the program does not fit, or does not start inside itself.
+    """
+    body = padded(program, PROGRAM_ALIGNMENT)
+    if len(body) > ON_CHIP_MEMORY_BYTES:
+        raise ImageError(
+            f"the firmware has {len(body):,} bytes; the boot ROM takes {ON_CHIP_MEMORY_BYTES:,}"
+        )
+    if not 0 <= entry < len(program):
+        raise ImageError(f"the firmware starts at {entry:#x}, outside its {len(program):,} bytes")
+    header = bytearray(PROGRAM_OFFSET)
+    struct.pack_into("<8I", header, 0, *[BRANCH_TO_ITSELF] * 8)
+    words = (WIDTH_DETECTION, SIGNATURE, 0, HEADER_VERSION, PROGRAM_OFFSET, len(body), 0, entry)
+    checked = (*words, len(body), QSPI_CONFIGURATION)
+    struct.pack_into("<10I", header, FIRST_CHECKED, *checked)
+    struct.pack_into("<I", header, CHECKSUM, ~sum(checked) & 0xFFFF_FFFF)
+    for pair in range(REGISTER_PAIRS):
+        struct.pack_into("<2I", header, REGISTER_TABLE + 8 * pair, NO_REGISTER, 0)
+    return bytes(header) + body
+
+
+def header_constants() -> dict[str, int]:
+    """What the firmware expects of the bitstream's header, from its own source."""
+    text = FABRIC_IMAGE.read_text("utf-8")
+    found = re.findall(r"^#define FABRIC_IMAGE_(\w+) (0x[0-9A-F]+|\d+)U$", text, re.MULTILINE)
+    return {name: int(value, 0) for name, value in found}
+
+
+def fabric_image(bitstream: bytes, source: str) -> bytes:
+    """Header of the firmware's own, then the bitstream as the configuration port takes it.
+
+    ``bitstream`` is a .bit or a raw .bin, both with the most significant byte of a word first.
+
+    Raises:
+        ImageError: there is no synchronisation word near the start.
+    """
+    start = bitstream.find(SYNC_WORD, 0, LONGEST_HEAD)
+    if start < 0:
+        raise ImageError(f"{source}: no sync word AA995566 in the first {LONGEST_HEAD} bytes")
+    # A .bit's text may end at any byte; the words before the sync word are always the same.
+    before = bitstream[max(0, start - BEFORE_SYNC) : start].rjust(BEFORE_SYNC, ERASED)
+    words = padded(before + bitstream[start:], WORD_BYTES)
+    swapped = np.frombuffer(words, dtype=">u4").astype("<u4").tobytes()
+    constants = header_constants()
+    header = struct.pack(
+        "<4I", constants["MAGIC"], constants["VERSION"], len(swapped), zlib.crc32(swapped)
+    )
+    return header.ljust(constants["HEADER_BYTES"], b"\0") + swapped
+
+
+def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str = "") -> bytes:
+    """All that is written to the flash from its beginning on.
+
+    Raises:
+        ImageError: see ``boot_image`` and ``fabric_image``.
+    """
+    boot = boot_image(program, entry)
+    if bitstream is None:
+        return boot
+    offset = header_constants()["OFFSET"]
+    return boot + ERASED * (offset - len(boot)) + fabric_image(bitstream, source)
+
+
+def program_of(elf: Path) -> tuple[bytes, int]:
+    """The bytes of the on-chip memory from address 0 on, and the address of the first instruction.
+
+    Raises:
+        ImageError: there is no such file, or it is not an ELF of the firmware.
+    """
+    if not elf.is_file():
+        raise ImageError(f"{elf}: there is no such file; make firmware makes it")
+    data = elf.read_bytes()
+    if data[:6] != b"\x7fELF\x01\x01":
+        raise ImageError(f"{elf}: not a 32-bit little-endian ELF")
+    (entry,) = struct.unpack_from("<I", data, 0x18)
+    raw = elf.with_suffix(".bin")
+    done = subprocess.run(
+        ["arm-none-eabi-objcopy", "-O", "binary", str(elf), str(raw)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise ImageError(f"{elf}: {done.stderr.strip()}")
+    return raw.read_bytes(), entry
+
+
+@click.command(help=(__doc__ or "").splitlines()[0])
+@click.argument("elf", type=click.Path(path_type=Path))
+@click.option("--bitstream", type=click.Path(path_type=Path), help="a .bit or .bin to go with it")
+@click.option("--out", type=click.Path(path_type=Path), required=True)
+def main(elf: Path, bitstream: Path | None, out: Path) -> None:
+    """ELF, and the bitstream if there is one, into one file for the flash."""
+    program, entry = program_of(elf)
+    data = bitstream.read_bytes() if bitstream and bitstream.is_file() else None
+    image = flash_image(program, entry, data, str(bitstream))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_bytes(image)
+    what = f"firmware of {len(program):,} bytes"
+    if data is None:
+        missing = f"{bitstream}: there is no such file" if bitstream else "none given"
+        what += f", no bitstream ({missing}): the fabric is loaded over JTAG"
+    else:
+        what += f" and the bitstream {bitstream}"
+    click.echo(f"{out}: {len(image):,} bytes, {what}")
+
+
+if __name__ == "__main__":
+    try:
+        main.main(standalone_mode=False)
+    except (ImageError, click.ClickException) as error:
+        sys.exit(f"error: {error}")

@@ -1,0 +1,127 @@
+"""``python -m scripts.timing``: an estimate of the longest paths of an entity.
+
+It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest
+paths its delay, its levels of logic and what that leaves of 10 ns (100 MHz) and 5 ns (200 MHz).
+Nothing is placed and no wire is known: see scripts/cell_delays.py. Beside the estimate it checks a
+rule that needs none: no path has more than one wide adder or DSP, but for the exceptions named
+here. Result: timing.md beside the netlist. Exit code 1 when the rule is broken, 2 when a tool is
+missing or fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import Final
+
+from scripts.netlist import ROOT, ToolError, synthesise, write_netlist
+from scripts.timing_paths import Crowded, LongPath, Netlist, crowded_registers, longest_paths
+
+TOP: Final = "arctrue_core"
+PERIODS_NS: Final = (10.0, 5.0)
+SHOWN: Final = 15
+
+# What may have more than one wide adder on a path: the register it ends in, and why.
+EXCEPTIONS: Final[tuple[tuple[str, str], ...]] = ()
+
+
+def split_exceptions(
+    crowded: list[Crowded], exceptions: tuple[tuple[str, str], ...] = EXCEPTIONS
+) -> tuple[list[Crowded], list[tuple[Crowded, str]]]:
+    """What breaks the rule, and what may, with its reason."""
+    broken, excused = [], []
+    for entry in crowded:
+        reasons = [reason for pattern, reason in exceptions if re.search(pattern, entry.end)]
+        if reasons:
+            excused.append((entry, reasons[0]))
+        else:
+            broken.append(entry)
+    return broken, excused
+
+
+def table(paths: list[LongPath], shown: int = SHOWN) -> str:
+    """The longest paths in Markdown, one a register."""
+    head = " | ".join(f"left of {period:g} ns" for period in PERIODS_NS)
+    lines = [
+        f"| from | to | ns | LUT levels | CARRY4 | wires | {head} |",
+        "|---|---|---:|---:|---:|---:|" + "---:|" * len(PERIODS_NS),
+    ]
+    for path in paths[:shown]:
+        left = " | ".join(f"{period - path.delay_ns:.1f}" for period in PERIODS_NS)
+        lines.append(
+            f"| `{path.start}` | `{path.end}` | {path.delay_ns:.1f} | {path.levels} "
+            f"| {path.carry4} | {path.wires} | {left} |"
+        )
+    return "\n".join(lines)
+
+
+def report(netlist: Path, top: str, title: str) -> tuple[str, list[Crowded]]:
+    """The text of timing.md, and what breaks the rule. Raises ValueError for an unknown cell."""
+    design = Netlist.read(netlist, top)
+    found = design.reached()
+    paths = longest_paths(design, found)
+    broken, excused = split_exceptions(crowded_registers(design, found))
+    slowest = paths[0].delay_ns if paths else 0.0
+    lines = [
+        title,
+        "",
+        "An estimate: delays of cells from Yosys' models, wires guessed, nothing placed.",
+        f"Longest path {slowest:.1f} ns. Registers whose longest path is above "
+        + ", ".join(
+            f"{period:g} ns: {sum(path.delay_ns > period for path in paths)}"
+            for period in PERIODS_NS
+        )
+        + f", of {len(paths)}.",
+        "",
+        table(paths),
+        "",
+        f"Paths with more than one wide adder or DSP: {len(broken)} without a reason, "
+        f"{len(excused)} with one.",
+        *(f"- `{entry.end}` from `{entry.start}`: {entry.adders}" for entry in broken),
+        *(f"- `{entry.end}`: {entry.adders}. {reason}" for entry, reason in excused),
+    ]
+    return "\n".join(lines) + "\n", broken
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--entity", default=TOP)
+    parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
+    parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")
+    parser.add_argument("--output", type=Path, help="folder, made anew (build/timing/<entity>)")
+    chosen = parser.parse_args(arguments)
+    try:
+        generics = {
+            name.upper(): int(value)
+            for name, _, value in (entry.partition("=") for entry in chosen.generic)
+        }
+    except ValueError:
+        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+    try:
+        netlist = chosen.netlist
+        if netlist is None:
+            folder = (chosen.output or ROOT / "build" / "timing" / chosen.entity).resolve()
+            written = write_netlist(chosen.entity, folder, generics=generics)
+            netlist = synthesise(written, flatten=True)
+        values = ", ".join(f"{name} = {value}" for name, value in generics.items())
+        title = f"{chosen.entity}{f' ({values})' if values else ''}"
+        text, broken = report(netlist, chosen.entity, title)
+    except (ToolError, ValueError, OSError) as error:
+        print(f"timing: {error}", file=sys.stderr)
+        return 2
+    (netlist.parent / "timing.md").write_text(text, encoding="utf-8")
+    print(text)
+    for entry in broken:
+        print(
+            f"timing: {entry.adders} wide adders or DSPs on a path from {entry.start} to "
+            f"{entry.end}; put a register between them, or name the reason in scripts/timing.py",
+            file=sys.stderr,
+        )
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

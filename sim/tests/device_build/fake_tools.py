@@ -1,0 +1,158 @@
+"""Programs that stand in for the tools of a flow: they note how they were called and check it.
+
+Each reads the files it is given as the real one would, and fails where one is not there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CALLS = "FAKE_CALLS"
+PART = "xc7z020clg400-1"
+FRAME_BYTES = 4_045_564  # UG585
+
+HEAD = f"""#!{sys.executable}
+import json, os, sys
+arguments = sys.argv[1:]
+name = os.path.basename(sys.argv[0])
+with open(os.environ["{CALLS}"], "a") as calls:
+    calls.write(json.dumps([name, *arguments]) + "\\n")
+
+def after(option):
+    return arguments[arguments.index(option) + 1]
+
+def need(path, text=""):
+    content = open(path, errors="replace").read()
+    assert text in content, f"{{path}} does not hold {{text}}"
+    return content
+"""
+
+GHDL = """
+if arguments == ["--version"]:
+    print("GHDL 5.0.1 (fake)")
+elif "--synth" in arguments:
+    print("module", arguments[-1], "(input a); endmodule")
+elif "-i" in arguments:
+    assert all(os.path.exists(word) for word in arguments if word.endswith(".vhd"))
+"""
+
+YOSYS = """
+import re
+if arguments == ["-V"]:
+    print("Yosys 0.52 (fake)")
+    sys.exit()
+script = after("-p")
+need(re.search(r"read_verilog (\\S+?);", script)[1], "module")
+top = re.search(r"-top (\\w+)", script)[1]
+kinds = os.environ.get("FAKE_CELLS", "PS7 BUFG LUT2").split()
+cells = {f"cell{n}": {"type": kind} for n, kind in enumerate(kinds)}
+place = re.search(r"write_json (\\S+)", script)[1]
+json.dump({"modules": {top: {"cells": cells}}}, open(place, "w"))
+"""
+
+NEXTPNR = """
+if "himbaechel" in name:
+    options = dict(word.split("=", 1) for n, word in enumerate(arguments) if arguments[n-1] == "-o")
+    assert after("--device") == "xc7z020clg400-1"
+else:
+    options = {"xdc": after("--xdc"), "fasm": after("--fasm")}
+    need(after("--chipdb"))
+need(options["xdc"], "set_property LOC Y18 [get_ports head1_a]")
+need(after("--json"), "BUFG")
+asked = os.environ.get("FAKE_ASKED_MHZ", "100")
+assert after("--freq") == asked
+line = "Max frequency for clock 'clock': {} MHz ({} at " + asked + ".00 MHz)"
+print("Info: " + line.format("88.00", "FAIL"))  # the estimate before routing
+reached = os.environ.get("FAKE_MHZ", "143.45")
+if reached:
+    late = float(reached) < 100
+    print(("ERROR: " if late else "Info: ") + line.format(reached, "FAIL" if late else "PASS"))
+code = int(os.environ.get("FAKE_NEXTPNR_CODE", "0"))
+if not code:
+    open(options["fasm"], "w").write("PSS2_X1.PS7 fake")
+sys.exit(code)
+"""
+
+FASM2FRAMES = """
+assert after("--part") == "xc7z020clg400-1"
+need(os.path.join(after("--db-root"), after("--part"), "part.yaml"))
+need(arguments[-2], "PSS2_X1.PS7")
+open(arguments[-1], "w").write("0x0 0x1")
+"""
+
+FRAMES2BIT = """
+assert after("--part_name") in after("--part_file")
+need(after("--part_file"))
+need(after("--frm_file"), "0x0")
+code = bytes.fromhex(os.environ.get("FAKE_IDCODE", "03727093"))
+with open(after("--output_file"), "wb") as bitstream:
+    bitstream.write(bytes(50) + bytes.fromhex("aa995566 20000000 30018001") + code)
+    bitstream.write(bytes(int(os.environ.get("FAKE_FRAMES", "4045564"))))
+"""
+
+VIVADO = """
+import subprocess
+prelude = os.environ["FAKE_VIVADO_PRELUDE"]
+script = after("-source")
+words = arguments[arguments.index("-tclargs") + 1:]
+sys.exit(subprocess.run(["tclsh", prelude, script, *words]).returncode)
+"""
+
+OPEN_TOOLS = {
+    "ghdl": GHDL,
+    "yosys": YOSYS,
+    "nextpnr-himbaechel": NEXTPNR,
+    "fasm2frames": FASM2FRAMES,
+    "xc7frames2bit": FRAMES2BIT,
+}
+
+
+class Bench:
+    """A folder with fake programs that is in front of PATH, and what they were called with."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.folder = folder
+        self.monkeypatch = monkeypatch
+        self.programs = folder / "programs"
+        self.programs.mkdir()
+        self.calls_file = folder / "calls"
+        monkeypatch.setenv(CALLS, str(self.calls_file))
+        for variable in ("NEXTPNR", "FASM2FRAMES", "XC7FRAMES2BIT", "VIVADO", "CHIPDB"):
+            monkeypatch.delenv(variable, raising=False)
+        self.set_path()
+
+    def set_path(self, *more: str) -> None:
+        """PATH: the fake programs, then what the tests need themselves, and no tool of a flow."""
+        self.monkeypatch.setenv("PATH", os.pathsep.join([str(self.programs), *more]))
+
+    def add(self, name: str, text: str) -> Path:
+        path = self.programs / name
+        path.write_text(HEAD + text, encoding="utf-8")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        return path
+
+    def add_open_tools(self) -> None:
+        for name, text in OPEN_TOOLS.items():
+            self.add(name, text)
+        self.monkeypatch.setenv("GHDL_NETLIST", str(self.programs / "ghdl"))
+        self.monkeypatch.setenv("YOSYS", str(self.programs / "yosys"))
+        part = self.folder / "prjxray-db" / "zynq7" / PART
+        part.mkdir(parents=True)
+        (part / "part.yaml").write_text("part", encoding="utf-8")
+        self.monkeypatch.setenv("PRJXRAY_DB_DIR", str(self.folder / "prjxray-db"))
+
+    def calls(self, name: str) -> list[list[str]]:
+        """The arguments of every call of one program."""
+        if not self.calls_file.exists():
+            return []
+        lines: list[Any] = [
+            json.loads(line) for line in self.calls_file.read_text(encoding="utf-8").splitlines()
+        ]
+        return [line[1:] for line in lines if line[0] == name]

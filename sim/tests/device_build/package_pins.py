@@ -1,0 +1,26 @@
+"""Pins of the clg400 package that the boards bring out, from the package file of the XC7Z020.
+
+Bank and function as in AMD's xc7z020clg400pkg.txt; connectors as in the boards' manuals.
+"""
+
+from __future__ import annotations
+
+FIRST_PMOD_PINS = ("Y18", "Y19", "Y16", "Y17", "U18", "U19", "W18", "W19")
+SECOND_PMOD_PINS = ("W14", "Y14", "T11", "T10", "V16", "W16", "V12", "W13")
+LEDS = ("R14", "P14", "N16", "M14")
+OSCILLATOR = "H16"
+
+BANKS = {
+    **dict.fromkeys((*FIRST_PMOD_PINS, *SECOND_PMOD_PINS), 34),
+    **dict.fromkeys(LEDS[:2], 34),
+    **dict.fromkeys((*LEDS[2:], OSCILLATOR), 35),
+}
+
+SUPPLY_VOLTS = {34: 3.3, 35: 3.3}
+"""On both boards."""
+
+# Numbers at the connector: 5, 6, 11 and 12 are ground and supply. The two boards have the same
+# connectors at the same pins, under other names.
+PLACES = (1, 2, 3, 4, 7, 8, 9, 10)
+FIRST_PMOD = dict(zip(PLACES, FIRST_PMOD_PINS, strict=True))
+SECOND_PMOD = dict(zip(PLACES, SECOND_PMOD_PINS, strict=True))

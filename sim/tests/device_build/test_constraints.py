@@ -1,0 +1,193 @@
+"""The pin files against the ports of the top level and the pins of the package."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from scripts.bitstream import boards
+from scripts.bitstream_constraints import ConstraintError, check_pins, ports_of, read_pins
+from scripts.bitstream_job import CONSTRAINTS, TOPS
+from scripts.netlist import ROOT
+from sim.tests.device_build.package_pins import (
+    BANKS,
+    FIRST_PMOD,
+    LEDS,
+    OSCILLATOR,
+    SECOND_PMOD,
+    SUPPLY_VOLTS,
+)
+
+from arctrue.generated import number_formats
+
+TOP = "arctrue_zynq_top"
+PAIRS = "arctrue_zynq_differential_top"
+TEMPLATE = CONSTRAINTS / "own_board.template.xdc"
+VIVADO_ONLY = CONSTRAINTS / "vivado.xdc"
+SOURCE = "encoder_source"
+DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
+
+
+def test_boards_are_those_of_the_firmware() -> None:
+    headers = (ROOT / "firmware").rglob("boards/*.h")
+    assert sorted({path.stem for path in headers}) == DEVICE_BOARDS
+
+
+def test_a_second_board_gives_what_the_first_takes() -> None:
+    """Two boards, pin by pin: the heads leave the one where they enter the other."""
+    pins = check_pins(CONSTRAINTS / f"{SOURCE}.xdc", ports_of(f"{SOURCE}_top"))
+    assert pins.pop("oscillator") == OSCILLATOR
+    for board in DEVICE_BOARDS:
+        device = check_pins(CONSTRAINTS / f"{board}.xdc", ports_of(TOP))
+        assert pins == {port: device[port] for port in pins}
+    text = (CONSTRAINTS / TOPS[f"{SOURCE}_top"].vivado).read_text(encoding="utf-8")
+    period = re.search(r"create_clock -name \w+ -period ([\d.]+) \[get_ports oscillator\]", text)
+    assert period
+    assert float(period[1]) == 1e3 / TOPS[f"{SOURCE}_top"].clock_mhz
+
+
+def test_ports_are_read_from_the_vhdl() -> None:
+    text = (ROOT / "rtl" / "top" / f"{TOP}.vhd").read_text(encoding="utf-8")
+    clause = text[text.index("  port (") : text.index(f"end entity {TOP}")]
+    assert ports_of(TOP) == re.findall(r"^ +(\w+) +: +(?:in|out) ", clause, re.MULTILINE)
+    assert len(ports_of(TOP)) == 6 + 3 + 4
+    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 4
+
+
+@pytest.mark.parametrize("board", DEVICE_BOARDS)
+def test_every_port_has_a_pin_of_the_package(board: str) -> None:
+    path = CONSTRAINTS / f"{board}.xdc"
+    pins = check_pins(path, ports_of(TOP))
+    assert list(pins) == ports_of(TOP)
+    assert len(set(pins.values())) == len(pins)
+    assert set(pins.values()) <= set(BANKS)
+    standards = {port: given["IOSTANDARD"][0] for port, given in read_pins(path).items()}
+    for port, pin in pins.items():
+        assert SUPPLY_VOLTS[BANKS[pin]] == 3.3
+        assert standards[port] == "LVCMOS33"
+
+
+@pytest.mark.parametrize("board", DEVICE_BOARDS)
+def test_signals_are_where_the_page_says(board: str) -> None:
+    pins = check_pins(CONSTRAINTS / f"{board}.xdc", ports_of(TOP))
+    for place, line in enumerate("abz"):
+        assert pins[f"head1_{line}"] == FIRST_PMOD[1 + place]
+        assert pins[f"head2_{line}"] == FIRST_PMOD[7 + place]
+        assert pins[f"out_{line}"] == SECOND_PMOD[1 + place]
+    leds = [pins[f"led_{name}"] for name in ("alive", "capture", "fault", "compensation")]
+    assert tuple(leds) == LEDS
+    page = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
+    for port, pin in pins.items():
+        assert re.search(rf"^\| `{port}` \|.*\| {pin} \|", page, re.MULTILINE), (port, pin)
+
+
+def test_the_template_names_every_port_and_is_refused_as_it_is(tmp_path: Path) -> None:
+    with pytest.raises(ConstraintError, match="expected a pin of the package as Y18, found 'PIN'"):
+        check_pins(TEMPLATE, ports_of(TOP))
+    filled = iter(BANKS)
+    text = re.sub(r"\bPIN(?= \[)", lambda _: next(filled), TEMPLATE.read_text(encoding="utf-8"))
+    own = tmp_path / "own.xdc"
+    own.write_text(re.sub(r"\bSTANDARD(?= \[)", "LVCMOS33", text), encoding="utf-8")
+    assert list(check_pins(own, ports_of(TOP))) == ports_of(TOP)
+
+
+FAULTS = {
+    "another command": (
+        "set_false_path -from [get_ports head1_a]",
+        r":2: expected set_property .*found 'set_false_path",
+    ),
+    "a property that open tools do not take": (
+        "set_property PULLTYPE PULLDOWN [get_ports head1_a]",
+        r":2: expected set_property LOC\|IOSTANDARD",
+    ),
+    "a pin of another port": (
+        "set_property LOC Y18 [get_ports head1_b]",
+        r":2: Y18 is the pin of head1_a already",
+    ),
+    "a second pin": (
+        "set_property LOC Y19 [get_ports head1_a]",
+        r":2: LOC of head1_a is given again, first in line 1",
+    ),
+    "a port that is not there": (
+        "set_property LOC Y19 [get_ports head3_a]",
+        r":2: the top level has no port head3_a",
+    ),
+    "a standard that is none": (
+        "set_property IOSTANDARD RS422 [get_ports head1_a]",
+        r":2: 'RS422' is no standard; expected one of LVCMOS12",
+    ),
+    "a port without a standard": ("", r"port head1_a has no IOSTANDARD"),
+    "a port without a pin": ("", r"port head1_b has no LOC"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
+    line, told = FAULTS[fault]
+    path = tmp_path / "pins.xdc"
+    path.write_text(f"set_property LOC Y18 [get_ports head1_a] # first\n{line}\n", encoding="utf-8")
+    with pytest.raises(ConstraintError, match=told):
+        check_pins(path, ["head1_a", "head1_b"])
+
+
+def test_vivado_names_what_is_in_the_vhdl() -> None:
+    """A pattern that matches nothing would leave a path untimed or a synchroniser unmarked."""
+    text = re.sub(r"^#.*$", "", VIVADO_ONLY.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    patterns = set(re.findall(r"=~ \*([\w/]+)", text))
+    assert patterns == {
+        "ps7_primitive/FCLKCLK",
+        "ps7_primitive/FCLKRESETN",
+        "synchroniser/stage_registers_reg",
+    }
+    sources = {path.stem: path.read_text("utf-8") for path in (ROOT / "rtl").rglob("*.vhd")}
+    assert "ps7_primitive : component PS7" in sources["zynq_processor"]
+    assert "signal stage_registers " in sources["input_synchroniser"]
+    for name, source in sources.items():
+        labels = re.findall(r"(\w+) *: *entity work\.input_synchroniser\b", source)
+        assert all(label.endswith("synchroniser") for label in labels), name
+    ports = set(ports_of(TOP))
+    for pattern in re.findall(r"get_ports (?:-quiet -filter \{[^}]*\} )?([\w*]+)\]", text):
+        assert any(port.startswith(pattern.removesuffix("*")) for port in ports), pattern
+    period = re.search(r"create_clock -name fabric_clock -period ([\d.]+)", text)
+    assert period
+    assert float(period[1]) == 1e3 / TOPS[TOP].clock_mhz == 1e9 / number_formats.CLOCK_HZ
+
+
+def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
+    source = (ROOT / "rtl" / "decoder" / "input_synchroniser.vhd").read_text(encoding="utf-8")
+    assert re.search(r'attribute async_reg of stage_registers : signal is "true"', source)
+
+
+@pytest.mark.parametrize(
+    ("file", "extra"),
+    [
+        (VIVADO_ONLY, {"get_pins", "get_cells", "set_false_path", "set_property"}),
+        (CONSTRAINTS / "vivado_encoder_source.xdc", set()),
+    ],
+)
+def test_vivado_constraints_are_whole_tcl(file: Path, extra: set[str]) -> None:
+    """Braces and brackets, read by a real Tcl; the commands are stand-ins that note their names."""
+    tcl = shutil.which("tclsh")
+    assert tcl, "tclsh is missing: apt-get install tcl"
+    script = """
+    set called {}
+    foreach name {create_clock set_false_path set_max_delay set_property get_pins get_cells
+                  get_ports get_clocks} {
+        proc $name args "lappend ::called $name; return $name"
+    }
+    source [lindex $argv 0]
+    puts [lsort -unique $called]
+    """
+    done = subprocess.run(
+        [tcl],
+        input=f"set argv [list {file}]\n{script}",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stderr == ""
+    always = {"create_clock", "set_max_delay", "get_ports", "get_clocks"}
+    assert set(done.stdout.split()) == always | extra

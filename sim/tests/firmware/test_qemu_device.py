@@ -1,0 +1,310 @@
+"""The ARM image in QEMU with the chip's own devices: interrupts, watchdogs, flash, temperature."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sim.tests.firmware.emulator import (
+    CORE_BASE,
+    Emulator,
+    build,
+    core_window,
+    machine_code,
+    member_offset,
+    running,
+    symbol,
+    word,
+)
+from sim.tests.firmware.model_core import bit
+from sim.tests.firmware.test_estimates import counts_of
+from sim.tests.firmware.zynq_model import AT, bitstream, image
+
+from arctrue.gateware.register_access import register_named
+
+pytestmark = [
+    pytest.mark.skipif(
+        shutil.which("qemu-system-arm") is None or shutil.which("arm-none-eabi-gcc") is None,
+        reason="needs qemu-system-arm and gcc-arm-none-eabi; make setup installs them",
+    ),
+]
+
+READY = "help tells the commands\r\n"
+FABRIC_INPUT = 29
+"""IRQ_F2P[0] is interrupt 61; shared inputs begin at 32."""
+GIC_SET_PENDING = 0xF8F0_1204
+GIC_CLEAR_ENABLE = 0xF8F0_1180
+GLOBAL_TIMER = 27
+SCRATCH = CORE_BASE + 0x3C000
+"""In the emulated window, behind the capture."""
+CAPTURE_READY = 1 << 2
+WATCHDOG_RESET = 1 << 17
+FLASH_BYTES = 16 << 20
+STAY_HERE = bytes.fromhex("feffffea")
+"""In ARM state, as `start` is."""
+IMAGE_OFFSET = 0x10_0000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def built() -> None:
+    build()
+
+
+def field(status: str, name: str) -> str:
+    (value,) = [line.split()[1] for line in status.splitlines() if line.startswith(f"{name} ")]
+    return value
+
+
+def assemble(folder: Path, text: str) -> bytes:
+    """Thumb code."""
+    source, made, code = folder / "code.s", folder / "code.o", folder / "code.bin"
+    source.write_text(f".syntax unified\n.thumb\n{text}\n", encoding="ascii")
+    subprocess.run(["arm-none-eabi-as", "-mcpu=cortex-a9", source, "-o", made], check=True)
+    subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", made, code], check=True)
+    return code.read_bytes()
+
+
+def one_sample() -> bytes:
+    """A window whose bank is refused at once, and not ready yet."""
+    window = bytearray(core_window(counts_of(samples=600)[:, :1]))
+    window[register_named("status").address] = 0
+    return bytes(window)
+
+
+def hand_over(machine: Emulator) -> None:
+    machine.write_memory(CORE_BASE + register_named("status").address, word(CAPTURE_READY))
+
+
+def stop_timer(machine: Emulator) -> None:
+    """Nothing wakes the processor by itself any more."""
+    machine.write_register(GIC_CLEAR_ENABLE, 1 << GLOBAL_TIMER)
+
+
+def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
+    with running(tmp_path, one_sample()) as machine:
+        machine.wait_for(READY)
+        machine.send("telemetry on")
+        machine.ask("status", "phase capture")
+        stop_timer(machine)
+        start = len(machine.said)
+        hand_over(machine)
+        with pytest.raises(TimeoutError):
+            machine.wait_for("{", 0.5, start)
+        machine.write_register(GIC_SET_PENDING, 1 << FABRIC_INPUT)
+        assert '"reason":"short_of_a_turn"' in machine.wait_for("}\r\n", 5.0, start)
+        status = machine.send("status")
+        assert field(status, "interrupts") == "1"
+        assert field(status, "banks_without_interrupt") != "0", "the last bank stays ready here"
+
+
+def test_a_lost_interrupt_does_not_stop_it(tmp_path: Path) -> None:
+    with running(tmp_path, one_sample()) as machine:
+        machine.wait_for(READY)
+        machine.send("telemetry on")
+        machine.ask("status", "phase capture")
+        start = len(machine.said)
+        hand_over(machine)
+        machine.wait_for("}\r\n", 5.0, start)
+        status = machine.send("status")
+        assert field(status, "interrupts") == "0"
+        assert int(field(status, "banks_without_interrupt")) > 0
+
+
+def interrupts(machine: Emulator) -> int:
+    return int(field(machine.send("status"), "interrupts"))
+
+
+def wait_until(holds: Callable[[], bool], seconds: float = 20.0) -> bool:
+    """False: never within the time."""
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
+    """The level stays high: one interrupt a round of the main program, which goes on."""
+    with running(tmp_path, one_sample()) as machine:
+        machine.wait_for(READY)
+        (controller,) = [
+            item["name"]
+            for item in machine.machine_command("qom-list", path="/machine/unattached")
+            if item["type"] == "child<a9mpcore_priv>"
+        ]
+        path = f"/machine/unattached/{controller}"
+        machine.on_the_bus(f"set_irq_in {path} unnamed-gpio-in {FABRIC_INPUT} 1")
+        first = interrupts(machine)
+        assert wait_until(lambda: interrupts(machine) > first + 2), "more than one"
+        machine.on_the_bus(f"set_irq_in {path} unnamed-gpio-in {FABRIC_INPUT} 0")
+        assert wait_until(lambda: interrupts(machine) == interrupts(machine)), "none any more"
+
+
+def temperature_told(machine: Emulator) -> Any:
+    start = len(machine.said)
+    told = machine.wait_for("}\r\n", 5.0, start)
+    lines = [line for line in told.split("\r\n")[:-1] if line.startswith("{")]
+    return json.loads(lines[-1])
+
+
+def test_the_temperature_of_the_die(tmp_path: Path) -> None:
+    """QEMU's converter reads 0 K, which is no temperature, until something writes its register."""
+    with running(tmp_path, one_sample()) as machine:
+        machine.wait_for(READY)
+        machine.ask("status", "phase capture")
+        hand_over(machine)
+        machine.ask("status", "temperature_c absent")
+        machine.send("telemetry on")
+        assert temperature_told(machine)["temperature_c"] is None
+        machine.send("telemetry off")
+        code = 0xB70
+        machine.write_register(AT["XADC_CMDFIFO"], 2 << 26 | code << 4)
+        celsius = code * 503.975 / 4096 - 273.15
+        machine.ask("status", f"temperature_c {celsius:.9f}")
+        machine.send("telemetry on")
+        told = temperature_told(machine)
+        # One from before the write may still have been on its way.
+        told = told if told["temperature_c"] is not None else temperature_told(machine)
+        assert told["temperature_c"] == pytest.approx(celsius, abs=0.005)
+        assert told["alarms"] == ["temperature"], "87 °C is above the preset of 85"
+
+
+def flash_options(folder: Path, content: bytes) -> list[str]:
+    """Both chip selects of the controller: QEMU selects both at once."""
+    options = []
+    for number in (8, 9):
+        file = folder / f"flash{number}.bin"
+        with file.open("wb") as flash:
+            flash.truncate(FLASH_BYTES)
+            flash.seek(IMAGE_OFFSET)
+            flash.write(content)
+        options += ["-drive", f"if=mtd,index={number},format=raw,file={file}"]
+    return options
+
+
+@pytest.mark.parametrize(
+    ("content", "state"),
+    [
+        # Debian 12's QEMU has no configuration port: its INIT never comes.
+        (image(bitstream(200_000)), "not_ready"),
+        (image(bitstream(20_000), crc=1), "crc"),
+        (image(bitstream(20_000), version=9), "version"),
+    ],
+)
+def test_the_flash_is_read_and_a_refusal_told(tmp_path: Path, content: bytes, state: str) -> None:
+    options = flash_options(tmp_path, content)
+    with running(tmp_path, core_window(None), *options, real_time=True) as machine:
+        said = machine.wait_for(READY)
+        assert f"fabric {state}: " in said
+        status = machine.ask("status", "phase wait_for_index")
+        assert field(status, "fabric") == state, "and it goes on with the emulated window"
+
+
+def test_without_a_fabric_its_window_is_not_touched(tmp_path: Path) -> None:
+    """As on a chip that is not configured, where an access would never end."""
+    control = CORE_BASE + register_named("control").address
+    canary = 0xCA9A_1234
+    with running(tmp_path, core_window(None)) as machine:
+        machine.wait_for(READY)
+        machine.ask("status", "phase wait_for_index")
+        machine.write_register(control, canary)
+        machine.write_memory(symbol("fabric") + member_offset("emulated"), b"\x00")
+        assert machine.send("rearm") == "error: no core answers\r\n"
+        assert machine.send("bypass on") == "ok\r\n"
+        place = symbol("console_step")
+        bad = assemble(tmp_path, "udf.w #0")
+        machine.write_memory(symbol("start"), STAY_HERE)
+        machine.write_memory(place, bad)
+        machine.wait_for("state 0x")
+        assert machine.read_register(control) == canary, "no bypass is written where nothing is"
+
+
+def test_a_hang_is_noticed_and_told(tmp_path: Path) -> None:
+    """The main program loops for ever: the timer's interrupt begins anew, and says where it was."""
+    with running(tmp_path, core_window(None), real_time=True) as machine:
+        machine.wait_for(READY)
+        place = symbol("application_step")
+        loop = assemble(tmp_path, "b .")
+        original = machine_code(place, len(loop))
+        machine.write_memory(place, loop)
+        machine.wait_for("fault hang at 0x", 40.0)
+        machine.write_memory(place, original)
+        machine.wait_for("began anew after hang at 0x", 20.0)
+        status = machine.ask("status", "reset hang")
+        assert int(field(status, "reset_instruction"), 16) == place
+
+
+def test_a_record_survives_a_reset_of_the_system(tmp_path: Path) -> None:
+    with running(tmp_path, core_window(None)) as machine:
+        machine.wait_for(READY)
+        # The fault is taken, but the firmware does not begin anew: somebody resets the system.
+        machine.write_memory(symbol("start"), STAY_HERE)
+        place = symbol("application_step")
+        machine.write_memory(place, assemble(tmp_path, "udf.w #0"))
+        machine.wait_for("state 0x")
+        control = CORE_BASE + register_named("control").address
+        assert machine.read_register(control) == bit("control", "output_enable"), "bypass"
+        start = len(machine.said)
+        # QEMU loads the image again with it.
+        machine.machine_command("system_reset")
+        machine.wait_for(f"began anew after undefined_instruction at 0x{place:08X}", 20.0, start)
+        status = machine.ask("status", "reset undefined_instruction")
+        assert int(field(status, "reset_instruction"), 16) == place
+        machine.machine_command("system_reset")
+        machine.ask("status", "reset none")
+
+
+def test_an_interrupt_that_faults_does_not_block_the_next(tmp_path: Path) -> None:
+    with running(tmp_path, core_window(None)) as machine:
+        machine.wait_for(READY)
+        place = symbol("timer_interrupt")
+        bad = assemble(tmp_path, "udf.w #0")
+        original = machine_code(place, len(bad))
+        machine.write_memory(place, bad)
+        machine.wait_for("fault undefined_instruction at 0x")
+        machine.write_memory(place, original)
+        machine.ask("status", "reset undefined_instruction")
+
+
+def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
+    """QEMU's watchdog counts but does not reset: its counter is seen to fall unfed, and what the
+    chip does then is done by hand: a reset with the watchdog's flag."""
+    with running(tmp_path, core_window(None), real_time=True) as machine:
+        machine.wait_for(READY)
+        code = assemble(
+            tmp_path,
+            f"""
+            cpsid if
+            movw r0, #0x0624
+            movt r0, #0xF8F0
+            movw r1, #{SCRATCH & 0xFFFF}
+            movt r1, #{SCRATCH >> 16}
+            again:
+            ldr r2, [r0]
+            str r2, [r1]
+            b again
+            """,
+        )
+        machine.write_memory(symbol("application_step"), code)
+        left = []
+        end = time.monotonic() + 60.0
+        while (not left or left[0] - left[-1] < 300_000_000) and time.monotonic() < end:
+            time.sleep(0.05)
+            left += [machine.read_register(SCRATCH)] if machine.read_register(SCRATCH) else []
+        assert left[0] - left[-1] >= 300_000_000
+        assert left == sorted(left, reverse=True), "fed never"
+        machine.machine_command("stop")
+        machine.machine_command("system_reset")
+        while machine.machine_command("query-status")["status"] != "prelaunch":
+            time.sleep(0.01)
+        machine.write_register(AT["SLCR_UNLOCK"], 0xDF0D)
+        machine.write_register(AT["SLCR_REBOOT_STATUS"], WATCHDOG_RESET)
+        machine.machine_command("cont")
+        machine.ask("status", "reset watchdog")

@@ -1,0 +1,56 @@
+"""The processor in QEMU without a program, its console open."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+SECONDS = 20.0
+
+
+class EmptyChip:
+    """``debugger`` is the socket that gdb can speak to."""
+
+    def __init__(self, console: socket.socket, debugger: Path) -> None:
+        self.console = console
+        self.debugger = debugger
+
+    def wait_for(self, text: bytes) -> bytes:
+        """All that the console says, once ``text`` is part of it."""
+        said = b""
+        while text not in said:
+            said += self.console.recv(4096)
+        return said
+
+
+@contextmanager
+def empty_chip(folder: Path, *options: str) -> Iterator[EmptyChip]:
+    """Start it; it is stopped when the block ends."""
+    console, debugger = folder / "console", folder / "debugger"
+    command = ["qemu-system-arm", "-M", "xilinx-zynq-a9", "-m", "2G", "-nographic"]
+    command += ["-monitor", "none", "-serial", f"unix:{console},server=on,wait=on"]
+    command += ["-gdb", f"unix:{debugger},server=on,wait=off", *options]
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    try:
+        with socket.socket(socket.AF_UNIX) as port:
+            port.settimeout(SECONDS)
+            end = time.monotonic() + SECONDS
+            while True:
+                try:
+                    port.connect(str(console))
+                    break
+                except OSError:
+                    assert process.poll() is None
+                    assert time.monotonic() < end
+                    time.sleep(0.05)
+            while not debugger.exists():
+                assert time.monotonic() < end
+                time.sleep(0.05)
+            yield EmptyChip(port, debugger)
+    finally:
+        process.kill()
+        process.wait()

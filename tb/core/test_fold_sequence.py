@@ -1,0 +1,18 @@
+"""The order of events in a folded pipeline."""
+
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(("fold", "sums_clock"), [(1, 25), (2, 25), (4, 25), (8, 25), (8, 16)])
+def test_fold_sequence(fold: int, sums_clock: int) -> None:
+    generics = {"FOLD": fold, "SUMS_CLOCK": sums_clock}
+    simulate(
+        "fold_sequence",
+        "tb.core.fold_sequence_bench",
+        generics=generics,
+        environment={name: str(value) for name, value in generics.items()},
+    )

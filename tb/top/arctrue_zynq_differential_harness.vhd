@@ -1,0 +1,85 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_zynq_differential_harness
+--
+-- arctrue_zynq_differential_top with models of the primitives.
+-- The use clauses name the models, which are bound to the components by their names.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.bufg;
+  use work.ibufds;
+  use work.obufds;
+  use work.ps7;
+
+entity arctrue_zynq_differential_harness is
+  generic (
+    LANES         : positive;
+    CAPTURE_DEPTH : positive;
+    FOLD          : positive;
+    LED_HOLD_LOG2 : positive
+  );
+  port (
+    head1_a_p        : in    std_ulogic;
+    head1_a_n        : in    std_ulogic;
+    head1_b_p        : in    std_ulogic;
+    head1_b_n        : in    std_ulogic;
+    head1_z_p        : in    std_ulogic;
+    head1_z_n        : in    std_ulogic;
+    head2_a_p        : in    std_ulogic;
+    head2_a_n        : in    std_ulogic;
+    head2_b_p        : in    std_ulogic;
+    head2_b_n        : in    std_ulogic;
+    head2_z_p        : in    std_ulogic;
+    head2_z_n        : in    std_ulogic;
+    out_a_p          : out   std_ulogic;
+    out_a_n          : out   std_ulogic;
+    out_b_p          : out   std_ulogic;
+    out_b_n          : out   std_ulogic;
+    out_z_p          : out   std_ulogic;
+    out_z_n          : out   std_ulogic;
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity arctrue_zynq_differential_harness;
+
+architecture simulation of arctrue_zynq_differential_harness is
+
+begin
+
+  device : entity work.arctrue_zynq_differential_top
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      FOLD          => FOLD,
+      LED_HOLD_LOG2 => LED_HOLD_LOG2
+    )
+    port map (
+      head1_a_p        => head1_a_p,
+      head1_a_n        => head1_a_n,
+      head1_b_p        => head1_b_p,
+      head1_b_n        => head1_b_n,
+      head1_z_p        => head1_z_p,
+      head1_z_n        => head1_z_n,
+      head2_a_p        => head2_a_p,
+      head2_a_n        => head2_a_n,
+      head2_b_p        => head2_b_p,
+      head2_b_n        => head2_b_n,
+      head2_z_p        => head2_z_p,
+      head2_z_n        => head2_z_n,
+      out_a_p          => out_a_p,
+      out_a_n          => out_a_n,
+      out_b_p          => out_b_p,
+      out_b_n          => out_b_n,
+      out_z_p          => out_z_p,
+      out_z_n          => out_z_n,
+      led_alive        => led_alive,
+      led_capture      => led_capture,
+      led_fault        => led_fault,
+      led_compensation => led_compensation
+    );
+
+end architecture simulation;

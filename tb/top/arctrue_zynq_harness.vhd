@@ -1,0 +1,65 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # arctrue_zynq_harness
+--
+-- arctrue_zynq_top with models of the primitives.
+-- The use clauses name the models, which are bound to the components by their names.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.bufg;
+  use work.ps7;
+
+entity arctrue_zynq_harness is
+  generic (
+    LANES         : positive;
+    CAPTURE_DEPTH : positive;
+    FOLD          : positive;
+    LED_HOLD_LOG2 : positive
+  );
+  port (
+    head1_a          : in    std_ulogic;
+    head1_b          : in    std_ulogic;
+    head1_z          : in    std_ulogic;
+    head2_a          : in    std_ulogic;
+    head2_b          : in    std_ulogic;
+    head2_z          : in    std_ulogic;
+    out_a            : out   std_ulogic;
+    out_b            : out   std_ulogic;
+    out_z            : out   std_ulogic;
+    led_alive        : out   std_ulogic;
+    led_capture      : out   std_ulogic;
+    led_fault        : out   std_ulogic;
+    led_compensation : out   std_ulogic
+  );
+end entity arctrue_zynq_harness;
+
+architecture simulation of arctrue_zynq_harness is
+
+begin
+
+  device : entity work.arctrue_zynq_top
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH,
+      FOLD          => FOLD,
+      LED_HOLD_LOG2 => LED_HOLD_LOG2
+    )
+    port map (
+      head1_a          => head1_a,
+      head1_b          => head1_b,
+      head1_z          => head1_z,
+      head2_a          => head2_a,
+      head2_b          => head2_b,
+      head2_z          => head2_z,
+      out_a            => out_a,
+      out_b            => out_b,
+      out_z            => out_z,
+      led_alive        => led_alive,
+      led_capture      => led_capture,
+      led_fault        => led_fault,
+      led_compensation => led_compensation
+    );
+
+end architecture simulation;

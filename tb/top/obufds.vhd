@@ -1,0 +1,25 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # obufds
+--
+-- Model of the primitive OBUFDS for simulation.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity obufds is
+  port (
+    o  : out   std_ulogic;
+    ob : out   std_ulogic;
+    i  : in    std_ulogic
+  );
+end entity obufds;
+
+architecture simulation of obufds is
+
+begin
+
+  o  <= i;
+  ob <= not i;
+
+end architecture simulation;

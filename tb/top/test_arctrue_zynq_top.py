@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from tb.support.simulation import simulate
+from tb.top.arctrue_zynq_bench import CAPTURE_DEPTH, LANES, LED_HOLD_LOG2
+
+GENERICS = {
+    "LANES": LANES,
+    "CAPTURE_DEPTH": CAPTURE_DEPTH,
+    "LED_HOLD_LOG2": LED_HOLD_LOG2,
+    "FOLD": 1,
+}
+
+
+@pytest.mark.slow
+def test_top_level() -> None:
+    simulate("arctrue_zynq_harness", "tb.top.arctrue_zynq_bench", generics=GENERICS, backend="llvm")
+
+
+@pytest.mark.slow
+def test_pairs_reach_the_top_level() -> None:
+    simulate(
+        "arctrue_zynq_differential_harness",
+        "tb.top.arctrue_zynq_bench",
+        generics={**GENERICS, "FOLD": 2},
+        environment={
+            "ARCTRUE_PAIRS": "1",
+            "ARCTRUE_FOLD": "2",
+            "COCOTB_TEST_FILTER": "registers|from_edges|interrupt",
+        },
+        backend="llvm",
+    )
