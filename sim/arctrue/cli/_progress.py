@@ -1,0 +1,69 @@
+"""How far a long command has come, on stderr: a live line in a terminal, else a line at times."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+
+progress_console = Console(stderr=True)
+
+SECONDS_BETWEEN_LINES = 10.0
+LONG_FILE_BYTES = 64 << 20
+"""Shorter files are read before anybody could read a line about it."""
+
+
+class Progress:
+    """One step of a command; what it does may change, and how much of it is done."""
+
+    _present: Progress | None = None
+
+    def __init__(self, doing: str) -> None:
+        """Starts with what is being done, in words."""
+        self._doing = doing
+        self._status = progress_console.status(doing)
+        self._last_line = time.monotonic()
+
+    def __enter__(self) -> Self:
+        """Shown until the block ends."""
+        Progress._present = self
+        self._status.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """The live line goes; nothing stays on the terminal."""
+        Progress._present = None
+        self._status.stop()
+
+    def now(self, doing: str) -> None:
+        """Another step begins."""
+        self._doing = doing
+        self._show(doing)
+
+    def read(self, path: Path, done: int, total: int) -> None:
+        """Bytes of a file that are read."""
+        if total >= LONG_FILE_BYTES:
+            self._show(f"reading {path.name}: {done / total:.0%} of {total / 1e6:.0f} MB")
+
+    @staticmethod
+    def rows(done: int, total: int) -> None:
+        """Rows that a pass over a long capture has done, in whatever step is shown now."""
+        step = Progress._present
+        if step is not None:
+            step._show(f"{step._doing}: {done / total:.0%} of {total:,} rows")
+
+    def _show(self, text: str) -> None:
+        self._status.update(text)
+        if progress_console.is_terminal:
+            return
+        if time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
+            self._last_line = time.monotonic()
+            progress_console.print(text)

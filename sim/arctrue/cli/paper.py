@@ -1,0 +1,114 @@
+"""arctrue paper: the paper's experiment on the virtual instrument."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from rich.table import Table
+
+from arctrue.cli._progress import Progress
+from arctrue.cli._workbench import console, for_people, write_json
+
+if TYPE_CHECKING:
+    from arctrue.paper.experiment import ExperimentResult
+
+FULL_INTERPOLATION = 1024
+
+
+@click.command(short_help="The paper's experiment on the virtual instrument.")
+@click.option("--cycles", type=click.IntRange(2), default=10, show_default=True)
+@click.option(
+    "--interpolation",
+    type=click.IntRange(4, FULL_INTERPOLATION),
+    default=FULL_INTERPOLATION,
+    show_default=True,
+    help="Counts a line. 64 takes a sixteenth of the time and steps of 1.2″.",
+)
+@click.option("--seed", type=int, default=1, show_default=True, help="Of instruments and noise.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for Fig. 11.")
+@for_people
+def paper(
+    cycles: int, interpolation: int, seed: int, json_file: Path | None, out: Path | None
+) -> None:
+    """Polygon of 24 faces and autocollimator, before and after, beside the paper's figures.
+
+    The table is captured, calibrated and corrected by gateware and firmware, every edge through the
+    decoders. At the paper's size a cycle takes about a minute and a half.
+    """
+    from arctrue.instrument import InstrumentError
+    from arctrue.instrument.revolution import RevolutionSettings
+    from arctrue.paper.experiment import ExperimentSettings, run_experiment
+
+    settings = ExperimentSettings(
+        revolution=RevolutionSettings(interpolation=interpolation, noise_arcsec=0.1, seed=seed),
+        cycles=cycles,
+        seed=seed,
+    )
+    try:
+        with Progress("building the instrument") as shown:
+            result = run_experiment(
+                settings,
+                say=shown.now,
+                progress=lambda now: shown.now(
+                    f"{now.stage}: {now.clock / 1e6:,.0f} million clocks, "
+                    f"{now.clocks_per_s / 1e3:,.0f} thousand a second"
+                ),
+            )
+    except InstrumentError as error:
+        raise click.ClickException(str(error)) from error
+    _print(result)
+    write_json(json_file, result.as_json())
+    if out is not None:
+        from arctrue.report.paper_figures import plot_experiment
+
+        console.print(f"wrote {plot_experiment(result, out)}")
+
+
+def _print(result: ExperimentResult) -> None:
+    printed, budget = result.published, result.budget
+    table = Table(title=f"{printed.faces} faces, {result.settings.cycles} cycles, ″")
+    for heading in ("", "paper", "here"):
+        table.add_column(heading, justify="left" if not heading else "right")
+
+    def span(values: tuple[float, float]) -> str:
+        return f"[{values[0]:.2f}, {values[1]:.2f}]"
+
+    table.add_row(
+        "error, uncorrected", span(printed.before_arcsec), span(result.before.span_arcsec)
+    )
+    table.add_row("error, corrected", span(printed.after_arcsec), span(result.after.span_arcsec))
+    table.add_row(
+        "largest σ of a face, (13)",
+        f"{printed.largest_deviation_arcsec:.2f}",
+        f"{result.after.deviation_arcsec.max():.2f}",
+    )
+    names = {
+        "polygon_arcsec": "u₁ polygon",
+        "autocollimator_arcsec": "u₂ autocollimator",
+        "repeatability_arcsec": "u₃ repeatability",
+        "mounting_eccentricity_arcsec": "u₄ mounting, (14)",
+        "tower_difference_arcsec": "u₅ tower difference, (15)",
+    }
+    for name, label in names.items():
+        table.add_row(label, f"{getattr(printed.budget, name):g}", f"{getattr(budget, name):.2g}")
+    table.add_row(
+        "u combined, (16)", f"{printed.combined_arcsec:.2f}", f"{budget.combined_arcsec:.2f}"
+    )
+    table.add_row(
+        "U expanded, k = 2, (17)", f"{printed.expanded_arcsec:.2f}", f"{budget.expanded_arcsec:.2f}"
+    )
+    largest = int(result.residual_orders_arcsec.argmax())
+    table.add_row(
+        "largest order that is left",
+        "1",
+        f"{largest + 1} ({result.residual_orders_arcsec[largest]:.2f}″)",
+    )
+    console.print(table)
+    console.print(
+        f"u₁ and u₂ are the paper's; {result.settings.revolution.counts_per_rev:,} counts a turn, "
+        f"{result.applied_orders} orders applied, {result.refused_turns} turns refused, "
+        f"{result.clocks / 1e6:,.0f} million clocks in {result.wall_s:,.0f} s."
+    )

@@ -1,0 +1,49 @@
+"""The virtual instrument: the gateware as a compiled netlist, the firmware's C on its bus.
+
+The VHDL of arctrue_core becomes a netlist and that a library; a table turns before its heads.
+"""
+
+from arctrue.instrument.build import build
+from arctrue.instrument.curves import Curves, TableCurves
+from arctrue.instrument.errors import BusError, InstrumentError
+from arctrue.instrument.firmware import Firmware
+from arctrue.instrument.instrument import (
+    HEAD1_A,
+    HEAD1_B,
+    HEAD1_Z,
+    HEAD2_A,
+    HEAD2_B,
+    HEAD2_Z,
+    Instrument,
+    PinFault,
+    Progress,
+    clock_hz_for,
+)
+from arctrue.instrument.noise import ReadingNoise
+from arctrue.instrument.recording import EdgeTrack, Recording
+from arctrue.instrument.revolution import RevolutionResult, RevolutionSettings, run_revolution
+
+__all__ = [
+    "HEAD1_A",
+    "HEAD1_B",
+    "HEAD1_Z",
+    "HEAD2_A",
+    "HEAD2_B",
+    "HEAD2_Z",
+    "BusError",
+    "Curves",
+    "EdgeTrack",
+    "Firmware",
+    "Instrument",
+    "InstrumentError",
+    "PinFault",
+    "Progress",
+    "ReadingNoise",
+    "Recording",
+    "RevolutionResult",
+    "RevolutionSettings",
+    "TableCurves",
+    "build",
+    "clock_hz_for",
+    "run_revolution",
+]

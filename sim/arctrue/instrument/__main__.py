@@ -1,0 +1,27 @@
+"""Builds one instrument and tells where it is: ``python -m arctrue.instrument``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
+from arctrue.instrument.build import ROOT, build
+from arctrue.instrument.errors import InstrumentError
+
+
+def main() -> None:
+    """Exit code 1 where it cannot be built."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--lanes", type=int, default=LANES_DEFAULT)
+    parser.add_argument("--capture-depth", type=int, default=CAPTURE_DEPTH_DEFAULT)
+    asked = parser.parse_args()
+    try:
+        library = build(asked.lanes, asked.capture_depth, say=print)
+    except InstrumentError as error:
+        sys.exit(f"instrument: {error}")
+    print(f"Instrument: {library.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,299 @@
+"""From the VHDL to a shared library: GHDL's netlist, Verilator's C++, the harness, the firmware.
+
+What was built lies in build/instrument, under a digest of everything that went into it: sources,
+generics, tools and flags. ``python -m arctrue.instrument`` builds the 32-lane core.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
+from arctrue.generated.registers import CAPTURE_ADDRESS
+from arctrue.instrument.errors import InstrumentError
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+ROOT = Path(__file__).resolve().parents[3]
+NATIVE = Path(__file__).resolve().parent / "native"
+BUILT = ROOT / "build" / "instrument"
+FIRMWARE = ROOT / "firmware"
+FIRMWARE_FOLDERS = ("calibration", "application", "console")
+GENERATED_C = ROOT / "build" / "generated" / "c"
+OLDEST_VERILATOR = 5
+
+# Registers begin with what the VHDL says, which the netlist writes down, and with 0 otherwise.
+VERILATOR_FLAGS = (
+    *("--cc", "-O3", "--x-assign", "fast", "--x-initial", "fast", "--no-assert"),
+    *("-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD"),
+)
+CXX_FLAGS = ("-std=gnu++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-gnu-unique")
+# Of our own; Verilator's C++ is as it is.
+CXX_WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
+# Runs once, at the start.
+SLOW_CXX_FLAGS = ("-O0",)
+CXX_DEFINES = ("-DVM_COVERAGE=0", "-DVM_SC=0", "-DVM_TRACE=0")
+C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
+LINK_FLAGS = ("-shared", "-Wl,-Bsymbolic", "-lm", "-lpthread", "-latomic")
+
+Say = Callable[[str], None]
+
+
+def netlist_tools() -> ModuleType:
+    """scripts/netlist.py, which the synthesis uses too.
+
+    Raises InstrumentError outside a source tree.
+    """
+    if not (ROOT / "scripts" / "netlist.py").exists():
+        raise InstrumentError(f"{ROOT} holds no scripts/netlist.py: use a source tree of ArcTrue")
+    if str(ROOT) not in sys.path:
+        sys.path.append(str(ROOT))
+    from scripts import netlist
+
+    return netlist
+
+
+def _version(command: str) -> str:
+    try:
+        done = subprocess.run([command, "--version"], capture_output=True, text=True, check=False)
+    except OSError:
+        return ""
+    return done.stdout.splitlines()[0] if done.stdout else ""
+
+
+@cache
+def tool_versions() -> dict[str, str]:
+    """Version of GHDL, Verilator, g++ and gcc, by name.
+
+    Raises InstrumentError that names everything that is missing at once.
+    """
+    netlist = netlist_tools()
+    missing, versions = [], {}
+    try:
+        versions["ghdl"] = netlist.find_ghdl()[1]
+    except netlist.ToolError as error:
+        missing.append(str(error))
+    found = re.match(r"Verilator (\d+)\.", _version("verilator"))
+    if found and int(found[1]) >= OLDEST_VERILATOR:
+        versions["verilator"] = _version("verilator")
+    else:
+        missing.append(
+            f"Verilator {OLDEST_VERILATOR}.0 or newer is missing: apt-get install verilator"
+        )
+    for compiler in ("g++", "gcc"):
+        versions[compiler] = _version(compiler)
+        if not versions[compiler]:
+            missing.append(f"{compiler} is missing: apt-get install {compiler}")
+    if missing:
+        raise InstrumentError(
+            "The instrument cannot be built ('make setup' installs what it needs).\n  "
+            + "\n  ".join(missing)
+        )
+    return versions
+
+
+@cache
+def verilator_include() -> Path:
+    """The folder of Verilator's own C++."""
+    done = subprocess.run(
+        ["verilator", "--getenv", "VERILATOR_ROOT"], capture_output=True, text=True, check=False
+    )
+    folder = Path(done.stdout.strip()) / "include"
+    if not (folder / "verilated.cpp").exists():
+        raise InstrumentError(f"Verilator's runtime is not in {folder}: install verilator anew")
+    return folder
+
+
+def digest(texts: Iterable[str], files: Iterable[Path]) -> str:
+    """Sixteen digits that change with any of them."""
+    made = hashlib.sha256()
+    for text in texts:
+        made.update(f"{text}\0".encode())
+    for path in files:
+        made.update(f"{path.name}\0".encode())
+        made.update(path.read_bytes())
+    return made.hexdigest()[:16]
+
+
+def run_tool(command: Sequence[str], log: Path, what: str) -> None:
+    """Run a tool; raises InstrumentError with the end of its ``log`` when it fails."""
+    with log.open("a", encoding="utf-8") as text:
+        text.write(f"$ {' '.join(command)}\n")
+        text.flush()
+        done = subprocess.run(command, stdout=text, stderr=text, check=False)
+    if done.returncode:
+        tail = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-15:])
+        raise InstrumentError(f"{what} failed ({command[0]}). The end of {log}:\n{tail}")
+
+
+@contextmanager
+def building(target: Path, log: Path) -> Iterator[Path | None]:
+    """A folder that becomes ``target`` when all went well; None when ``target`` is there already.
+
+    Another process that wants the same one waits for this one.
+    """
+    if target.exists():
+        yield None
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with target.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if target.exists():
+            yield None
+            return
+        log.unlink(missing_ok=True)
+        folder = Path(tempfile.mkdtemp(prefix=f"{target.name}.", dir=target.parent))
+        try:
+            yield folder
+            folder.replace(target)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def compile_all(
+    sources: Sequence[Path], folder: Path, options: Sequence[str], log: Path, jobs: int = 2
+) -> list[Path]:
+    """Object files of C++ and C sources, in ``folder``."""
+
+    def one(source: Path) -> Path:
+        made = folder / f"{source.name}.o"
+        if source.suffix == ".c":
+            command = ["gcc", *C_FLAGS]
+        else:
+            slow = SLOW_CXX_FLAGS if source.stem.endswith(("__Slow", "__Syms")) else ()
+            warnings = CXX_WARNINGS if source.parent == NATIVE else ("-w",)
+            command = ["g++", *CXX_FLAGS, *CXX_DEFINES, *warnings, *slow]
+        mine = log.with_name(f"{log.stem}.{source.stem}.log")
+        mine.unlink(missing_ok=True)
+        run_tool([*command, *options, "-c", str(source), "-o", str(made)], mine, source.name)
+        mine.unlink()
+        return made
+
+    with ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(one, sources))
+
+
+def runtime() -> list[Path]:
+    """The compiled runtime of Verilator, from build/instrument."""
+    key = digest([tool_versions()["verilator"], tool_versions()["g++"], *CXX_FLAGS], [])
+    target = BUILT / f"runtime-{key}"
+    log = BUILT / f"runtime-{key}.log"
+    with building(target, log) as folder:
+        if folder is not None:
+            include = verilator_include()
+            names = ("verilated.cpp", "verilated_threads.cpp")
+            compile_all([include / name for name in names], folder, [f"-I{include}"], log)
+    return sorted(target.glob("*.o"))
+
+
+def verilate(netlist: Path, folder: Path, log: Path) -> None:
+    """C++ of a netlist in ``folder``, with the class V<entity>."""
+    top = netlist.stem
+    command = ["verilator", *VERILATOR_FLAGS, "--top-module", top, "--prefix", f"V{top}"]
+    run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")
+
+
+def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: Say) -> Path:
+    """The folder of the compiled core: objects, headers and the netlist that they are made of."""
+    tools, versions = netlist_tools(), tool_versions()
+    values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
+    try:
+        sources = tools.sources_of("arctrue_core")
+    except tools.ToolError as error:
+        raise InstrumentError(str(error)) from error
+    texts = [*(f"{name}={value}" for name, value in sorted(values.items())), *versions.values()]
+    key = digest([*texts, *VERILATOR_FLAGS, *CXX_FLAGS, *SLOW_CXX_FLAGS], sources)
+    target = BUILT / f"core-{lanes}-{capture_depth}-{key}"
+    log = target.with_suffix(".log")
+    with building(target, log) as folder:
+        if folder is None:
+            return target
+        say(f"Instrument: netlist of the core with {lanes} lanes ({versions['ghdl']})")
+        try:
+            netlist = tools.write_netlist("arctrue_core", folder / "netlist", generics=values)
+        except tools.ToolError as error:
+            raise InstrumentError(str(error)) from error
+        verilate(netlist, folder / "verilated", log)
+        generated = sorted((folder / "verilated").glob("*.cpp"))
+        say(f"Instrument: compiling {len(generated)} files of C++ (about a minute for 32 lanes)")
+        include = verilator_include()
+        options = [f"-I{folder / 'verilated'}", f"-I{include}", f"-I{include / 'vltstd'}"]
+        compile_all(generated, folder, options, log)
+        for path in generated:
+            path.unlink()
+    return target
+
+
+def _interrupt_port(model: Path) -> str:
+    header = (model / "verilated" / "Varctrue_core.h").read_text(encoding="utf-8")
+    found = re.search(r"&(\w*interrupt)\b", header)
+    if found is None:
+        raise InstrumentError(f"{model}: the core has no port 'interrupt'")
+    return found[1]
+
+
+def firmware_sources() -> list[Path]:
+    """Every C file of the firmware that needs no hardware."""
+    return sorted(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.c"))
+
+
+def build(
+    lanes: int = LANES_DEFAULT,
+    capture_depth: int = CAPTURE_DEPTH_DEFAULT,
+    *,
+    generics: Mapping[str, int] | None = None,
+    say: Say | None = None,
+) -> Path:
+    """The shared library of an instrument, built unless it is there already.
+
+    ``generics`` are further ones of arctrue_core. Raises InstrumentError.
+    """
+    say = say or (lambda _: None)
+    versions = tool_versions()
+    model = _model(lanes, capture_depth, generics or {}, say)
+    natives = sorted(path for path in NATIVE.iterdir() if path.suffix in (".cpp", ".c"))
+    sources = [*natives, *firmware_sources()]
+    headers = [
+        *NATIVE.glob("*.h"),
+        *(path for folder in FIRMWARE_FOLDERS for path in (FIRMWARE / folder).glob("*.h")),
+        *GENERATED_C.glob("*.h"),
+    ]
+    flags = [*CXX_FLAGS, *CXX_WARNINGS, *C_FLAGS, *LINK_FLAGS]
+    texts = [model.name, versions["gcc"], *flags, str(CAPTURE_ADDRESS)]
+    key = digest(texts, [*sources, *sorted(headers)])
+    target = BUILT / f"instrument-{lanes}-{capture_depth}-{key}"
+    log = target.with_suffix(".log")
+    with building(target, log) as folder:
+        if folder is not None:
+            say("Instrument: compiling harness and firmware")
+            include = verilator_include()
+            options = [
+                *(f"-isystem{path}" for path in (model / "verilated", include)),
+                f"-isystem{include / 'vltstd'}",
+                *(f"-I{FIRMWARE / name}" for name in FIRMWARE_FOLDERS),
+                f"-I{GENERATED_C}",
+                f"-I{NATIVE}",
+                f"-DINTERRUPT_PORT={_interrupt_port(model)}",
+                f"-DCAPTURE_ADDRESS={CAPTURE_ADDRESS}U",
+            ]
+            objects = compile_all(sources, folder, options, log)
+            objects += [*sorted(model.glob("*.o")), *runtime()]
+            library = folder / "instrument.so"
+            command = ["g++", *map(str, objects), "-o", str(library), *LINK_FLAGS]
+            run_tool(command, log, "Linking the instrument")
+            for path in folder.glob("*.o"):
+                path.unlink()
+    return target / "instrument.so"

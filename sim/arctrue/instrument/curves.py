@@ -1,0 +1,147 @@
+"""What the heads read, as curves over the clocks of the gateware."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.instrument.errors import InstrumentError
+from arctrue.table import Motion, RotaryTable, TableState
+
+INTERPOLATION_TOLERANCE_COUNTS = 1e-3
+"""How far the cubic between knots may lie from the table's geometry; checked in every piece."""
+_MOST_COUNTS_A_KNOT = 16.0
+_MOST_KNOT_CLOCKS = 4096
+_CHECKED_CLOCKS = 64
+
+Curve = NDArray[np.float64]
+
+
+Surroundings = Callable[[TableState], TableState]
+"""From the state of a motion to the state that the table is read in."""
+
+
+class Curves(Protocol):
+    """Readings of both heads and the true angle, wanted piece by piece in order of time."""
+
+    counts_per_rev: int
+    index_width_counts: int
+    rounding_counts: float
+    """Added before a reading is rounded down: 0 or 0.5."""
+    clocks: int
+    """Length; after it the pins hold their levels."""
+
+    def piece(self, first_clock: int, clocks: int) -> tuple[int, Curve, Curve, Curve]:
+        """Knots of a piece that begins ``first_clock`` clocks after the start.
+
+        Returns the clocks between two knots, and at the knots −1, 0, …, n + 1 the readings of head
+        1 and 2 (counts from their index) and the true angle (radians, not wrapped). n intervals
+        of knots need not fill ``clocks``.
+        """
+
+
+class TableCurves:
+    """The exact geometry of a table in motion, worked out at knots.
+
+    ``clock_hz`` is the number of clocks in a second of the table's time. Between knots the
+    instrument interpolates with a cubic; where that misses the geometry by more than
+    INTERPOLATION_TOLERANCE_COUNTS, the knots come nearer, down to one in every clock, which is
+    exact.
+    """
+
+    def __init__(
+        self,
+        table: RotaryTable,
+        motion: Motion,
+        clock_hz: float,
+        knot_clocks: int | None = None,
+        conditions: Surroundings | None = None,
+    ) -> None:
+        """``knot_clocks``: clocks between two knots; without it some counts of travel.
+
+        ``conditions`` adds what the motion does not know: temperature, another time.
+        """
+        self.table, self.motion, self.clock_hz = table, motion, clock_hz
+        self._conditions = conditions or (lambda state: state)
+        self.counts_per_rev = table.counts_per_rev
+        self.index_width_counts = table.index_width_counts
+        self.rounding_counts = 0.5 if table.rounding == "nearest" else 0.0
+        self._knot = knot_clocks or self._first_knot_clocks()
+        self.clocks = int(motion.duration_s * clock_hz)
+        if self.clocks < 1:
+            raise InstrumentError(
+                f"a motion of {motion.duration_s} s is less than one clock of {clock_hz:g} Hz"
+            )
+
+    def _first_knot_clocks(self) -> int:
+        fastest = max(abs(speed) for speed in self.motion.knot_speeds_rad_s)
+        fastest *= 1 + abs(self.motion.ripple_rad * self.motion.ripple_order)
+        counts_a_clock = fastest / self.table.count_rad / self.clock_hz
+        knot = 1
+        while knot < _MOST_KNOT_CLOCKS and 2 * knot * counts_a_clock <= _MOST_COUNTS_A_KNOT:
+            knot *= 2
+        return knot
+
+    def _at(self, clock: NDArray[np.int64]) -> tuple[Curve, Curve, Curve]:
+        time_s = np.clip(clock / self.clock_hz, 0.0, self.motion.duration_s)
+        state = self._conditions(self.motion.state(time_s))
+        first, second = (self.table.reading_rad(head, state) for head in (0, 1))
+        return first / self.table.count_rad, second / self.table.count_rad, state.angle_rad
+
+    def piece(self, first_clock: int, clocks: int) -> tuple[int, Curve, Curve, Curve]:
+        """See :class:`Curves`."""
+        while True:
+            knot = self._knot
+            intervals = max(1, -(-min(clocks, self.clocks - first_clock) // knot))
+            at = first_clock + knot * np.arange(-1, intervals + 2, dtype=np.int64)
+            inside = (at >= 0) & (at <= self.clocks)
+            begin, end = int(np.argmax(inside)), at.size - int(np.argmax(inside[::-1]))
+            head1, head2, angle = (
+                _extended(values, begin, at.size) for values in self._at(at[begin:end])
+            )
+            if knot == 1 or self._fits(first_clock, intervals, head1, head2):
+                return knot, head1, head2, angle
+            self._knot = knot // 2
+
+    def _fits(self, first_clock: int, intervals: int, *curves: Curve) -> bool:
+        """Compare the cubic with the geometry at clocks that are no knots."""
+        random = np.random.default_rng(first_clock)
+        interval = random.integers(0, intervals, _CHECKED_CLOCKS)
+        share = random.integers(1, self._knot, _CHECKED_CLOCKS) / self._knot
+        clock = first_clock + np.rint((interval + share) * self._knot).astype(np.int64)
+        known = clock <= self.clocks
+        interval, share = interval[known], share[known]
+        exact = self._at(clock[known])
+        return all(
+            float(np.max(np.abs(_cubic(curve, interval, share) - value), initial=0.0))
+            <= INTERPOLATION_TOLERANCE_COUNTS
+            for curve, value in zip(curves, exact[: len(curves)], strict=True)
+        )
+
+
+def _extended(values: Curve, before: int, number: int) -> Curve:
+    """``values`` behind ``before`` further ones and filled up to ``number``, on straight lines."""
+    made = np.empty(number)
+    end = before + values.size
+    made[before:end] = values
+    slope_first = values[1] - values[0] if values.size > 1 else 0.0
+    slope_last = values[-1] - values[-2] if values.size > 1 else 0.0
+    made[:before] = values[0] + slope_first * np.arange(-before, 0)
+    made[end:] = values[-1] + slope_last * np.arange(1, number - end + 1)
+    return made
+
+
+def _cubic(curve: Curve, interval: NDArray[np.int64], share: Curve) -> Curve:
+    """Lagrange's cubic through four knots, in another form than that of the harness."""
+    result = np.zeros_like(share)
+    places = (-1, 0, 1, 2)
+    for place in places:
+        weight = np.ones_like(share)
+        for other in places:
+            if other != place:
+                weight *= (share - other) / (place - other)
+        result += weight * curve[interval + 1 + place]
+    return result

@@ -1,0 +1,162 @@
+"""The firmware's C sources as the processor of the instrument."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.generated.number_formats import LANES_MAX
+from arctrue.instrument.errors import BusError, InstrumentError
+from arctrue.instrument.library import FirmwareBus
+
+if TYPE_CHECKING:
+    from arctrue.instrument.instrument import Instrument
+
+_ANSWERS = ("", "is not a parameter of the firmware", "is out of range", "must be a whole number")
+
+
+class Firmware:
+    """Calculation, application and console, compiled for this machine; see docs/firmware.md.
+
+    Its registers are those of the instrument: every access takes the clocks that it takes on the
+    bus. Its calculations take ``calculation_clocks``, between reading a bank and using the result.
+    """
+
+    def __init__(self, instrument: Instrument) -> None:
+        """The processor after its start: parameters at their presets."""
+        self._instrument = instrument
+        self._library = instrument.library
+        self._bus = self._library.firmware_bus_new(instrument.handle)
+        self._processor = self._library.firmware_new(self._bus)
+        self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
+        self.telemetry: list[dict[str, Any]] = []
+        """What the console told of every turn so far."""
+        self.send("telemetry on")
+
+    def close(self) -> None:
+        """Give the memory back."""
+        if self._processor:
+            self._library.firmware_delete(self._processor)
+            self._library.firmware_bus_delete(self._bus)
+            self._processor = self._bus = None
+
+    @property
+    def accesses(self) -> int:
+        """Accesses of the bus so far."""
+        return int(self._view.accesses)
+
+    @property
+    def calculation_clocks(self) -> int:
+        """Clocks that a calibration takes."""
+        return int(self._view.calculation_clocks)
+
+    @calculation_clocks.setter
+    def calculation_clocks(self, clocks: int) -> None:
+        self._view.calculation_clocks = clocks
+
+    def set(self, name: str, value: float) -> None:
+        """Set a parameter, as ``set`` on the console but without its re-arm.
+
+        Call :meth:`start` after those that the registers hold. Raises InstrumentError for a name
+        or value that the firmware refuses.
+        """
+        answer = self._library.firmware_set(self._processor, name.encode(), float(value))
+        if answer:
+            raise InstrumentError(f"parameter {name} = {value:g}: {name} {_ANSWERS[answer]}")
+
+    def start(self) -> None:
+        """Find the core and set it up; re-arms, so that the heads look for their index anew.
+
+        Raises InstrumentError when the firmware does not accept the core.
+        """
+        self._library.firmware_start(self._processor)
+        self._check_bus()
+        if self.phase == "no_core":
+            raise InstrumentError("the firmware finds no core, or the core refused its set-up")
+
+    def step(self) -> str:
+        """One round of the main loop; what the console said, telemetry apart."""
+        self._library.firmware_step(self._processor)
+        self._check_bus()
+        return self._said()
+
+    def send(self, line: str) -> str:
+        """Type a line at the console; its answer."""
+        self._library.firmware_type(self._processor, line.encode() + b"\r")
+        self._check_bus()
+        return self._said()
+
+    def run(
+        self,
+        clocks: int | None = None,
+        *,
+        until: Callable[[Firmware], object] | None = None,
+        poll_clocks: int = 5000,
+        stage: str = "",
+    ) -> None:
+        """Let time pass, with a round of the main loop every ``poll_clocks``.
+
+        Ends after ``clocks`` or when ``until`` says so, asked after every round. Raises
+        InstrumentError when ``until`` has not been met at the end of the stimulus.
+        """
+        instrument = self._instrument
+        last = None if clocks is None else instrument.clock + clocks
+        while True:
+            self.step()
+            if until is not None and until(self):
+                return
+            left = poll_clocks if last is None else last - instrument.clock
+            if left <= 0:
+                return
+            ended = instrument.ended
+            instrument.run(min(poll_clocks, left), stage=stage)
+            if last is None and ended:
+                raise InstrumentError(
+                    f"the motion ended while the firmware was still in phase {self.phase}, "
+                    f"after {len(self.telemetry)} turns"
+                )
+
+    @property
+    def phase(self) -> str:
+        """``no_core``, ``wait_for_index``, ``capture``, ``dump`` or ``swap``."""
+        return str(self._library.firmware_phase(self._processor).decode())
+
+    @property
+    def coefficients(self) -> Coefficients | None:
+        """The active bank as it was written, None before the first swap."""
+        steps = (ctypes.c_uint64 * LANES_MAX)()
+        offsets = (ctypes.c_uint32 * LANES_MAX)()
+        amplitudes = (ctypes.c_int32 * LANES_MAX)()
+        lanes = self._library.firmware_coefficients(self._processor, steps, offsets, amplitudes)
+        if not lanes:
+            return None
+        return Coefficients(
+            np.array(steps[:lanes], dtype=np.uint64),
+            np.array(offsets[:lanes], dtype=np.uint32),
+            np.array(amplitudes[:lanes], dtype=np.int32),
+            0,
+            self._instrument.read("counts_per_rev_active"),
+        )
+
+    def _said(self) -> str:
+        text = self._library.firmware_said(self._processor).decode()
+        rest = []
+        for line in text.splitlines():
+            if line.startswith("{"):
+                self.telemetry.append(json.loads(line))
+            else:
+                rest.append(line)
+        return "\n".join(rest)
+
+    def _check_bus(self) -> None:
+        response, address = self._view.first_response, self._view.first_address
+        if response:
+            self._view.first_response = 0
+            if response < 0:
+                raise InstrumentError(self._instrument.message)
+            raise BusError(address, response)

@@ -1,0 +1,535 @@
+"""The instrument: the compiled core, a table before its heads, and the processor's side."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import time
+from collections.abc import Callable, Coroutine, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Literal, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.register_access import Capture, CoefficientSet, RegisterMap, Snapshot
+from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
+from arctrue.instrument.build import Say, build
+from arctrue.instrument.curves import Curve, Curves, Surroundings, TableCurves
+from arctrue.instrument.errors import BusError, InstrumentError
+from arctrue.instrument.firmware import Firmware
+from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
+from arctrue.instrument.recording import EdgeTrack, Recording
+from arctrue.table import Motion, PinEvents, RotaryTable
+
+HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
+
+RESET_CLOCKS = 80
+"""Longer than the 64 clocks that arctrue_core asks for."""
+_PIECE_CLOCKS = 1 << 18
+_SLICE_CLOCKS = 100_000
+_UNLIMITED_CLOCKS = 1 << 50
+_LATENCY_EDGES = 48
+_LATENCY_SPACING_CLOCKS = 9
+
+Reason = Literal["clocks", "true_angle", "interrupt", "end"]
+_REASONS: tuple[Reason, ...] = ("clocks", "true_angle", "interrupt", "end")
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is."""
+
+    stage: str
+    clock: int
+    clocks_per_s: float
+    """Clocks of the gateware in a second of the wall clock, since the last report."""
+    true_angle_rad: float
+    """NaN without a table."""
+
+
+@dataclass(frozen=True, slots=True)
+class PinFault:
+    """Something wrong on the wires between heads and core, from ``first_clock`` on.
+
+    ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD2_Z: pins that are turned over, or
+    held. With ``probability`` below 1 it acts in a random part of the clocks.
+    """
+
+    first_clock: int
+    clocks: int
+    invert: int = 0
+    low: int = 0
+    high: int = 0
+    probability: float = 1.0
+
+
+def clock_hz_for(counts_per_rev: int, speed_rad_s: float, clocks_per_count: float = 1.1) -> float:
+    """Clocks a second of the table's time at which a count lasts ``clocks_per_count`` clocks."""
+    return abs(speed_rad_s) / (2 * math.pi) * counts_per_rev * clocks_per_count
+
+
+def _now(coroutine: Coroutine[Any, Any, _T]) -> _T:
+    """The result of a coroutine that never waits: the register map over this bus."""
+    try:
+        coroutine.send(None)
+    except StopIteration as done:
+        result: _T = done.value
+        return result
+    raise AssertionError("an access to the compiled core never waits")
+
+
+class _Feeder:
+    """Hands the harness its curves, and works out the next piece while it runs."""
+
+    def __init__(self, instrument: Instrument, curves: Curves) -> None:
+        self._instrument = instrument
+        self._curves = curves
+        self._start = instrument.clock
+        self._pool = ThreadPoolExecutor(1)
+        self._next: tuple[int, Future[tuple[int, Curve, Curve, Curve]]] | None = None
+        self.error: BaseException | None = None
+        self.callback = NEED_PIECE(self._hand_over)
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _hand_over(self, _: int | None, clock: int) -> int:
+        try:
+            first = clock - self._start
+            if self._next is not None and self._next[0] == first:
+                knot, *values = self._next[1].result()
+            else:
+                knot, *values = self._curves.piece(first, _PIECE_CLOCKS)
+            arrays = [np.ascontiguousarray(value, dtype=np.float64) for value in values]
+            pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in arrays]
+            self._instrument.library.instrument_piece(
+                self._instrument.handle, clock, knot, arrays[0].size, *pointers
+            )
+            following = first + knot * (arrays[0].size - 3)
+            self._next = None
+            if following < self._curves.clocks:
+                future = self._pool.submit(self._curves.piece, following, _PIECE_CLOCKS)
+                self._next = (following, future)
+        except Exception as error:
+            self.error = error
+            return 1
+        return 0
+
+
+class Instrument:
+    """One virtual instrument; built on first use. A context manager.
+
+    ``clock_hz`` is how many clocks the gateware makes in a second of the table's time: below the
+    real 100 MHz where the table is to be simulated in fewer clocks, see :func:`clock_hz_for`.
+    """
+
+    def __init__(
+        self,
+        lanes: int = LANES_DEFAULT,
+        capture_depth: int = CAPTURE_DEPTH_DEFAULT,
+        *,
+        clock_hz: float = float(CLOCK_HZ),
+        generics: Mapping[str, int] | None = None,
+        progress: Callable[[Progress], None] | None = None,
+        progress_every_s: float = 5.0,
+        say: Say | None = None,
+    ) -> None:
+        """``generics``: further ones of arctrue_core. Raises InstrumentError."""
+        self.library = load(build(lanes, capture_depth, generics=generics, say=say))
+        self.clock_hz = clock_hz
+        self._progress, self._progress_every_s = progress, progress_every_s
+        self._reported = (time.monotonic(), 0)
+        self._feeder: _Feeder | None = None
+        self._end: int | None = None
+        self._recorded_counts_per_rev = 0
+        self._firmware: Firmware | None = None
+        self.registers = RegisterMap(self._read_async, self._write_async)
+        """The registers by name, for ``await``; the methods here are the same without it."""
+        self.handle = self.library.instrument_new()
+        self._bare_latency_clocks = self._measure_latency()
+        self.library.instrument_delete(self.handle)
+        self.handle = self.library.instrument_new()
+        self.reset()
+
+    def __enter__(self) -> Self:
+        """The instrument itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Give the memory back; nothing can be done with it afterwards."""
+        if self._feeder is not None:
+            self._feeder.close()
+            self._feeder = None
+        if self._firmware is not None:
+            self._firmware.close()
+            self._firmware = None
+        if self.handle:
+            self.library.instrument_delete(self.handle)
+            self.handle = None
+
+    # Time ---------------------------------------------------------------------------------
+
+    @property
+    def clock(self) -> int:
+        """Clocks since power-on."""
+        return int(self.library.instrument_clock(self.handle))
+
+    @property
+    def time_s(self) -> float:
+        """Seconds of the table's time since power-on."""
+        return self.clock / self.clock_hz
+
+    @property
+    def message(self) -> str:
+        """What the harness said last."""
+        return str(self.library.instrument_message(self.handle).decode())
+
+    def reset(self, clocks: int = RESET_CLOCKS) -> None:
+        """Hold the core in reset, with a silent bus; the coefficient banks survive it."""
+        self.library.instrument_hold_reset(self.handle, 1)
+        self.run(clocks)
+        self.library.instrument_hold_reset(self.handle, 0)
+        self.run(5)
+
+    def run(self, clocks: int, *, stage: str = "") -> None:
+        """Let so many clocks pass."""
+        self._run(clocks, stage=stage)
+
+    def run_until(
+        self,
+        *,
+        true_angle_rad: float | None = None,
+        interrupt: bool = False,
+        end_of_stimulus: bool = False,
+        at_most_clocks: int | None = None,
+        stage: str = "",
+    ) -> Reason:
+        """Run until the first of these comes; it is returned.
+
+        The true angle must be passed (not wrapped, in either direction) while a table or curves
+        are attached; ``interrupt`` is the level of the line. Without ``at_most_clocks`` the end
+        of the stimulus ends the run too.
+        """
+        if at_most_clocks is None and self._end is None:
+            raise InstrumentError(
+                "run_until() with nothing before the heads would run for ever: attach a table, "
+                "or give at_most_clocks"
+            )
+        most = _UNLIMITED_CLOCKS if at_most_clocks is None else at_most_clocks
+        ends = end_of_stimulus or at_most_clocks is None
+        return self._run(most, true_angle_rad, interrupt, ends, stage)
+
+    def _run(
+        self,
+        clocks: int,
+        true_angle_rad: float | None = None,
+        interrupt: bool = False,
+        end: bool = False,
+        stage: str = "",
+    ) -> Reason:
+        angle = math.nan if true_angle_rad is None else true_angle_rad
+        last = self.clock + clocks
+        while (left := last - self.clock) > 0:
+            code = int(
+                self.library.instrument_run(
+                    self.handle, min(left, _SLICE_CLOCKS), angle, interrupt, end
+                )
+            )
+            if code < 0:
+                self._fail()
+            self._report(stage)
+            if code:
+                return _REASONS[code]
+        return "clocks"
+
+    def _fail(self) -> None:
+        if self._feeder is not None and self._feeder.error is not None:
+            error, self._feeder.error = self._feeder.error, None
+            raise error
+        raise InstrumentError(self.message)
+
+    def _report(self, stage: str) -> None:
+        if self._progress is None:
+            return
+        now, (then, clock) = time.monotonic(), self._reported
+        if now - then >= self._progress_every_s:
+            rate = (self.clock - clock) / (now - then)
+            self._reported = (now, self.clock)
+            self._progress(Progress(stage, self.clock, rate, self.true_angle_rad))
+
+    # Before the heads ---------------------------------------------------------------------
+
+    def attach(
+        self,
+        table: RotaryTable,
+        motion: Motion,
+        *,
+        knot_clocks: int | None = None,
+        may_jump: bool = False,
+        conditions: Surroundings | None = None,
+    ) -> None:
+        """Put a table before the heads; its motion begins at the present clock.
+
+        Each pin has, in every clock, the level of the count that the head's reading is in. At the
+        end of the motion the pins hold. Where a head would make two counts in a clock the run
+        ends with InstrumentError, unless ``may_jump`` wants to see what comes of it.
+        The first clock may move A and B together, an illegal transition: attach before
+        ``reset()`` or ``firmware.start()``, which forget it. A real table is there before the
+        power comes. ``conditions`` makes a table's state of that of the motion, which begins at
+        time 0 and at the usual temperature: a later time, another temperature.
+        """
+        curves = TableCurves(table, motion, self.clock_hz, knot_clocks, conditions)
+        self.attach_curves(curves, may_jump=may_jump)
+
+    def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:
+        """Put readings of any origin before the heads; they begin at the present clock."""
+        self.detach()
+        self._feeder = _Feeder(self, curves)
+        self._end = self.clock + curves.clocks
+        self.library.instrument_attach_curves(
+            self.handle,
+            self._feeder.callback,
+            None,
+            self._end,
+            curves.counts_per_rev,
+            curves.index_width_counts,
+            curves.rounding_counts,
+            may_jump,
+        )
+
+    def attach_pins(self, events: PinEvents) -> None:
+        """Play the levels of six pins (head 1 in the low three); their clock 0 is the present."""
+        self.detach()
+        clock = np.ascontiguousarray(events.clock + self.clock, dtype=np.int64)
+        levels = np.ascontiguousarray(events.levels, dtype=np.uint8)
+        self._end = int(clock[-1]) + 1 if clock.size else self.clock
+        self.library.instrument_attach_events(
+            self.handle, clock.size, clock.ctypes.data, levels.ctypes.data, events.first_levels
+        )
+
+    def detach(self) -> None:
+        """Take away what is before the heads; the pins hold their levels."""
+        self.library.instrument_detach(self.handle)
+        if self._feeder is not None:
+            self._feeder.close()
+            self._feeder = None
+        self._end = None
+
+    @property
+    def ended(self) -> bool:
+        """What is before the heads has come to its end."""
+        return self._end is not None and self.clock >= self._end
+
+    @property
+    def true_angle_rad(self) -> float:
+        """At the present clock, not wrapped; NaN without a table, and before its first clock."""
+        return float(self.library.instrument_true_angle(self.handle))
+
+    def disturb(self, *faults: PinFault, seed: int = 1) -> None:
+        """Lay faults over the head pins, in place of those given before; without any: none.
+
+        They act in their order. ``seed`` is that of the random ones.
+        """
+        made = (Disturbance * max(1, len(faults)))(
+            *(
+                Disturbance(f.first_clock, f.clocks, f.invert, f.low, f.high, f.probability)
+                for f in faults
+            )
+        )
+        self.library.instrument_disturb(self.handle, len(faults), made, seed)
+
+    # The processor's side ---------------------------------------------------------------------
+
+    @property
+    def firmware(self) -> Firmware:
+        """The firmware's C as the processor, from the first use on."""
+        if self._firmware is None:
+            self._firmware = Firmware(self)
+        return self._firmware
+
+    @property
+    def interrupt(self) -> bool:
+        """The interrupt line."""
+        return bool(self.library.instrument_interrupt(self.handle))
+
+    def stall_bus(self, most_clocks: int, seed: int = 1) -> None:
+        """Hold back every channel of the bus for 0 … ``most_clocks`` clocks, at random."""
+        self.library.instrument_stall(self.handle, most_clocks, seed)
+
+    def read_words(self, address: int, count: int) -> list[int]:
+        """Words of 32 bits from a byte address on. Raises BusError where the core refuses."""
+        words: NDArray[np.uint32] = np.zeros(count, dtype=np.uint32)
+        failed = ctypes.c_uint32()
+        response = self.library.instrument_read(
+            self.handle, address, words.ctypes.data, count, ctypes.byref(failed)
+        )
+        self._check(response, failed.value)
+        values: list[int] = words.tolist()
+        return values
+
+    def write_words(self, address: int, words: Sequence[int]) -> None:
+        """Write words of 32 bits from a byte address on. Raises BusError where the core refuses."""
+        data = np.array([word & 0xFFFF_FFFF for word in words], dtype=np.uint32)
+        failed = ctypes.c_uint32()
+        response = self.library.instrument_write(
+            self.handle, address, data.ctypes.data, data.size, ctypes.byref(failed)
+        )
+        self._check(response, failed.value)
+
+    def _check(self, response: int, address: int) -> None:
+        if response < 0:
+            self._fail()
+        if response:
+            raise BusError(address, response)
+
+    async def _read_async(self, address: int, count: int) -> Sequence[int]:
+        return self.read_words(address, count)
+
+    async def _write_async(self, address: int, words: Sequence[int]) -> None:
+        self.write_words(address, words)
+
+    def read(self, path: str) -> int:
+        """One value: a register with a single field, or ``register.field``."""
+        return _now(self.registers.read(path))
+
+    def read_fields(self, path: str) -> dict[str, int]:
+        """Every field of a register."""
+        return _now(self.registers.read_fields(path))
+
+    def write(self, path: str, value: int) -> None:
+        """Write the only field of a register."""
+        _now(self.registers.write(path, value))
+
+    def update(self, path: str, **values: int) -> None:
+        """Change the named fields of a register, keep the others."""
+        _now(self.registers.update(path, **values))
+
+    def command(self, *names: str) -> None:
+        """Act once on each named bit of ``command``."""
+        _now(self.registers.command(*names))
+
+    def snapshot(self) -> Snapshot:
+        """Both heads and the corrected output of one clock."""
+        return _now(self.registers.snapshot())
+
+    def read_capture(self) -> Capture:
+        """The bank that is ready, over the bus; ``command("capture_release")`` gives it back."""
+        return _now(self.registers.read_capture())
+
+    def write_coefficients(self, coefficients: CoefficientSet) -> None:
+        """Write the idle bank; it acts with ``command("swap")``."""
+        _now(self.registers.write_coefficients(coefficients))
+
+    # What leaves the core ---------------------------------------------------------------------
+
+    @property
+    def latency_clocks(self) -> float:
+        """From a change of head 1's pins to the same edge at the output, uncorrected.
+
+        Measured on edges of its own when the instrument was made, and what the input filter adds.
+        """
+        return self._bare_latency_clocks + max(1, self.read("filter_length")) - 1
+
+    def record(
+        self, *, bins: int = 0, every: int = 0, most: int = 20_000_000, turns: float = 0.0
+    ) -> None:
+        """Begin a recording, in place of the one before.
+
+        Every ``every``-th edge is kept (1: all), up to ``most``; with ``bins`` every edge falls
+        into one of so many equal parts of the true angle. With ``turns`` it ends by itself, to
+        the edge, when the table has turned so far. Positions are in the counts a turn that are
+        in force.
+        """
+        self._recorded_counts_per_rev = self.read("counts_per_rev_active")
+        self.library.instrument_record(
+            self.handle,
+            bins,
+            every,
+            most,
+            float(self._recorded_counts_per_rev),
+            2 * math.pi * turns,
+            self.latency_clocks,
+        )
+
+    def stop_recording(self) -> None:
+        """Leave the recording as it is."""
+        self.library.instrument_stop_recording(self.handle)
+
+    def recording(self) -> Recording:
+        """What has been recorded up to now."""
+        if not self._recorded_counts_per_rev:
+            raise InstrumentError("nothing was recorded: call record() first")
+        output, illegal, index_clock = self._track(0)
+        head1, _, _ = self._track(1)
+        return Recording(output, head1, illegal, index_clock)
+
+    def _track(self, which: int) -> tuple[EdgeTrack, int, NDArray[np.int64]]:
+        view = TrackView()
+        self.library.instrument_track(self.handle, which, ctypes.byref(view))
+        edges = _array(view.bin_edges, view.bins, np.int64)
+        with np.errstate(invalid="ignore"):
+            mean = _array(view.bin_sum, view.bins, np.float64) / edges
+        track = EdgeTrack(
+            counts_per_rev=self._recorded_counts_per_rev,
+            clock=_array(view.kept_clock, view.kept, np.int64),
+            position=_array(view.kept_position, view.kept, np.int64),
+            true_angle_rad=_array(view.kept_angle, view.kept, np.float64),
+            bin_edges=edges,
+            bin_mean_counts=mean,
+            bin_lowest_counts=_array(view.bin_lowest, view.bins, np.float64),
+            bin_highest_counts=_array(view.bin_highest, view.bins, np.float64),
+            edges=int(view.edges),
+            dropped=int(view.dropped),
+        )
+        return track, int(view.illegal), _array(view.index_clock, view.indices, np.int64)
+
+    def trace(self, clocks: int) -> None:
+        """Begin to note the levels of all pins in each of so many clocks."""
+        self.library.instrument_trace(self.handle, clocks)
+
+    def traced(self) -> NDArray[np.uint16]:
+        """Levels noted: the six head pins, above them A, B and Z of the output; shape ``(n,)``."""
+        levels = ctypes.POINTER(ctypes.c_uint16)()
+        number = self.library.instrument_traced(self.handle, ctypes.byref(levels))
+        return _array(levels, number, np.uint16)
+
+    def _measure_latency(self) -> float:
+        self.reset()
+        self.write("output_spacing", 1)
+        self.update("control", output_enable=1)
+        self.run(100)
+        count = np.arange(1, _LATENCY_EDGES + 1)
+        levels = np.array([0, 1, 3, 2], dtype=np.uint8)[count % 4]
+        self.attach_pins(PinEvents(0, count * _LATENCY_SPACING_CLOCKS, levels))
+        clocks = (_LATENCY_EDGES + 100) * _LATENCY_SPACING_CLOCKS
+        self.trace(clocks)
+        self.run(clocks)
+        traced = self.traced()
+        self.detach()
+        went_in = np.flatnonzero(np.diff(traced & 3, prepend=0))
+        came_out = np.flatnonzero(np.diff(traced >> 6 & 3, prepend=0))
+        if went_in.size != _LATENCY_EDGES or came_out.size != _LATENCY_EDGES:
+            raise InstrumentError(
+                f"of {_LATENCY_EDGES} edges at head 1 {came_out.size} came out of the core: "
+                f"the netlist is not that of a working core"
+            )
+        return float(np.mean(came_out - went_in))
+
+
+def _array(pointer: Any, number: int, kind: Any) -> NDArray[Any]:
+    if not number:
+        return np.zeros(0, dtype=kind)
+    return np.ctypeslib.as_array(pointer, shape=(number,)).astype(kind, copy=True)

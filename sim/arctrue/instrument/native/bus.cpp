@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+
+#include "bus.h"
+
+namespace instrument {
+
+Bus::Bus(Varctrue_core &driven) : core(driven) { silence(); }
+
+void Bus::stall(uint32_t most_clocks, uint64_t seed) {
+    most_wait = most_clocks;
+    random.seed(seed);
+}
+
+uint32_t Bus::wait() {
+    return most_wait ? static_cast<uint32_t>(random() % (most_wait + 1U)) : 0U;
+}
+
+void Bus::begin() {
+    busy = true;
+    address_done = data_done = false;
+    address_wait = wait();
+    data_wait = wait();
+    answer_wait = wait();
+}
+
+void Bus::begin_read(uint32_t where) {
+    writing = false;
+    address = where;
+    begin();
+}
+
+void Bus::begin_write(uint32_t where, uint32_t word) {
+    writing = true;
+    address = where;
+    data = word;
+    begin();
+}
+
+void Bus::silence() {
+    busy = false;
+    core.s_axil_awvalid = core.s_axil_wvalid = core.s_axil_bready = 0;
+    core.s_axil_arvalid = core.s_axil_rready = 0;
+    core.s_axil_awaddr = core.s_axil_araddr = 0;
+    core.s_axil_awprot = core.s_axil_arprot = 0;
+    core.s_axil_wdata = 0;
+    core.s_axil_wstrb = 0;
+}
+
+// A valid that has been raised stays until its handshake, as AXI demands: waits only count down.
+void Bus::drive() {
+    bool asks = busy && !address_done && address_wait == 0;
+    bool gives = busy && writing && !data_done && data_wait == 0;
+    bool takes = busy && answer_wait == 0;
+    core.s_axil_awvalid = asks && writing;
+    core.s_axil_arvalid = asks && !writing;
+    core.s_axil_wvalid = gives;
+    core.s_axil_bready = takes && writing;
+    core.s_axil_rready = takes && !writing;
+    if (asks) {
+        (writing ? core.s_axil_awaddr : core.s_axil_araddr) = address;
+    }
+    if (gives) {
+        core.s_axil_wdata = data;
+        core.s_axil_wstrb = 0xF;
+    }
+    address_wait -= address_wait > 0;
+    data_wait -= data_wait > 0;
+    answer_wait -= answer_wait > 0;
+}
+
+void Bus::see() {
+    if (!busy) {
+        return;
+    }
+    if (writing) {
+        address_done = address_done || (core.s_axil_awvalid && core.s_axil_awready);
+        data_done = data_done || (core.s_axil_wvalid && core.s_axil_wready);
+        if (core.s_axil_bvalid && core.s_axil_bready) {
+            response = core.s_axil_bresp;
+            busy = false;
+        }
+    } else {
+        address_done = address_done || (core.s_axil_arvalid && core.s_axil_arready);
+        if (core.s_axil_rvalid && core.s_axil_rready) {
+            response = core.s_axil_rresp;
+            data = core.s_axil_rdata;
+            busy = false;
+        }
+    }
+}
+
+} // namespace instrument

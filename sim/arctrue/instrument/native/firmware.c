@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The firmware's application and console as one thing that Python can hold. */
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "application.h"
+#include "console.h"
+
+#define EXPORTED __attribute__((visibility("default")))
+
+extern uint32_t firmware_bus_read(void *context, uint32_t offset);
+extern void firmware_bus_write(void *context, uint32_t offset, uint32_t word);
+extern const volatile int32_t *firmware_bus_capture(void *context, uint32_t number);
+
+struct processor {
+    struct application application;
+    struct console console;
+    struct text_sink sink;
+    char *said;
+    size_t length;
+    size_t room;
+};
+
+static void put(void *context, const char *characters, size_t number) {
+    struct processor *processor = context;
+    if (processor->length + number > processor->room) {
+        size_t room = 2 * (processor->length + number);
+        char *larger = realloc(processor->said, room);
+        if (larger == NULL) {
+            return;
+        }
+        processor->said = larger;
+        processor->room = room;
+    }
+    memcpy(processor->said + processor->length, characters, number);
+    processor->length += number;
+}
+
+EXPORTED struct processor *firmware_new(void *bus) {
+    struct processor *processor = calloc(1, sizeof *processor);
+    if (processor != NULL) {
+        struct core_access core = {
+            .read = firmware_bus_read,
+            .write = firmware_bus_write,
+            .capture = firmware_bus_capture,
+            .context = bus,
+        };
+        processor->sink.put = put;
+        processor->sink.context = processor;
+        application_prepare(&processor->application, &core);
+        console_prepare(&processor->console, &processor->application, &processor->sink);
+    }
+    return processor;
+}
+
+EXPORTED void firmware_delete(struct processor *processor) {
+    free(processor->said);
+    free(processor);
+}
+
+EXPORTED void firmware_start(struct processor *processor) {
+    application_start(&processor->application);
+}
+
+EXPORTED void firmware_step(struct processor *processor) {
+    application_step(&processor->application);
+    console_step(&processor->console);
+}
+
+EXPORTED void firmware_type(struct processor *processor, const char *line) {
+    while (*line != '\0') {
+        console_receive(&processor->console, (uint8_t)*line++);
+    }
+}
+
+/* What was said since the last call; stands until the next. */
+EXPORTED const char *firmware_said(struct processor *processor) {
+    put(processor, "", 1);
+    processor->length = 0;
+    return processor->said;
+}
+
+EXPORTED const char *firmware_phase(const struct processor *processor) {
+    return application_phase_name(processor->application.phase);
+}
+
+EXPORTED int firmware_set(struct processor *processor, const char *name, double value) {
+    const struct parameter_description *description = NULL;
+    return (int)parameters_set(&processor->application.parameters, name, value, &description);
+}
+
+EXPORTED uint32_t firmware_turns(const struct processor *processor) {
+    return processor->application.turns;
+}
+
+/* The active coefficients as they were written: lanes, 0 where there are none. */
+EXPORTED uint32_t firmware_coefficients(const struct processor *processor, uint64_t *steps,
+                                        uint32_t *offsets, int32_t *amplitudes) {
+    const struct application *application = &processor->application;
+    if (!application->has_active) {
+        return 0;
+    }
+    for (uint32_t lane = 0; lane < application->active.lanes; lane++) {
+        steps[lane] = application->active.lane[lane].phase_step;
+        offsets[lane] = application->active.lane[lane].phase_offset;
+        amplitudes[lane] = application->active.lane[lane].amplitude;
+    }
+    return application->active.lanes;
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// The compiled core with its clock, its bus, what its heads see and what its output says.
+
+#ifndef ARCTRUE_INSTRUMENT_HARNESS_H
+#define ARCTRUE_INSTRUMENT_HARNESS_H
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bus.h"
+#include "recorder.h"
+#include "stimulus.h"
+
+namespace instrument {
+
+enum RunEnd { CLOCKS = 0, TRUE_ANGLE = 1, INTERRUPT = 2, STIMULUS_END = 3, FAILED = -1 };
+
+struct Wish {
+    int64_t clocks;
+    double true_angle; // NaN: do not stop there
+    bool interrupt;
+    bool stimulus_end;
+};
+
+class Harness {
+    // The bus drives the core's ports: it is made after it.
+    VerilatedContext context;
+    Varctrue_core core;
+
+  public:
+    Harness();
+
+    // One clock. False: it cannot be done, see `message`.
+    bool step();
+    RunEnd run(const Wish &wish);
+    // The response of the bus, -1 where the clock cannot go on or nobody answers.
+    int access(bool write, uint32_t address, uint32_t *word);
+    void hold_reset(bool held);
+    bool interrupt_line();
+
+    int64_t clock = 0; // rising edges so far
+    Stimulus stimulus;
+    Bus bus;
+    Track output, head1;
+    std::string message;
+    // Pins of both heads (bits 0 to 5) and of the output (6 to 8) after each clock.
+    std::vector<uint16_t> trace;
+    size_t trace_most = 0;
+};
+
+} // namespace instrument
+
+#endif

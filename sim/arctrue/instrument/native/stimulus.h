@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+
+// What stands before the six head pins: the readings of both heads as curves over the clocks, or
+// the levels themselves; and what disturbs the wires between head and core.
+
+#ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
+#define ARCTRUE_INSTRUMENT_STIMULUS_H
+
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace instrument {
+
+constexpr int HEADS = 2;
+constexpr int PINS_A_HEAD = 3;
+
+// Levels of A (bit 0), B (bit 1) and Z (bit 2) at a count; A leads B counter-clockwise.
+uint8_t pins_of_count(int64_t count, int64_t counts_per_rev, int64_t index_width);
+
+// Steps of the count from one pair of levels of A and B to the next: -1, 0, 1; 2 is illegal.
+int quadrature_step(uint8_t before, uint8_t after);
+
+// A row of clocks of three curves, given at knots; cubic through the four knots around a clock.
+struct Piece {
+    int64_t first_clock = 0;
+    int64_t knot_clocks = 1;
+    // Knots from one before `first_clock` to two behind the last whole interval.
+    std::vector<double> curve[HEADS + 1];
+
+    int64_t intervals() const;
+    int64_t end_clock() const;
+    bool holds(double clock) const;
+    double at(int which, double clock) const;
+};
+
+// Inverts or holds pins for some clocks; `probability` of acting, drawn anew in every clock.
+struct Disturbance {
+    int64_t first_clock;
+    int64_t clocks;
+    uint8_t invert;
+    uint8_t low;
+    uint8_t high;
+    double probability;
+};
+
+using NeedPiece = int (*)(void *context, int64_t first_clock);
+
+class Stimulus {
+  public:
+    struct Graduation {
+        int64_t counts_per_rev = 4;
+        int64_t index_width = 1;
+        double rounding = 0.0; // added before the floor: 0.5 rounds to the nearest
+        bool may_jump = false; // more than a count a clock is wanted
+    };
+
+    void attach_curves(NeedPiece need, void *context, int64_t first_clock, int64_t end_clock,
+                       const Graduation &graduation);
+    void add_piece(Piece piece);
+    void attach_events(std::vector<int64_t> clocks, std::vector<uint8_t> levels, uint8_t first);
+    void detach();
+    void disturb(std::vector<Disturbance> disturbances, uint64_t seed);
+
+    // Levels in this clock; called once a clock, in order. False: see `message`.
+    bool advance(int64_t clock, uint8_t *levels);
+
+    bool has_curves() const { return kind == CURVES; }
+    bool ended(int64_t clock) const { return kind != NOTHING && clock >= end_clock; }
+    // The true angle at an instant of the present or the last piece, radians; NaN without curves.
+    double true_angle(double clock) const;
+
+    std::string message;
+
+  private:
+    enum Kind { NOTHING, CURVES, EVENTS };
+
+    bool follow_curves(int64_t clock);
+    bool next_piece(int64_t clock);
+    void load_interval(int64_t clock);
+    void follow_events(int64_t clock);
+    uint8_t disturbed(int64_t clock);
+
+    Kind kind = NOTHING;
+    int64_t end_clock = 0;
+    uint8_t undisturbed = 0;
+
+    NeedPiece need = nullptr;
+    void *need_context = nullptr;
+    Graduation graduation;
+    Piece present, last;
+    bool has_present = false, has_last = false;
+    bool counted = false;
+    int64_t count[HEADS] = {0, 0};
+    // Cubic of the present interval for each head, and where it ends.
+    double cubic[HEADS][4] = {};
+    int64_t interval_first = 0, interval_end = 0;
+
+    std::vector<int64_t> event_clocks;
+    std::vector<uint8_t> event_levels;
+    size_t next_event = 0;
+
+    std::vector<Disturbance> disturbances;
+    std::mt19937_64 random;
+};
+
+} // namespace instrument
+
+#endif

@@ -1,0 +1,71 @@
+"""What left the core, and what went into it, against the true angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ARCSEC_A_TURN = 1_296_000.0
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeTrack:
+    """The edges of one encoder signal while it was recorded.
+
+    The kept edges, shape ``(n,)``, are every K-th one; the bins, shape ``(bins,)``, hold every
+    edge. Positions and errors have an arbitrary zero, the same for a whole track.
+    """
+
+    counts_per_rev: int
+    clock: NDArray[np.int64]
+    position: NDArray[np.int64]
+    """Counts, of the level that the reading passed."""
+    true_angle_rad: NDArray[np.float64]
+    """Of the table, in the middle of the clock in which it made the edge; not wrapped."""
+    bin_edges: NDArray[np.int64]
+    """Edges in each equal part of the turn."""
+    bin_mean_counts: NDArray[np.float64]
+    """Mean of position − true angle; NaN in an empty bin."""
+    bin_lowest_counts: NDArray[np.float64]
+    bin_highest_counts: NDArray[np.float64]
+    edges: int
+    dropped: int
+    """Edges that were to be kept, beyond the most that may be kept."""
+
+    @property
+    def bin_angle_rad(self) -> NDArray[np.float64]:
+        """Middle of each bin."""
+        bins = self.bin_edges.size
+        return np.asarray((np.arange(bins) + 0.5) * (2 * np.pi / bins))
+
+    def error_arcsec(self) -> NDArray[np.float64]:
+        """Error of the kept edges, their mean removed."""
+        error = self.position - self.true_angle_rad * (self.counts_per_rev / (2 * np.pi))
+        scale = ARCSEC_A_TURN / self.counts_per_rev
+        return np.asarray((error - error.mean()) * scale, dtype=np.float64)
+
+    def bin_error_arcsec(self) -> NDArray[np.float64]:
+        """Mean error of each bin, the mean of the bins removed."""
+        error = self.bin_mean_counts - float(np.nanmean(self.bin_mean_counts))
+        return error * (ARCSEC_A_TURN / self.counts_per_rev)
+
+    def extremes_arcsec(self) -> tuple[float, float]:
+        """Lowest and highest error of all edges in the bins, the mean of the bins removed."""
+        mean = float(np.nanmean(self.bin_mean_counts))
+        low, high = self.bin_lowest_counts.min() - mean, self.bin_highest_counts.max() - mean
+        scale = ARCSEC_A_TURN / self.counts_per_rev
+        return float(low * scale), float(high * scale)
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One recording: the output of the core and, beside it, head 1 as it came in."""
+
+    output: EdgeTrack
+    head1: EdgeTrack
+    illegal: int
+    """Clocks in which A and B of the output changed together."""
+    index_clock: NDArray[np.int64]
+    """Clocks in which Z of the output rose."""

@@ -1,0 +1,9 @@
+"""The one instrument that the tests build."""
+
+from __future__ import annotations
+
+from arctrue.instrument.revolution import RevolutionSettings
+
+LANES = 4
+SAMPLES = 1200
+DEPTH = RevolutionSettings(samples=SAMPLES).capture_depth

@@ -1,0 +1,107 @@
+"""Readings between the knots against the table's own geometry; the noise against its statistics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arctrue.instrument import ReadingNoise, TableCurves
+from arctrue.instrument.curves import INTERPOLATION_TOLERANCE_COUNTS
+from arctrue.table import (
+    DISC_RADIUS_M,
+    DiscEccentricity,
+    Motion,
+    RotaryTable,
+    TableState,
+    two_heads,
+)
+from arctrue.table.conditions import Conditions, conditions_of
+from arctrue.table.effects.signal_distortion import SignalDistortion
+from arctrue.table.effects.thermal_centre import ThermalCentre
+
+COUNTS = 1 << 20
+CLOCK_HZ = 1e6
+SPEED = 2 * np.pi / COUNTS * CLOCK_HZ / 1.1
+MOTION = Motion.steady(SPEED, 0.05, ramp_s=0.01, start_rad=-0.1, ripple_rad=0.002, ripple_order=7)
+TABLE = RotaryTable(
+    heads=two_heads(), effects=(DiscEccentricity(37.7e-6, 2.1),), counts_per_rev=COUNTS
+)
+
+
+def between(curve: np.ndarray, knot: int, clock: np.ndarray) -> np.ndarray:
+    """The cubic through four knots by numpy's polynomials, from clock 0 of the piece on."""
+    interval = clock // knot
+    values = []
+    for place, at in zip(interval.tolist(), (clock / knot - interval).tolist(), strict=True):
+        through = np.polyfit([-1, 0, 1, 2], curve[place : place + 4] - curve[place + 1], 3)
+        values.append(curve[place + 1] + np.polyval(through, at))
+    return np.array(values)
+
+
+def exact(table: RotaryTable, head: int, clock: np.ndarray) -> np.ndarray:
+    state = MOTION.state(clock / CLOCK_HZ)
+    return table.reading_rad(head, state) / table.count_rad
+
+
+@pytest.mark.parametrize("first", [0, 20_000])
+def test_cubic_between_knots_is_the_table(first: int) -> None:
+    curves = TableCurves(TABLE, MOTION, CLOCK_HZ)
+    knot, *readings, _ = curves.piece(first, 4096)
+    assert knot > 1
+    clock = np.random.default_rng(1).integers(1, 4000, 300)
+    for head in (0, 1):
+        off = between(readings[head], knot, clock) - exact(TABLE, head, first + clock)
+        assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
+
+
+def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
+    """Subdivision error at 16 counts a line: knots 16 counts apart would not see it."""
+    lines = COUNTS // 16
+    distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
+    table = replace(TABLE, effects=(*TABLE.effects, distortion))
+    curves = TableCurves(table, MOTION, CLOCK_HZ)
+    smooth, *_ = TableCurves(TABLE, MOTION, CLOCK_HZ).piece(20_000, 4096)
+    knot, head1, *_ = curves.piece(20_000, 4096)
+    assert knot < smooth
+    clock = np.arange(1, 2000, 7)
+    off = between(head1, knot, clock) - exact(table, 0, 20_000 + clock)
+    # At one knot a clock the knots are the clocks: nothing is left to the cubic.
+    assert np.abs(off).max() < INTERPOLATION_TOLERANCE_COUNTS
+
+
+def test_conditions_reach_the_table() -> None:
+    """A disc whose centre moves with heat: 20 K are 20 µm of eccentricity at the head's radius."""
+    warm_disc = replace(TABLE, effects=(ThermalCentre(1e-6),))
+
+    def warm(state: TableState) -> Conditions:
+        return replace(conditions_of(state), temperature_c=np.full_like(state.angle_rad, 40.0))
+
+    cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
+    heated = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16, warm)
+    for clock in (0, 25_000):
+        _, at_20, _, angle = cold.piece(clock, 64)
+        _, at_40, _, _ = heated.piece(clock, 64)
+        moved_rad = (at_40 - at_20) * TABLE.count_rad
+        # For a small offset: offset / radius · sin θ, to the square of that ratio.
+        ratio = 20e-6 / DISC_RADIUS_M
+        assert np.abs(moved_rad - ratio * np.sin(angle)).max() < 2 * ratio**2
+
+
+def test_noise_has_the_size_and_the_whiteness_that_it_says() -> None:
+    noise = ReadingNoise(rms_rad=1e-6, correlation_s=1e-3, seed=4)
+    at_samples = TableState.at_rest(np.zeros(40_000))
+    state = replace(at_samples, time_s=np.arange(40_000) * 5e-3 + 0.37e-3)
+    first, second = (noise.signal_error_rad(head, state.angle_rad, state) for head in (0, 1))
+    everywhere = replace(state, time_s=np.linspace(0.0, 100.0, 40_000))
+    spread = noise.signal_error_rad(0, state.angle_rad, everywhere).std()
+    # The standard deviation of 40,000 values has 0.35 % of its own; 5 σ.
+    assert spread == pytest.approx(1e-6, rel=0.018)
+    for one, other in ((first[1:], first[:-1]), (first, second)):
+        assert abs(np.corrcoef(one, other)[0, 1]) < 5 / np.sqrt(40_000)
+
+
+def test_noise_refuses_what_is_none() -> None:
+    with pytest.raises(ValueError, match="correlation time above 0"):
+        ReadingNoise(1e-6, 0.0)

@@ -1,0 +1,88 @@
+"""A revolution at a sixteenth of the paper's size, with 4 lanes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.instrument.sizes import LANES, SAMPLES
+
+from arctrue.cli import main
+from arctrue.instrument.revolution import (
+    COARSE_BINS,
+    GRADUATION_ARCSEC,
+    GRADUATION_ORDERS,
+    PAPER_BEFORE_ARCSEC,
+    RevolutionResult,
+    RevolutionSettings,
+    run_revolution,
+)
+from arctrue.table import TableState
+
+
+@pytest.fixture(scope="module")
+def result() -> RevolutionResult:
+    return run_revolution(RevolutionSettings(lines=1024, lanes=LANES, samples=SAMPLES, orders=12))
+
+
+def test_the_uncorrected_turn_is_the_tables_error(result: RevolutionResult) -> None:
+    """The output's errors against R1 − θ from the table's geometry."""
+    table = result.settings.table()
+    state = TableState.at_rest(result.before.angle_rad)
+    # The noise is an effect of time: at rest it is one value for all.
+    error = np.rad2deg(table.reading_rad(0, state) - state.angle_rad) * 3600
+    off = result.before.error_arcsec - (error - error.mean())
+    # Noise of 0.2″ with 8 independent values in a bin: 0.07″; counts of 1.2″: a hundredth of one.
+    assert np.sqrt(np.mean(off**2)) < 0.12
+    assert result.before.lowest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[0], abs=1.0)
+    assert result.before.highest_arcsec == pytest.approx(PAPER_BEFORE_ARCSEC[1], abs=1.0)
+
+
+def test_every_edge_came_through(result: RevolutionResult) -> None:
+    # A turn has as many edges as counts; the ends are a count off.
+    assert abs(result.before.edges - result.settings.counts_per_rev) <= 2
+    assert abs(result.after.edges - result.settings.counts_per_rev) <= 4
+    assert not [fault for fault in result.faults if "limit" not in fault]
+
+
+def test_the_corrected_turn(result: RevolutionResult) -> None:
+    assert result.telemetry["result"] == "applied"
+    assert result.telemetry["separation"] == "measured"
+    # 50″ beside the 33° that the firmware was told; it measures to its own uncertainty.
+    measured = (result.telemetry["separation_deg"] - 33.0) * 3600
+    assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
+    assert result.after.error_arcsec.shape == (COARSE_BINS,)
+    assert result.applied_orders == LANES
+    # The four largest orders of the table are gone to a tenth of a count; the others, for which
+    # there is no lane, are as they were.
+    before, after = (turn.amplitude_arcsec for turn in (result.before, result.after))
+    held, left = GRADUATION_ORDERS[: LANES - 1], GRADUATION_ORDERS[LANES - 1 :]
+    tenth = result.settings.arcsec_per_count / 10
+    assert max(after[order - 1] for order in (1, *held)) < tenth
+    for order in left:
+        assert after[order - 1] == pytest.approx(before[order - 1], abs=tenth)
+    # So what is left is at most the sum of all their amplitudes, and the noise of a bin (4 σ).
+    most = sum(GRADUATION_ARCSEC[LANES - 1 :]) + LANES * tenth + 4 * 0.07
+    assert max(-result.after.lowest_arcsec, result.after.highest_arcsec) < most
+
+
+def test_command(tmp_path: Path) -> None:
+    written, picture = tmp_path / "turn.json", tmp_path / "turn.svg"
+    done = CliRunner().invoke(
+        main,
+        [
+            *("revolution", "--lines", "64", "--lanes", str(LANES), "--samples", str(SAMPLES)),
+            *("--json", str(written), "--picture", str(picture)),
+        ],
+    )
+    # Half a count of 19.8″ and the orders without a lane are within the limit.
+    assert done.exit_code == 0, done.output
+    told = json.loads(written.read_text(encoding="utf-8"))
+    assert told["counts_per_rev"] == 64 * 1024
+    # A step of one count, evenly spread over the turn, has an rms of 1/√12 count.
+    assert told["after"]["rms_arcsec"] == pytest.approx(19.78 / np.sqrt(12), rel=0.15)
+    assert "<svg" in picture.read_text(encoding="utf-8")
+    assert "the paper (24 faces)" in done.output

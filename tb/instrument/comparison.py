@@ -1,0 +1,58 @@
+"""Outputs noted in GHDL against those of the compiled netlist, bit by bit in every clock."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Container
+from pathlib import Path
+
+from tb.instrument.replay import Replay
+
+
+def differences(
+    noted: dict[str, list[str]],
+    told: dict[str, list[int]],
+    settled: int,
+    undefined: Container[str] = (),
+) -> list[str]:
+    """What differs, a line a port; a bit that GHDL does not know may be anything until ``settled``.
+
+    ``noted``: every output as GHDL writes it, high bit first. Ports in ``undefined`` may have
+    unknown bits at any time: their known ones are compared.
+    """
+    found = []
+    for name, texts in noted.items():
+        assert len(texts) == len(told[name])
+        wrong = [
+            clock
+            for clock, (text, value) in enumerate(zip(texts, told[name], strict=True))
+            if not _agrees(text, value, clock < settled or name in undefined)
+        ]
+        if wrong:
+            clock = wrong[0]
+            width = len(texts[clock])
+            found.append(
+                f"{name}: {len(wrong)} of {len(texts)} clocks differ, first clock {clock}: "
+                f"GHDL {texts[clock]}, netlist {told[name][clock]:0{width}b}"
+            )
+    return found
+
+
+def _agrees(text: str, value: int, may_be_unknown: bool) -> bool:
+    if set(text) <= {"0", "1"}:
+        return int(text, 2) == value
+    if not may_be_unknown:
+        return False
+    bits = f"{value:0{len(text)}b}"
+    return all(known not in "01" or known == bit for known, bit in zip(text, bits, strict=True))
+
+
+def compare(
+    replay: Replay, folder: Path, settled: int, undefined: Container[str] = ()
+) -> list[str]:
+    """Replays the inputs that GHDL was given in ``folder``."""
+    inputs = json.loads((folder / "inputs.json").read_text(encoding="utf-8"))
+    noted = json.loads((folder / "noted.json").read_text(encoding="utf-8"))
+    outputs = {port.name for port in replay.ports if not port.is_input}
+    assert outputs == set(noted), "GHDL and the netlist have the same outputs"
+    return differences(noted, replay.outputs(inputs, folder), settled, undefined)

@@ -1,0 +1,202 @@
+"""The whole core with turning heads and a busy processor: notes every input and every output."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, RisingEdge
+
+from arctrue.gateware.register_access import register_named
+from arctrue.generated.registers import CAPTURE_ADDRESS, COEFFICIENTS_ADDRESS, REGISTERS
+
+CLOCKS = int(os.environ.get("ARCTRUE_EQUAL_CLOCKS", "6000"))
+LANES = int(os.environ["ARCTRUE_LANES"])
+COUNTS_PER_REV = 64
+CHANNELS = ("aw", "w", "ar")
+GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
+SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
+
+Access = tuple[bool, int, int, int]
+"""Write, address, word, strobe."""
+
+
+def address(path: str) -> int:
+    return register_named(path).address
+
+
+def command(*names: str) -> Access:
+    register = register_named("command")
+    return True, register.address, sum(register.field(name).mask for name in names), 15
+
+
+def set_up() -> Iterator[Access]:
+    """Registers at the scale of this test; the re-arm takes 128 clocks."""
+    for path, word in (
+        ("counts_per_rev", COUNTS_PER_REV),
+        ("sample_period", 9),
+        ("ramp_rate", 200 << 24),
+        ("output_spacing", 1),
+        ("minimum_edge_spacing", 4),
+        ("interrupt_enable", 0x3FF),
+    ):
+        yield True, address(path), word, 15
+    yield command("rearm", "clear_head1", "clear_head2")
+    yield from [(False, address("scratch"), 0, 0)] * 40
+    yield True, address("control"), 0b0111, 15
+
+
+def coefficients(draw: random.Random) -> Iterator[Access]:
+    step = 2**48 // COUNTS_PER_REV
+    for lane in range(LANES + 1):  # the last one is not there
+        words = (
+            (lane + 1) * step & 0xFFFF_FFFF,
+            (lane + 1) * step >> 32,
+            draw.getrandbits(24),
+            draw.randrange(-3 << 11, 3 << 11) & 0xFFFF_FFFF,
+        )
+        for place, word in enumerate(words):
+            yield True, COEFFICIENTS_ADDRESS + 16 * lane + 4 * place, word, 15
+    yield True, address("coefficient_offset"), draw.randrange(-4096, 4096) & 0xFFFF_FFFF, 15
+    yield False, COEFFICIENTS_ADDRESS + 12, 0, 0
+    yield command("swap")
+
+
+def accesses(draw: random.Random) -> Iterator[Access]:
+    """What a processor does, right and wrong, for ever."""
+    yield from set_up()
+    yield from coefficients(draw)
+    while True:
+        kind = draw.random()
+        if kind < 0.5:
+            register = draw.choice(REGISTERS)
+            for word in range(register.words):
+                yield False, register.address + 4 * word, 0, 0
+        elif kind < 0.7:
+            for place in range(draw.randrange(1, 34)):
+                yield False, CAPTURE_ADDRESS + 4 * place, 0, 0
+            yield command("capture_release")
+        elif kind < 0.76:
+            yield from coefficients(draw)
+        elif kind < 0.82:
+            yield True, address("control"), draw.choice((0b0111, 0b1111, 0b0110, 0b0101)), 15
+        elif kind < 0.88:
+            yield True, address("interrupt_status"), draw.getrandbits(10), draw.getrandbits(4)
+        elif kind < 0.94:
+            yield draw.random() < 0.5, draw.randrange(0, 2**18), draw.getrandbits(32), 15
+        elif kind < 0.97:
+            yield command(*draw.sample(("clear_head1", "clear_head2", "clear_output", "swap"), 2))
+        else:
+            yield True, address(draw.choice(("angle_step", "sample_period"))), 5, 15
+
+
+class Master:
+    """One access at a time, every channel held back at random."""
+
+    def __init__(self, draw: random.Random) -> None:
+        self.draw = draw
+        self.waiting = accesses(draw)
+        self.pending: set[str] = set()
+        self.inputs = {
+            f"s_axil_{name}": 0
+            for name in (
+                *("awvalid", "awaddr", "awprot", "wvalid", "wdata", "wstrb"),
+                *("bready", "arvalid", "araddr", "arprot", "rready"),
+            )
+        }
+
+    def next_clock(self, accepted: dict[str, bool]) -> None:
+        """``accepted``: which channels had their handshake in the last clock."""
+        given = self.inputs
+        for channel in CHANNELS:
+            if accepted.get(channel):
+                given[f"s_axil_{channel}valid"] = 0
+                self.pending.discard(channel)
+        if accepted.get("answer"):
+            self.pending.discard("answer")
+        if not self.pending:
+            write, where, word, strobe = next(self.waiting)
+            self.pending = {"aw", "w", "answer"} if write else {"ar", "answer"}
+            if write:
+                given.update(s_axil_awaddr=where, s_axil_wdata=word, s_axil_wstrb=strobe)
+            else:
+                given["s_axil_araddr"] = where
+        for channel in self.pending - {"answer"}:
+            if self.draw.random() < 0.6:
+                given[f"s_axil_{channel}valid"] = 1
+        ready = int(self.draw.random() < 0.7)
+        given.update(s_axil_bready=ready, s_axil_rready=ready)
+
+
+class Heads:
+    """Two encoders that go and return over their index marks, and stumble now and then."""
+
+    def __init__(self, draw: random.Random) -> None:
+        self.draw = draw
+        self.position = [-20.0, -14.0]
+        self.speed = 0.25
+
+    def next_clock(self) -> dict[str, int]:
+        if self.draw.random() < 0.0008:
+            self.speed = self.draw.choice((-0.25, 0.25, 0.25, 0.5))
+        pins = {}
+        for head in (1, 2):
+            self.position[head - 1] += self.speed * self.draw.uniform(0.8, 1.2)
+            count = int(self.position[head - 1] // 1)
+            levels = (0b00, 0b01, 0b11, 0b10)[count % 4]
+            if self.draw.random() < 0.001:
+                levels ^= self.draw.randrange(4)
+            pins |= {
+                f"head{head}_a": levels & 1,
+                f"head{head}_b": levels >> 1,
+                f"head{head}_z": int(count % COUNTS_PER_REV == 0),
+            }
+        return pins
+
+
+@cocotb.test()
+async def note_everything(dut) -> None:
+    folder = Path(os.environ["ARCTRUE_EQUAL_FOLDER"])
+    draw = random.Random(int(os.environ.get("ARCTRUE_EQUAL_SEED", "1")))
+    master, heads = Master(draw), Heads(draw)
+    told = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
+    outputs = [getattr(dut, name) for name in told]
+    names = ["reset", *master.inputs, *heads.next_clock()]
+    drivers = [getattr(dut, name) for name in names]
+    inputs: list[list[int]] = []
+    noted: list[list[str]] = []
+    last: list[int | None] = [None] * len(names)
+    accepted: dict[str, bool] = {}
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    await FallingEdge(dut.clock)
+    for clock in range(CLOCKS):
+        reset = int(clock < 80 or CLOCKS // 2 <= clock < CLOCKS // 2 + 80)
+        if reset:
+            # The bus is silent; what was under way is forgotten.
+            master = Master(draw)
+        else:
+            master.next_clock(accepted)
+        row = list({"reset": reset, **master.inputs, **heads.next_clock()}.values())
+        for place, value in enumerate(row):
+            if value != last[place]:
+                drivers[place].value = value
+        last = list(row)
+        inputs.append(row)
+        await RisingEdge(dut.clock)
+        # The levels before the edge: what the edge takes.
+        levels = {name: str(getattr(dut, f"s_axil_{name}").value) == "1" for name in SAID}
+        given = {name: bool(master.inputs[f"s_axil_{name}"]) for name in GIVEN}
+        accepted = {
+            channel: given[f"{channel}valid"] and levels[f"{channel}ready"] for channel in CHANNELS
+        }
+        accepted["answer"] = any(levels[f"{name}valid"] and given[f"{name}ready"] for name in "br")
+        await FallingEdge(dut.clock)
+        noted.append([str(output.value) for output in outputs])
+    for name, header, rows in (("inputs", names, inputs), ("noted", told, noted)):
+        columns = dict(zip(header, zip(*rows, strict=True), strict=True))
+        (folder / f"{name}.json").write_text(json.dumps(columns), encoding="utf-8")

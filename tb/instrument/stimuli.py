@@ -1,0 +1,235 @@
+"""What the units are given for their comparison: random, and within what each port allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.generated.number_formats import (
+    AMPLITUDE_WIDTH,
+    COUNTS_PER_REV_MAX,
+    PAIR_WIDTH,
+    PHASE_STEP_WIDTH,
+    PHASE_WIDTH,
+)
+
+Stimulus = dict[str, list[int]]
+LANES = 3
+"""Odd: one pair of lanes is half empty."""
+FOLD = 2
+DEPTH = 8
+MASK32 = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """An entity with its generics and what it is given; outputs are known from ``settled`` on."""
+
+    entity: str
+    generics: dict[str, int]
+    stimulus: Callable[[np.random.Generator], Stimulus]
+    settled: int
+
+    def __str__(self) -> str:
+        return "-".join([self.entity, *(f"{name}{value}" for name, value in self.generics.items())])
+
+
+def bits(random: np.random.Generator, width: int, clocks: int) -> list[int]:
+    """Random words; some of them all zero, all one, or with one bit set."""
+    data = random.bytes(clocks * (width // 8 + 1))
+    size = width // 8 + 1
+    mask = 2**width - 1
+    words = [int.from_bytes(data[at : at + size], "big") & mask for at in range(0, len(data), size)]
+    kinds = random.integers(0, 16, clocks)
+    places = random.integers(0, width, clocks)
+    special = {0: lambda _: 0, 1: lambda _: mask, 2: lambda place: 1 << place}
+    return [
+        special[kind](place) if kind in special else word
+        for word, kind, place in zip(words, kinds.tolist(), places.tolist(), strict=True)
+    ]
+
+
+def held(values: list[int], clocks: int) -> list[int]:
+    """Each value for so many clocks in a row."""
+    return [value for value in values for _ in range(clocks)]
+
+
+def pulses(random: np.random.Generator, share: float, clocks: int) -> list[int]:
+    return (random.random(clocks) < share).astype(int).tolist()
+
+
+def reset_first(clocks: int, random: np.random.Generator, share: float = 0.002) -> list[int]:
+    """High in the first clocks, and now and then afterwards."""
+    return [1] * 4 + pulses(random, share, clocks - 4)
+
+
+def walk(random: np.random.Generator, clocks: int, most: int = 1) -> np.ndarray:
+    """Positions that go and return, by up to ``most`` counts a clock."""
+    direction = np.repeat(random.choice([-1, 1], clocks // 40 + 1), 40)[:clocks]
+    return np.cumsum(direction * random.integers(0, most + 1, clocks))
+
+
+def phase_unit(random: np.random.Generator) -> Stimulus:
+    clocks = 600
+    return {
+        "angle": bits(random, 24, clocks),
+        "phase_steps": held(bits(random, LANES * PHASE_STEP_WIDTH, clocks // 4), 4),
+        "phase_offsets": bits(random, LANES * PHASE_WIDTH, clocks),
+    }
+
+
+def harmonic_unit(random: np.random.Generator) -> Stimulus:
+    clocks = 1200
+    return {
+        "phases": bits(random, LANES * PHASE_WIDTH, clocks),
+        "amplitudes": bits(random, LANES * AMPLITUDE_WIDTH, clocks),
+    }
+
+
+def cordic_rotation(random: np.random.Generator) -> Stimulus:
+    # An eighth of a turn and below: what quadrant_fold gives.
+    return {"folded": [word % (2**21 + 1) for word in bits(random, 22, 2000)]}
+
+
+def error_compensation(random: np.random.Generator) -> Stimulus:
+    clocks = 1500
+    turn = COUNTS_PER_REV_MAX - 12345
+    pairs = (LANES + 1) // 2
+    # Some sums far outside, which are clipped; most small, so that the ramp comes to its end.
+    small = [word >> 20 for word in bits(random, PAIR_WIDTH, clocks * pairs)]
+    large = bits(random, PAIR_WIDTH, clocks * pairs)
+    which = random.random(clocks * pairs) < 0.05
+    words = [big if one else little for one, big, little in zip(which, large, small, strict=True)]
+    flat = [
+        sum(words[clock * pairs + pair] << (PAIR_WIDTH * pair) for pair in range(pairs))
+        for clock in range(clocks)
+    ]
+    return {
+        "reset": reset_first(clocks, random),
+        "pair_sums": flat,
+        "offset": held(bits(random, AMPLITUDE_WIDTH, clocks // 50), 50),
+        "angle": random.integers(0, turn, clocks).tolist(),
+        "position": bits(random, 32, clocks),
+        "apply": held(pulses(random, 0.7, clocks // 30), 30),
+        "swap_marker": pulses(random, 0.02, clocks),
+        "counts_per_rev": [turn] * clocks,
+        "ramp_rate": held(bits(random, 32, clocks // 100), 100),
+        "first_sums": [1] * clocks,
+        "last_sums": [1] * clocks,
+    }
+
+
+def folded_error_compensation(random: np.random.Generator) -> Stimulus:
+    """The pair sums of an angle arrive in FOLD clocks; its reading stands still meanwhile."""
+    given = error_compensation(random)
+    clocks = len(given["reset"])
+    for name in ("angle", "position", "apply", "swap_marker"):
+        given[name] = held(given[name][::FOLD], FOLD)
+    given["first_sums"] = [int(clock % FOLD == 0) for clock in range(clocks)]
+    given["last_sums"] = [int(clock % FOLD == FOLD - 1) for clock in range(clocks)]
+    return given
+
+
+def delay_line(random: np.random.Generator) -> Stimulus:
+    return {"undelayed": bits(random, 57, 200)}
+
+
+def quadrature_decoder(random: np.random.Generator) -> Stimulus:
+    clocks, turn = 4000, 20
+    position = walk(random, clocks)
+    levels = np.array([0b00, 0b01, 0b11, 0b10])[position % 4]
+    levels ^= np.where(random.random(clocks) < 0.01, random.integers(0, 4, clocks), 0)
+    index = (position % turn < 2).astype(int) ^ (random.random(clocks) < 0.004)
+    return {
+        "reset": reset_first(clocks, random, 0.0005),
+        "a": (levels & 1).tolist(),
+        "b": (levels >> 1).tolist(),
+        "z": index.tolist(),
+        "counts_per_rev": held([turn, turn, turn + 3, turn], clocks // 4),
+        "filter_length": held([1, 0, 2, 1, 3, 1, 1, 5], clocks // 8),
+        "minimum_edge_spacing": held([0, 2, 5, 0], clocks // 4),
+        "index_tolerance": held([0, 1, 0, 60000], clocks // 4),
+        "timestamp": list(range(2**40, 2**40 + clocks)),
+        "clear": pulses(random, 0.004, clocks),
+        "rearm": held(pulses(random, 0.05, clocks // 10), 10),
+    }
+
+
+def quadrature_output(random: np.random.Generator) -> Stimulus:
+    clocks, turn = 4000, 37
+    position = walk(random, clocks, 2) // 2 + 2**31 - 200
+    position += np.where(np.arange(clocks) > clocks // 2, 300, 0)
+    return {
+        "reset": reset_first(clocks, random, 0.0005),
+        "enable": held(pulses(random, 0.9, clocks // 50), 50),
+        "clear": pulses(random, 0.005, clocks),
+        "corrected_position": (position % 2**32).tolist(),
+        "corrected_angle": (position % turn).tolist(),
+        "counts_per_rev": [turn] * clocks,
+        "minimum_spacing": held([0, 1, 2, 3, 1, 7, 0, 1], clocks // 8),
+        "following_limit": held([100, 4, 2, 60000], clocks // 4),
+    }
+
+
+def sampler(random: np.random.Generator) -> Stimulus:
+    clocks, turn = 5000, 40
+    first = np.cumsum(random.integers(0, 2, clocks))
+    second = first + 3 + random.integers(0, 2, clocks)
+    flags = {
+        f"{name}{head}": pulses(random, 0.02, clocks)
+        for name in ("index_error", "illegal", "overspeed")
+        for head in (1, 2)
+    }
+    return {
+        "reset": reset_first(clocks, random, 0.0005),
+        "enable": held(pulses(random, 0.9, clocks // 100), 100),
+        "mode": held([0, 1, 0, 1, 1], clocks // 5),
+        "sample_period": held([11, 1, 5, 7, 15], clocks // 5),
+        "angle_step": held([7, 5, 5, 11, 1], clocks // 5),
+        "counts_per_rev": [turn] * clocks,
+        "timestamp": list(range(2**33, 2**33 + clocks)),
+        "turn_position1": (first % 2**32).tolist(),
+        "turn_position2": (second % 2**32).tolist(),
+        "index_seen1": [int(clock > 30) for clock in range(clocks)],
+        "index_seen2": [int(clock > 20) for clock in range(clocks)],
+        **flags,
+        "release_bank": pulses(random, 0.02, clocks),
+        "read_enable": pulses(random, 0.3, clocks),
+        "read_address": random.integers(0, 2 * DEPTH, clocks).tolist(),
+    }
+
+
+def coefficient_memory(random: np.random.Generator) -> Stimulus:
+    clocks = 3000
+    # A write may wait for a copy; the next one must come after it. So: one of each in 40 clocks.
+    slots = random.random(clocks // 40) < 0.8
+    offsets = random.random(clocks // 40) < 0.2
+    first = [1] + [0] * 39
+    write = [bit if slot else 0 for slot in slots & ~offsets for bit in first]
+    write_offset = [bit if slot else 0 for slot in slots & offsets for bit in first]
+    return {
+        "reset": reset_first(clocks, random, 0.001),
+        "write_enable": write,
+        "write_offset": write_offset,
+        "write_address": held(random.integers(0, 4 * (LANES + 1), clocks // 40).tolist(), 40),
+        "write_data": held(bits(random, 32, clocks // 40), 40),
+        "read_address": random.integers(0, 4 * (LANES + 1), clocks).tolist(),
+        "swap_allowed": [int(clock % 3 != 1) for clock in range(clocks)],
+        "swap": np.eye(40, dtype=int)[random.integers(0, 11, clocks // 40)].ravel().tolist(),
+    }
+
+
+CASES = (
+    Case("phase_unit", {"LANES": LANES}, phase_unit, 10),
+    Case("cordic_rotation", {}, cordic_rotation, 30),
+    Case("harmonic_unit", {"LANES": LANES}, harmonic_unit, 40),
+    Case("error_compensation", {"LANES": LANES}, error_compensation, 20),
+    Case("error_compensation", {"LANES": LANES, "FOLD": FOLD}, folded_error_compensation, 20),
+    Case("delay_line", {"WIDTH": 57, "CLOCKS": 25}, delay_line, 30),
+    Case("quadrature_decoder", {}, quadrature_decoder, 20),
+    Case("quadrature_output", {}, quadrature_output, 20),
+    Case("sampler", {"DEPTH": DEPTH}, sampler, 200),
+    Case("coefficient_memory", {"LANES": LANES}, coefficient_memory, 20),
+)
