@@ -20,7 +20,7 @@ BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD))
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream instrument synth formal bench blind fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream instrument synth formal bench blind detection fuzz mutate lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -103,6 +103,9 @@ bench: generate ## how long diagnosis, the firmware's calibration and the instru
 
 blind: generate ## sealed sets with a hidden effect, judged by the diagnosis alone (an hour or more; BLIND=--quick)
 	$(VENV)/python -m scripts.blind $(BLIND)
+
+detection: generate ## how small an effect the diagnosis finds, beside the ideal test (an hour or more)
+	$(VENV)/python -m scripts.detection
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz

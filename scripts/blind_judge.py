@@ -17,11 +17,12 @@ from arctrue.effects.registry import catalogue
 from arctrue.fit.normal import capture_sums, reference_sums
 from arctrue.fit.residuals import Residuals
 from arctrue.fit.solution import fit, solve
-from arctrue.measurement import read_measurement_set, write_measurement_set
+from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
 from arctrue.model.growth import settle
 from arctrue.model.model import default_model
 from arctrue.observations import Observations
 from arctrue.observations.build import observations_of
+from arctrue.simulate.experiment import FURTHER
 from arctrue.simulate.recipes import RECIPES
 from arctrue.simulate.simulated_set import Wanted, simulate_set
 from arctrue.simulate.truth import read_truth, write_truth
@@ -35,6 +36,7 @@ NOTHING = 1e-9
 """Size of a cause that is there without effect, so that the experiment stays the same."""
 OUTCOMES = (
     "right",
+    "first in class",
     "in class",
     "adequate, rightly",
     "unknown, rightly",
@@ -45,7 +47,7 @@ OUTCOMES = (
     "false name",
     "bad data",
 )
-GOOD = ("right", "in class", "adequate, rightly", "unknown, rightly")
+GOOD = ("right", "first in class", "in class", "adequate, rightly", "unknown, rightly")
 
 
 @dataclass
@@ -69,6 +71,10 @@ class Outcome:
     seconds: float
     held_out_over_floor: dict[str, tuple[float, float]] = field(default_factory=dict)
     """By channel: held-out RMS over the floor, before and after what was named was added."""
+    next_kind: str | None = None
+    """The next measurement that an ambiguous set asks for."""
+    after_next: str | None = None
+    """Outcome once that measurement was simulated and added."""
     second: str | None = None
     """Of two causes at once: what the second diagnosis says, the first one's name in the model."""
 
@@ -95,9 +101,11 @@ def run_case(case: Case) -> Outcome:
         write_measurement_set(folder, made.measurement)
         write_truth(folder, made.truth)
         begin = time.perf_counter()
-        observations, found = _diagnosed(folder)
+        observations, found = diagnosed(read_measurement_set(folder))
+        assert found is not None
         seconds = time.perf_counter() - begin
         second = _second(observations, found) if len(case.names) > 1 else None
+        after_next = _after_next(case, wanted, made.truth, found)
         truth = read_truth(folder)
     nothing = [Wanted(name, NOTHING) for name in case.names]
     without = simulate_set(nothing, experiment, case.seed, index_scatter_counts=scatter)
@@ -106,34 +114,63 @@ def run_case(case: Case) -> Outcome:
         shown = {
             key: made.exact_arcsec[key] - without.exact_arcsec[key] for key in made.exact_arcsec
         }
-        chi_square, largest = _visibility(observations, shown, truth["floor_arcsec"])
+        chi_square, largest = visibility(observations, shown, truth["floor_arcsec"])
     matters = MATTERS_COUNTS * (observations.count_arcsec or 0.0)
     visible = chi_square > VISIBLE_CHI_SQUARE and largest > matters
-    parts = _parts(found)
     return Outcome(
         case=case,
         hidden=truth["hidden"],
         size=", ".join(f"{item['size']:.3g} {item['unit']}" for item in truth["effects"]),
         visible=visible,
         chi_square=chi_square,
-        outcome=_judged(case, truth, found, parts, visible),
+        outcome=judged(truth, found, visible),
         verdict=found.verdict,
         named=None if found.named is None else found.named.name,
         effect_class=list(found.effect_class),
-        parts=parts,
+        parts=_parts(found),
         candidates=[(item.name, item.p_corrected, item.delta_bic) for item in found.candidates[:3]],
         lack_of_fit=dict(found.lack_of_fit),
         seconds=seconds,
+        next_kind=found.next_measurement_kind if found.verdict == "ambiguous" else None,
+        after_next=after_next,
         held_out_over_floor=_held_out(case.names, found, truth["floor_arcsec"]),
         second=second,
     )
 
 
-def _diagnosed(folder: Path) -> tuple[Observations, Diagnosis]:
-    observations = observations_of(read_measurement_set(folder))
+def diagnosed(
+    measurement: MeasurementSet, matters_counts: float | None = MATTERS_COUNTS
+) -> tuple[Observations, Diagnosis | None]:
+    """Rows of a set and what the diagnosis says of them; None: nothing is asked."""
+    observations = observations_of(measurement)
+    if matters_counts is None:
+        return observations, None
     effects = catalogue([])
     terms = settle(default_model(), observations, effects)
-    return observations, diagnose(observations, terms, effects, seed=1)
+    found = diagnose(observations, terms, effects, seed=1, matters_counts=matters_counts)
+    return observations, found
+
+
+def _after_next(
+    case: Case, wanted: Sequence[Wanted], truth: dict[str, Any], found: Diagnosis
+) -> str | None:
+    """The outcome once the measurement that an ambiguous set asks for is made and added."""
+    kind = found.next_measurement_kind
+    if found.verdict != "ambiguous" or kind not in FURTHER or kind == "polygon_reindexed":
+        return None
+    made = simulate_set(
+        wanted,
+        case.planned(),
+        case.seed,
+        index_scatter_counts=truth["index_scatter_counts"],
+        further=[kind],
+    )
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "set"
+        write_measurement_set(folder, made.measurement)
+        _, again = diagnosed(read_measurement_set(folder))
+    assert again is not None
+    return judged(truth, again, True)
 
 
 def _second(observations: Observations, found: Diagnosis) -> str | None:
@@ -145,12 +182,10 @@ def _second(observations: Observations, found: Diagnosis) -> str | None:
 
 
 def _parts(found: Diagnosis) -> list[str]:
-    if found.verdict != "unknown" or not found.parts:
-        return []
-    return list(found.parts[0].effect.parts)  # type: ignore[attr-defined]
+    return [] if found.described is None else list(found.described.effect.parts)  # type: ignore[attr-defined]
 
 
-def _visibility(
+def visibility(
     observations: Observations,
     shown_arcsec: dict[str, NDArray[np.float64]],
     noise_arcsec: dict[str, float],
@@ -189,9 +224,9 @@ def _visibility(
     return total, largest
 
 
-def _judged(
-    case: Case, truth: dict[str, Any], found: Diagnosis, parts: list[str], visible: bool
-) -> str:
+def judged(truth: dict[str, Any], found: Diagnosis, visible: bool) -> str:
+    """One of OUTCOMES."""
+    parts = _parts(found)
     hidden = [item["effect"] for item in truth["effects"]]
     if found.verdict == "bad_data":
         return "bad data"
@@ -202,6 +237,9 @@ def _judged(
         return "right" if found.named.name in hidden else "false name"
     if found.verdict == "ambiguous":
         if any(name in found.effect_class for name in hidden):
+            return "first in class" if found.effect_class[0] in hidden else "in class"
+        if any(set(item["parts"]) == set(parts) for item in truth["effects"] if item["parts"]):
+            # Said beside the class, as it has no name.
             return "in class"
         return "class without it" if hidden else "false name"
     strangers = [item for item in truth["effects"] if not item["in_catalogue"]]
@@ -217,8 +255,8 @@ def _held_out(
     names: Sequence[str], found: Diagnosis, floor_arcsec: dict[str, float]
 ) -> dict[str, tuple[float, float]]:
     chosen = found.named
-    if found.verdict == "unknown" and found.parts:
-        chosen = found.parts[0]
+    if found.verdict == "unknown":
+        chosen = found.described
     before = found.held_out_before
     after = before if chosen is None else chosen.held_out
     if before is None or after is None:

@@ -58,7 +58,7 @@ BOXES = (
     Box(410, 290, 150, "gateware", "Sampler", "rtl/sampler", "both heads, full turns"),
     Box(600, 290, 150, "gateware", "Coefficient memory", "rtl/coefficients", "two banks, one swap"),
     Box(410, 415, 340, "gateware", "Registers", "rtl/registers", "AXI4-Lite, interrupt", 64),
-    Box(800, 405, 160, "software", "Calibration", "sim/arctrue/calibration", "ε from R₂ − R₁"),
+    Box(800, 405, 160, "software", "Firmware", "firmware", "ε from R₂ − R₁, gate, swap"),
 )
 
 # Way of an arrow in pixels, and what goes along it (with the place of the words).

@@ -11,10 +11,11 @@ from arctrue.model.model import HistoryStep
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:
     """One row a step: RMS and peak of each channel, fitted and held out, beside the noise."""
-    table = Table(title="How the error fell")
-    for heading in ("step", "effect", "channel", "RMS ″", "held-out ″", "peak ″", "noise ″"):
+    table = Table(title="How the error fell: what the model leaves at each step")
+    # Two lines a heading: the table fits into 80 columns.
+    for heading in ("step", "effect", "channel", "RMS\n″", "held\nout ″", "peak\n″", "noise\n″"):
         left = heading in ("step", "effect", "channel")
-        table.add_column(heading, justify="left" if left else "right")
+        table.add_column(heading, justify="left" if left else "right", overflow="fold")
     for number, step in enumerate(history, start=1):
         for index, channel in enumerate(step.rms_arcsec):
             first = index == 0

@@ -13,6 +13,7 @@ from typing import Any
 import click
 from rich.console import Console
 
+from arctrue.cli._progress import Progress
 from arctrue.effects.base import Effect
 from arctrue.effects.registry import EffectFileError, EffectNotFoundError, catalogue
 from arctrue.measurement import MeasurementError, read_measurement_set
@@ -24,7 +25,6 @@ from arctrue.observations.build import observations_of
 
 EXIT_BAD_INPUT = 2
 console = Console()
-progress_console = Console(stderr=True)
 
 PEOPLE_ERRORS = (
     MeasurementError,
@@ -119,9 +119,9 @@ def load(
     effects = effects_for(model, model_file, folders)
     for entry in model.effects:
         entry.effect(effects)
-    with progress_console.status("reading the measurement set"):
-        measurement = read_measurement_set(measurement_set)
-        observations = observations_of(measurement)
+    with Progress("reading the measurement set") as progress:
+        measurement = read_measurement_set(measurement_set, progress=progress.read)
+        observations = observations_of(measurement, progress=progress.rows)
     for warning in measurement.warnings:
         click.echo(f"warning: {warning}", err=True)
     return Workbench(observations, model, effects, measurement.title or measurement_set.name)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import click
 
+from arctrue.cli._figures import with_uncertainty
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._progress import Progress
 from arctrue.cli._settings import settings_from
 from arctrue.cli._workbench import (
     Workbench,
@@ -16,7 +17,6 @@ from arctrue.cli._workbench import (
     console,
     for_people,
     load,
-    progress_console,
     set_argument,
     write_json,
 )
@@ -28,11 +28,17 @@ from arctrue.model.model import HistoryStep, Model
 from arctrue.model.model_file import write_model
 
 
-@click.command("add")
+@click.command("add", short_help="Add an effect to a model; see the error fall.")
 @click.argument("effect")
 @set_argument
 @common_options
-@click.option("--set", "pairs", multiple=True, metavar="KEY=VALUE", help="A setting of the effect.")
+@click.option(
+    "--set",
+    "pairs",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="A setting of the effect; of one that the model has, a new value.",
+)
 @for_people
 def add(
     effect: str,
@@ -44,9 +50,12 @@ def add(
     seed: int,
     pairs: tuple[str, ...],
 ) -> None:
-    """Add EFFECT to the model, fit it to SET, and show how the error falls."""
+    """Add EFFECT to the model, fit it to SET, and show how the error falls.
+
+    --set on an effect that the model has changes that setting and fits again.
+    """
     bench = load(measurement_set, model_file, folders, may_be_new=True)
-    with progress_console.status(f"adding {effect}"):
+    with Progress(f"adding {effect}"):
         model, solution = add_effect(
             bench.model,
             effect,
@@ -61,18 +70,18 @@ def add(
     if model_file is not None:
         write_model(model_file, model)
     console.print(ladder_table(model.history))
+    console.print(f"{model.effects[-1].name}, with standard uncertainties:")
     for name, parameter in model.effects[-1].parameters.items():
-        known = isfinite(parameter.sigma) and parameter.sigma > 0.0
-        sigma = f" ± {parameter.sigma:.2g}" if known else ""
-        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        console.print(f"{name} = {parameter.value:.6g}{sigma}{unit}")
+        console.print(
+            f"{name} = {with_uncertainty(parameter.value, parameter.sigma, parameter.unit)}"
+        )
     if model_file is not None:
         console.print(f"wrote {model_file}")
     if json_file is not None:
-        with progress_console.status("diagnosing what is left"):
+        with Progress("diagnosing what is left"):
             write_json(json_file, step_data(bench, model, solution, seed))
     if out is not None:
-        from arctrue.report.residual_plots import plot_history
+        from arctrue.report.model_plots import plot_history
 
         console.print(f"wrote {plot_history(model.history, out)}")
 

@@ -43,7 +43,7 @@ class _ManyRuns(click.Command):
         return super().parse_args(ctx, expanded)
 
 
-@click.command(cls=_ManyRuns)
+@click.command(cls=_ManyRuns, short_help="Calibrate from a capture; compare with a reference.")
 @click.argument("folder", metavar="SET", type=click.Path(path_type=Path))
 @click.option(
     "--method",

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.table import Table
 
+from arctrue.cli._figures import probability
+from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
     console,
     for_people,
     load,
-    progress_console,
     set_argument,
     write_json,
 )
-from arctrue.compare.comparison import SIGNIFICANCE, Comparison
+from arctrue.compare.comparison import Comparison
 from arctrue.compare.comparison import compare as compare_model
+from arctrue.compare.findings import SIGNIFICANCE
+from arctrue.compare.maps import ResidualMap
+from arctrue.fit.identifiability import Identifiability, identifiability
 from arctrue.model.growth import as_stored, fitted
 
+SHOWN_PAIRS = 3
 
-@click.command("compare")
+
+@click.command("compare", short_help="Say where a model fails on a set.")
 @set_argument
 @common_options
 @click.option(
@@ -40,13 +47,18 @@ def compare(
 ) -> None:
     """Compare a model with a measurement set: how far, and where."""
     bench = load(measurement_set, model_file, folders)
-    with progress_console.status("comparing"):
+    with Progress("comparing"):
         if no_fit:
             solution = as_stored(bench.model, bench.observations, bench.effects)
         else:
             _, solution = fitted(bench.model, bench.observations, bench.effects)
         result = compare_model(solution, seed)
-    _print(result)
+        absent = {
+            name: kind for name, kind in bench.effects.items() if name not in bench.model.names()
+        }
+        told = identifiability(solution, absent)
+    _print(result, bench.model.names(), fitted_here=not no_fit)
+    _print_identifiability(told)
     write_json(
         json_file,
         {
@@ -58,8 +70,8 @@ def compare(
                 for name, item in result.channels.items()
             },
             "findings": [asdict(item) for item in result.findings],
-            "maps": [asdict(item) for item in result.maps],
-            "identifiability": {"rank": solution.rank, "condition": solution.condition},
+            "maps": [_map_data(item) for item in result.maps],
+            "identifiability": _identifiability_data(told),
         },
     )
     if out is not None:
@@ -69,8 +81,21 @@ def compare(
             console.print(f"wrote {path}")
 
 
-def _print(result: Comparison) -> None:
-    table = Table(title="Model against measurement")
+def _identifiability_data(told: Identifiability) -> dict[str, Any]:
+    data = asdict(told)
+    data["coefficients"] = len(told.coefficients)
+    return data
+
+
+def _map_data(item: ResidualMap) -> dict[str, Any]:
+    """A map without the bin of every row."""
+    return {key: value for key, value in vars(item).items() if key not in ("group", "bins")}
+
+
+def _print(result: Comparison, names: list[str], *, fitted_here: bool) -> None:
+    how = "fitted to this set" if fitted_here else "as stored"
+    console.print(f"Model: {', '.join(names)}, {how}")
+    table = Table(title="What the model leaves")
     for heading in ("channel", "rows", "RMS ″", "peak ″", "noise of repeats ″", "lack of fit p"):
         table.add_column(heading, justify="left" if heading == "channel" else "right")
     for name, item in result.channels.items():
@@ -80,7 +105,7 @@ def _print(result: Comparison) -> None:
             f"{item.rms_arcsec:.4f}",
             f"{item.peak_arcsec:.3f}",
             f"{item.noise_arcsec:.4f}",
-            f"{item.lack_of_fit_p:.2g}",
+            probability(item.lack_of_fit_p),
         )
     console.print(table)
     lacking = [name for name, item in result.channels.items() if item.lack_of_fit_p < SIGNIFICANCE]
@@ -91,5 +116,17 @@ def _print(result: Comparison) -> None:
         )
     elif not result.findings:
         console.print("Nothing beyond chance: the residual follows none of the conditions.")
+    if result.findings:
+        console.print("Where? The excess is what is left beyond the noise of the repeats.")
     for finding in result.findings:
-        console.print(f"• {finding.text}")
+        console.print(f"{'  ·' if finding.shadow_of else '•'} {finding.text}")
+
+
+def _print_identifiability(told: Identifiability) -> None:
+    if told.undetermined:
+        console.print(f"This set does not determine: {', '.join(told.undetermined)}.")
+    for pair in told.correlated[:SHOWN_PAIRS]:
+        console.print(
+            f"Hard to tell apart: {pair.first} and {pair.second}, "
+            f"correlation {pair.correlation:+.3f}."
+        )

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
 from rich.table import Table
 
+from arctrue.cli._figures import probability
+from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
     console,
     for_people,
     load,
-    progress_console,
     set_argument,
     write_json,
 )
 from arctrue.diagnose.adopted import adopt as write_adopted
+from arctrue.diagnose.candidate import Candidate
 from arctrue.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
 from arctrue.diagnose.diagnosis import diagnose as diagnose_model
 from arctrue.diagnose.parts import ProductOfParts
@@ -24,9 +27,11 @@ from arctrue.diagnose.report import diagnosis_data, sentences
 from arctrue.model.growth import settle
 
 SHOWN = 8
+SHOWN_AT_LEAST = 3
+"""Candidates that add nothing are left out beyond these."""
 
 
-@click.command("diagnose")
+@click.command("diagnose", short_help="Say which effect a model lacks.")
 @set_argument
 @common_options
 @click.option(
@@ -58,7 +63,7 @@ def diagnose(
 ) -> None:
     """Say which physical effect the model lacks, or that the data cannot tell."""
     bench = load(measurement_set, model_file, folders)
-    with progress_console.status("diagnosing") as status:
+    with Progress("diagnosing") as progress:
         terms = settle(bench.model, bench.observations, bench.effects)
         result = diagnose_model(
             bench.observations,
@@ -66,7 +71,7 @@ def diagnose(
             bench.effects,
             seed=seed,
             matters_counts=matters,
-            progress=status.update,
+            progress=progress.now,
         )
     _print(result)
     write_json(json_file, diagnosis_data(result, bench.model.names()))
@@ -74,46 +79,79 @@ def diagnose(
         console.print(f"wrote {_adopted(result, adopt, folder)}")
         console.print(f"use it: arctrue add {adopt} {measurement_set} --effects {folder}")
     if out is not None and result.base is not None:
-        from arctrue.report.residual_plots import plot_candidates
+        from arctrue.report.model_plots import plot_candidates
 
         console.print(f"wrote {plot_candidates(result, out)}")
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
     """The file of the adopted product. Raises ValueError when the verdict gives none."""
-    found = result.parts[0].effect if result.verdict == "unknown" and result.parts else None
+    found = None if result.described is None else result.described.effect
     if not isinstance(found, ProductOfParts):
         raise ValueError(f"nothing to adopt: the verdict is {result.verdict}, not unknown")
     return write_adopted(found, name, result.description or "", folder)
 
 
+def _rows(item: Candidate) -> list[tuple[str, ...]]:
+    """One row a channel, the name and the evidence in the first."""
+    after = {
+        "capture": item.solution.capture_sigma_arcsec,
+        "reference": item.solution.reference_sigma_arcsec,
+    }
+    first = (item.name, probability(item.p_corrected), f"{item.delta_bic:,.0f}".replace("-", "−"))
+    rows: list[tuple[str, ...]] = []
+    for channel, value in after.items():
+        if value is None:
+            continue
+        fall = item.improvement.get(channel)
+        held_out = (
+            "–"
+            if fall is None
+            else f"{fall.fall_arcsec:.3f} ± {fall.standard_error_arcsec:.3f}".replace("-", "−")
+        )
+        rows.append((*(("", "", "") if rows else first), channel, f"{value:.3f}", held_out))
+    return rows
+
+
+def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The names of the effects by what the set lacks for them."""
+    found: dict[str, list[str]] = {}
+    for name, lacking in untestable.items():
+        found.setdefault("; ".join(lacking), []).append(name)
+    return found
+
+
 def _print(result: Diagnosis) -> None:
     if result.candidates:
         table = Table(title="Candidates, best first")
-        for heading in ("effect", "p (corrected)", "ΔBIC", "RMS after ″", "held-out fall ″"):
-            table.add_column(heading, justify="left" if heading == "effect" else "right")
-        for item in result.candidates[:SHOWN]:
-            falls = ", ".join(
-                f"{channel} {fall.fall_arcsec:.3f} ± {fall.standard_error_arcsec:.3f}"
-                for channel, fall in item.improvement.items()
-            )
-            sigmas = [
-                item.solution.capture_sigma_arcsec,
-                item.solution.reference_sigma_arcsec,
-            ]
-            after = " / ".join(f"{value:.3f}" for value in sigmas if value is not None)
-            table.add_row(
-                item.name, f"{item.p_corrected:.2g}", f"{item.delta_bic:.1f}", after, falls
-            )
+        # Two lines a heading: the table fits into 80 columns.
+        for heading in (
+            "effect",
+            "p",
+            "ΔBIC",
+            "channel",
+            "RMS\nafter ″",
+            "fall of RMS\nheld out ″",
+        ):
+            left = heading in ("effect", "channel")
+            table.add_column(heading, justify="left" if left else "right", overflow="fold")
+        gaining = sum(item.delta_bic > 0.0 for item in result.candidates)
+        shown = result.candidates[: min(SHOWN, max(gaining, SHOWN_AT_LEAST))]
+        for item in shown:
+            for row in _rows(item):
+                table.add_row(*row)
         console.print(table)
+        if len(result.candidates) > len(shown):
+            more = len(result.candidates) - len(shown)
+            console.print(f"{more} more candidates are not shown; --json has all of them.")
     for channel, value in result.residual_rms_arcsec.items():
         console.print(
             f"{channel}: residual {value:.3f}″ RMS, noise of the repeats "
-            f"{result.noise_arcsec[channel]:.3f}″, lack of fit p = "
-            f"{result.lack_of_fit.get(channel, float('nan')):.2g}"
+            f"{result.noise_arcsec[channel]:.3f}″, lack of fit p "
+            f"{probability(result.lack_of_fit.get(channel, float('nan')))}"
         )
-    for name, lacking in result.untestable.items():
-        console.print(f"{name} cannot be tested with this set: it lacks {'; '.join(lacking)}")
+    for lacking, names in _by_what_lacks(result.untestable).items():
+        console.print(f"Not tested: {', '.join(names)}. The set lacks {lacking}.")
     console.print(f"[bold]Verdict: {result.verdict}[/bold]")
     for sentence in sentences(result):
         console.print(sentence)

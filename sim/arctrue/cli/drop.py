@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
     console,
     for_people,
     load,
-    progress_console,
     set_argument,
     write_json,
 )
@@ -21,7 +21,7 @@ from arctrue.model.growth import drop_effect
 from arctrue.model.model_file import write_model
 
 
-@click.command("drop")
+@click.command("drop", short_help="Drop an effect from a model; see what it costs.")
 @click.argument("effect")
 @set_argument
 @common_options
@@ -37,7 +37,7 @@ def drop(
 ) -> None:
     """Drop EFFECT from the model, fit the rest to SET, and show what that costs."""
     bench = load(measurement_set, model_file, folders)
-    with progress_console.status(f"dropping {effect}"):
+    with Progress(f"dropping {effect}"):
         model, solution = drop_effect(
             bench.model, effect, bench.observations, bench.effects, bench.measurement
         )
@@ -47,6 +47,6 @@ def drop(
     if json_file is not None:
         write_json(json_file, step_data(bench, model, solution, seed))
     if out is not None:
-        from arctrue.report.residual_plots import plot_history
+        from arctrue.report.model_plots import plot_history
 
         console.print(f"wrote {plot_history(model.history, out)}")

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import click
 from rich.table import Table
+from rich.text import Text
 
 from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
 from arctrue.effects.base import Effect
 from arctrue.effects.new_effect import write_new_effect
 from arctrue.effects.registry import effect_class
 
+CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing"}
+"""What of the gateware can correct an effect."""
 
-@click.group("effects", invoke_without_command=True)
+
+@click.group(
+    "effects", invoke_without_command=True, short_help="List the known effects; tell all of one."
+)
 @click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
-@click.option("--effects", "folders", type=click.Path(path_type=Path), multiple=True)
+@click.option(
+    "--effects",
+    "folders",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Folder of own effects.",
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
 @click.pass_context
 @for_people
@@ -31,12 +44,13 @@ def effects(
     if context.invoked_subcommand is not None:
         return
     known = effects_for(load_model(model_file), model_file, folders)
-    table = Table(title="Effects")
-    for heading in ("name", "what happens", "lanes?"):
+    table = Table(title="Effects", show_lines=True)
+    for heading in ("name", "what happens", "corrected by"):
         table.add_column(heading)
     for name, effect in known.items():
-        table.add_row(name, effect.physics, effect.compensation)
+        table.add_row(name, effect.physics, CORRECTED_BY[effect.compensation])
     console.print(table)
+    console.print("All of one: arctrue effects show NAME")
     write_json(json_file, {"schema": 1, "effects": [effect_data(item) for item in known.values()]})
 
 
@@ -50,17 +64,32 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
     model_file, folders = context.obj
     effect = effect_class(name, effects_for(load_model(model_file), model_file, folders))
     data = effect_data(effect)
-    for key, value in data.items():
-        if isinstance(value, str) and value:
-            console.print(f"[bold]{key.replace('_', ' ')}[/bold]: {value}")
-    for item in data["search"]:
-        console.print(
-            f"[bold]searched[/bold]: {item['name']}, {item['low']:g} to {item['high']:g} "
-            f"{item['unit']}, {item['meaning']}"
-        )
-    console.print(f"[bold]settings[/bold]: {data['settings']}")
-    console.print(f"[bold]parameters[/bold]: {', '.join(data['parameters']) or 'one a column'}")
+    console.print(f"[bold]{effect.name}[/bold]")
+    grid = Table.grid(padding=(0, 2))
+    for word, text in _lines(data):
+        grid.add_row(Text(word, style="bold"), Text(text))
+    console.print(grid)
     write_json(json_file, {"schema": 1, **data})
+
+
+def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What stands in each line, without what is empty."""
+    told_apart = ("capture_sees", "reference_sees", "told_apart_by", "next_measurement")
+    for key in ("physics", "equation", "source", "plausible", *told_apart):
+        if data[key]:
+            yield key.replace("_", " "), data[key]
+    note = f": {data['compensation_note']}" if data["compensation_note"] else ""
+    yield "corrected by", f"{CORRECTED_BY[data['compensation']]}{note}"
+    for item in data["search"]:
+        unit = "" if item["unit"] == "1" else f" {item['unit']}"
+        reach = f"{item['low']:g} to {item['high']:g}{unit}"
+        yield "searched", f"{item['name']}, {reach}: {item['meaning']}"
+    for key, value in data["settings"].items():
+        yield "setting", f"{key} = {value}"
+    named = [
+        name if unit == "1" else f"{name} ({unit})" for name, unit in data["parameters"].items()
+    ]
+    yield "parameters", ", ".join(named) or "one a column"
 
 
 @effects.command("new")

@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 from rich.table import Table
 
+from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
     console,
     for_people,
     load,
-    progress_console,
     set_argument,
     write_json,
 )
@@ -22,7 +22,7 @@ from arctrue.model.export import export_model
 from arctrue.model.growth import fitted
 
 
-@click.command("export")
+@click.command("export", short_help="Write a model as coefficients of the gateware.")
 @set_argument
 @common_options
 @click.option(
@@ -53,11 +53,14 @@ def export(
     temperature: float | None,
     coefficient_file: Path,
 ) -> None:
-    """Write the model, fitted to SET where it has no values yet, as gateware coefficients."""
+    """Write the model as coefficients of the gateware, and say what lanes cannot correct.
+
+    What has no values yet is fitted to SET. With --out the file goes into that folder.
+    """
     bench = load(measurement_set, model_file, folders)
     model = bench.model
     if not all(entry.coefficients for entry in model.effects):
-        with progress_console.status("fitting"):
+        with Progress("fitting"):
             model, _ = fitted(model, bench.observations, bench.effects)
     result = export_model(
         model, bench.observations, bench.effects, lanes=lanes, temperature_c=temperature
@@ -65,7 +68,7 @@ def export(
     path = coefficient_file if out is None else out / coefficient_file.name
     path.parent.mkdir(parents=True, exist_ok=True)
     write_coefficient_file(path, result.coefficients, title=bench.measurement)
-    table = Table(title="Lanes")
+    table = Table(title=f"Lanes, {len(result.orders)} of {lanes} in use")
     table.add_column("order", justify="right")
     table.add_column("amplitude ″", justify="right")
     for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):

@@ -12,19 +12,29 @@ from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.model.model_file import read_model
 
 
-@click.command("history")
-@click.option("--model", "model_file", type=click.Path(path_type=Path), required=True)
+@click.command("history", short_help="Show how a model grew and the error fell.")
+@click.option(
+    "--model",
+    "model_file",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="Model (TOML).",
+)
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the picture.")
 @for_people
 def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
-    """Print the ladder of a model and draw the falling error."""
+    """Print every step of a model and, with --out, draw the falling error.
+
+    RMS and peak are those of the rows fitted to; "held out" is the RMS of every fourth revolution
+    or cycle under a fit without it; noise is the scatter of the repeats, which no model can beat.
+    """
     model = read_model(model_file)
     if not model.history:
         raise ValueError(f"{model_file}: the model has no history yet; add an effect first")
     console.print(ladder_table(model.history))
     write_json(json_file, {"schema": 1, "history": [asdict(step) for step in model.history]})
     if out is not None:
-        from arctrue.report.residual_plots import plot_history
+        from arctrue.report.model_plots import plot_history
 
         console.print(f"wrote {plot_history(model.history, out)}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
-from arctrue.simulate.experiment import EXPERIMENTS
+from arctrue.simulate.experiment import EXPERIMENTS, FURTHER
 from arctrue.simulate.recipes import RECIPES
 from arctrue.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
 from arctrue.simulate.truth import write_truth
@@ -24,7 +24,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     context.exit()
 
 
-@click.command("simulate")
+@click.command("simulate", short_help="Write the measurement set of a simulated table.")
 @click.argument("out", metavar="OUT", type=click.Path(path_type=Path, file_okay=False))
 @click.option(
     "--effect",
@@ -64,6 +64,12 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     help="Number of a further measurement of the same table: the same --seed, fresh noise.",
 )
 @click.option(
+    "--further",
+    multiple=True,
+    type=click.Choice(FURTHER),
+    help="A measurement more, after those of the experiment; may be given again.",
+)
+@click.option(
     "--list",
     is_flag=True,
     is_eager=True,
@@ -81,6 +87,7 @@ def simulate(
     index_scatter: int,
     seed: int | None,
     again: int,
+    further: tuple[str, ...],
 ) -> None:
     """Write a measurement set to OUT and what is in it to OUT.truth.json beside it."""
     if hidden and effects:
@@ -99,7 +106,12 @@ def simulate(
     padded = [*sizes, *[None] * (len(effects) - len(sizes))]
     wanted = [Wanted(name, size) for name, size in zip(effects, padded, strict=True)]
     made = simulate_set(
-        wanted, EXPERIMENTS[experiment](), seed, index_scatter_counts=index_scatter, again=again
+        wanted,
+        EXPERIMENTS[experiment](),
+        seed,
+        index_scatter_counts=index_scatter,
+        again=again,
+        further=further,
     )
     for leftover in ("capture.csv", "reference.csv"):
         # An older set's file would be taken for this one's.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,9 @@ class ResidualMap:
     """Of the residual's variance that the bins' means take."""
     null_share: float
     """The largest share that surrogates of the residual reach: chance alone."""
+    group: Integer = field(repr=False, compare=False)
+    """Number of the bin of every row, shape (rows,)."""
+    bins: int
 
     @property
     def excess_share(self) -> float:
@@ -110,7 +113,8 @@ def _reference_binnings(rows: ReferenceRows) -> Iterator[_Binning | None]:
         yield _angle(rows.electrical1_rad, PHASE_BINS, "electrical phase of head 1")
 
 
-def _share(values: Float, group: Integer, bins: int) -> float:
+def variance_share(values: Float, group: Integer, bins: int) -> float:
+    """Share of the sum of squares of ``values`` that the means of the groups take."""
     total = float(values @ values)
     if total <= 0.0:
         return 0.0
@@ -156,8 +160,10 @@ def _maps(
                 centres=binning.centres[there],
                 means_arcsec=means,
                 standard_errors_arcsec=spread / np.sqrt(counts[there]),
-                share=_share(values, binning.group, bins),
-                null_share=max(_share(null, binning.group, bins) for null in nulls),
+                share=variance_share(values, binning.group, bins),
+                null_share=max(variance_share(null, binning.group, bins) for null in nulls),
+                group=binning.group,
+                bins=bins,
             )
         )
     return found

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from scipy.stats import chi2
-
 from arctrue.diagnose.candidate import Candidate
-from arctrue.effects.base import Effect
+from arctrue.diagnose.significance import corrected_p_value
 from arctrue.fit.residuals import Residuals
 
 LEAST_SHARE = 0.5
 """A candidate that takes less than this share of the best one's gain cannot stand in for it."""
 NOTHING_LEFT_P = 0.001
-"""Beside the other, the best one adds nothing when its gain is no rarer than this."""
+"""Beside the other, an effect adds nothing when its gain, for all places that it looked at, is no
+rarer than this."""
 
 
 @dataclass
@@ -30,18 +29,13 @@ class Similar:
         return [*self.equals, *self.larger]
 
 
-def alike(
-    best: Candidate,
-    others: Sequence[Candidate],
-    residuals: Residuals,
-    effects: Mapping[str, type[Effect]],
-) -> Similar:
+def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
     """Candidates whose columns explain what the best one explains."""
     similar = Similar()
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
-        if not _stands_in(best, other):
+        if not stands_in(best, other):
             continue
         if other.rank > best.rank:
             similar.larger.append(other.name)
@@ -50,9 +44,12 @@ def alike(
     return similar
 
 
-def _stands_in(best: Candidate, other: Candidate) -> bool:
-    """With the other in the model, the best one adds nothing more."""
-    left = Residuals(other.solution).score(best.effect, best.nonlinear)
-    if left.rank == 0:
-        return True
-    return left.gain < float(chi2.isf(NOTHING_LEFT_P, left.rank))
+def adds(item: Candidate, other: Candidate) -> bool:
+    """With the other in the model, the first still takes more than chance gives at its place."""
+    left = Residuals(other.solution).score(item.effect, item.nonlinear)
+    return corrected_p_value(left.gain, left.rank, item.trials, 1) < NOTHING_LEFT_P
+
+
+def stands_in(best: Candidate, other: Candidate) -> bool:
+    """With the other in the model, the best one adds nothing more than its own search may find."""
+    return not adds(best, other)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.observations import CaptureRows, Observations
+from arctrue.observations.stored import StoredCapture
 
 STEP_TOLERANCE = 0.1
 """A step is plausible within 10 % of its run's median."""
@@ -17,7 +18,8 @@ WHOLE_TURN_TOLERANCE = 0.02
 
 def data_faults(observations: Observations) -> list[str]:
     """What is wrong with the rows, in words: file, run, row, expected, found."""
-    rows = observations.capture
+    # Of a long capture all rows, not only the part that the statistics work on.
+    rows = observations.capture if observations.stored is None else observations.stored
     if rows is None:
         return []
     found: list[str] = []
@@ -28,20 +30,24 @@ def data_faults(observations: Observations) -> list[str]:
     return found
 
 
-def _run_spans(run: NDArray[np.int64]) -> list[tuple[int, int]]:
+def _run_spans(run: NDArray[np.int64] | NDArray[np.int32]) -> list[tuple[int, int]]:
     edges = np.flatnonzero(np.diff(run)) + 1
     bounds = [0, *edges.tolist(), run.size]
     return list(pairwise(bounds))
 
 
 def _step_faults(
-    rows: CaptureRows, run: int, start: int, end: int, observations: Observations
+    rows: CaptureRows | StoredCapture, run: int, start: int, end: int, observations: Observations
 ) -> list[str]:
     if end - start < 3:
         return [f"capture, run {run}: only {end - start} samples"]
     # The angle is that of head 1; a slip of one head alone is an effect, not a fault of the data.
     step = np.diff(rows.angle_rad[start:end])
-    other = step + np.diff(rows.difference_arcsec[start:end]) * (np.pi / 648_000.0)
+    if isinstance(rows, StoredCapture):
+        difference = rows.difference_rad(slice(start, end))
+    else:
+        difference = rows.difference_arcsec[start:end] * (np.pi / 648_000.0)
+    other = step + np.diff(difference)
     typical = float(np.median(step))
     if typical == 0.0:
         return [f"capture, run {run}: the table stands still"]
@@ -61,7 +67,7 @@ def _step_faults(
     return found
 
 
-def _cut_runs(rows: CaptureRows, spans: list[tuple[int, int]]) -> list[str]:
+def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -> list[str]:
     turns = np.array(
         [
             abs(rows.angle_rad[end - 1] - rows.angle_rad[start])

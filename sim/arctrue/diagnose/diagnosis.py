@@ -9,17 +9,28 @@ from typing import Literal
 import numpy as np
 
 from arctrue.diagnose.candidate import Candidate, sizes_arcsec
-from arctrue.diagnose.classes import alike
+from arctrue.diagnose.classes import adds, alike, stands_in
 from arctrue.diagnose.data_faults import data_faults
+from arctrue.diagnose.free_in_runs import at_other_speeds
 from arctrue.diagnose.heldout import HeldOut, held_out, improvement
 from arctrue.diagnose.inflation import noise_inflation
 from arctrue.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.diagnose.next_measurement import (
+    AT_ONE_SPEED,
+    NextMeasurement,
+    measurement_for_parts,
+    measurement_for_variety,
+    next_measurement,
+)
 from arctrue.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.diagnose.parts_scan import best_parts
 from arctrue.diagnose.significance import corrected_p_value
 from arctrue.effects.base import Effect
+from arctrue.fit.every_row import on_every_row
+from arctrue.fit.likeness import canonical_correlations
 from arctrue.fit.normal import Term
 from arctrue.fit.residuals import Residuals
+from arctrue.fit.search_parameters import refined
 from arctrue.fit.solution import Solution, fit
 from arctrue.observations import Observations
 
@@ -32,8 +43,16 @@ MATTERS_COUNTS = 0.5
 """An effect that moves the prediction by less than this many counts RMS is negligible."""
 PARTS_ADVANTAGE = 10.0
 """BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1."""
+NEAR_TIE = 6.0
+"""BIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
+20 to 1."""
+SAME_GAIN = 0.01
 MOVED_SHARE = 0.02
 """A channel counts when it is moved by more than this share of its noise."""
+LACK_OF_FIT = 1e-4
+LEAST_EXCESS = 0.25
+"""A model with a lack of fit this sure, and an excess over the repeats larger than this share of
+their noise, is not adequate even where nothing describes what is left."""
 HELD_OUT_LIMIT = 6
 """So many candidates at most are tried on rows that the fit never saw."""
 
@@ -47,10 +66,16 @@ class Diagnosis:
     verdict: Verdict
     named: Candidate | None = None
     effect_class: list[str] = field(default_factory=list)
+    class_correlation: dict[str, float] = field(default_factory=dict)
+    """Largest canonical correlation of each with the first of the class, beside the model."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
+    described: Candidate | None = None
+    """The product of parts that explains what no known effect does."""
     description: str | None = None
     next_measurement: str | None = None
+    next_measurement_kind: str | None = None
+    """Its short name, for programs: one of ``arctrue simulate --further``."""
     noise_arcsec: dict[str, float] = field(default_factory=dict)
     residual_rms_arcsec: dict[str, float] = field(default_factory=dict)
     lack_of_fit: dict[str, float] = field(default_factory=dict)
@@ -91,7 +116,7 @@ def diagnose(
     }
     for name, kind in [*absent.items(), *repeatable.items()]:
         effect = kind()
-        lacking = effect.missing(observations)
+        lacking = effect.missing(observations) or _on_an_arc(effect, observations)
         if lacking:
             result.untestable[name] = lacking
             continue
@@ -105,8 +130,35 @@ def diagnose(
     progress("checking on held-out rows")
     _hold_out(result, base)
     _rank(result)
-    _decide(result, residuals, effects, matters_counts)
+    _decide(result, residuals, matters_counts)
+    progress("fitting every row")
+    _sharpen(result)
     return result
+
+
+def _sharpen(result: Diagnosis) -> None:
+    """What the verdict rests on: search parameters refined, and fitted to every row."""
+    chosen = [] if result.described is None else [result.described]
+    if result.effect_class:
+        chosen.append(result.candidates[0])
+    for item in chosen:
+        item.solution = on_every_row(refined(item.solution))
+        item.nonlinear = item.solution.terms[-1].nonlinear
+
+
+def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
+    """What lacks to orders of which not one goes through a period on the arc of the reference.
+
+    They are then a slow curve, as a drift is, and say nothing of the disc.
+    """
+    rows = observations.reference
+    if observations.capture is not None or rows is None or effect.search:
+        return []
+    orders = effect.disc_orders({})
+    arc_rad = float(np.ptp(rows.target_rad))
+    if not orders or max(orders) * arc_rad >= 2.0 * np.pi:
+        return []
+    return ["stations over one period of its orders"]
 
 
 def _judge_fit(result: Diagnosis, residuals: Residuals) -> None:
@@ -209,11 +261,15 @@ def _correct_for_surrogates(
     result: Diagnosis, random: np.random.Generator, candidates: int, progress: Progress
 ) -> None:
     """Let the noise's own correlation speak where it could decide: the leading candidates."""
-    leading = sorted(result.candidates, key=lambda item: -item.delta_bic)[:1]
-    everything = [*leading, *result.parts[:1]]
+    ranked = sorted(result.candidates, key=lambda item: -item.delta_bic)
+    # The one that would be named is the first that is significant; many columns may put a weak
+    # effect behind others that are nothing.
+    significant = [item for item in ranked if item.p_corrected < SIGNIFICANCE]
+    everything = [*(significant or ranked)[:1], *result.parts[:1]]
     if not everything:
         return
-    best = max(everything, key=lambda item: item.delta_bic)
+    # Not by ΔBIC: what takes most leaves the noise, and no rest of a weak effect in it.
+    best = max(everything, key=lambda item: item.gain)
     for item in everything:
         if item.p_corrected > 0.1:
             continue
@@ -248,19 +304,15 @@ def _rank(result: Diagnosis) -> None:
     result.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
 
 
-def _decide(
-    result: Diagnosis,
-    residuals: Residuals,
-    effects: Mapping[str, type[Effect]],
-    matters_counts: float,
-) -> None:
+def _decide(result: Diagnosis, residuals: Residuals, matters_counts: float) -> None:
     count = result.observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count
     significant = [item for item in result.candidates if item.p_corrected < SIGNIFICANCE]
     result.negligible = [
         item for item in significant if max(item.size_arcsec.values(), default=0.0) < matters
     ]
-    real = [item for item in significant if item not in result.negligible and _holds_out(item)]
+    seen = [item for item in significant if item not in result.negligible and _holds_out(item)]
+    real = [item for item in seen if at_other_speeds(item)]
     parts = [
         item
         for item in result.parts
@@ -269,33 +321,104 @@ def _decide(
         and item.delta_bic > 0.0
         and _holds_out(item)
     ]
-    best = real[0] if real else None
-    if parts and (best is None or parts[0].delta_bic > best.delta_bic + PARTS_ADVANTAGE):
+    best = _large_enough(real)
+    chosen = parts[0] if parts else None
+    if chosen is not None and best is not None and _contains(best, chosen):
+        # More than the product, and all of it: a polygon's faces beside one of their orders.
+        chosen = None
+    ahead = np.inf if chosen is None or best is None else chosen.delta_bic - best.delta_bic
+    if chosen is not None and ahead > PARTS_ADVANTAGE:
         result.verdict = "unknown"
-        chosen = parts[0]
-        result.description = chosen.effect.describe(chosen.parameters())  # type: ignore[attr-defined]
-        result.next_measurement = (
-            "change one condition at a time: " + ", ".join(chosen.effect.parts)  # type: ignore[attr-defined]
-        )
+        _describe(result, chosen)
+        _suggest(result, measurement_for_parts(chosen.effect))  # type: ignore[arg-type]
         return
-    if best is None or best.delta_bic <= 0.0:
+    if best is None and seen:
+        result.verdict = "ambiguous"
+        result.effect_class = [seen[0].name]
+        result.candidates.remove(seen[0])
+        result.candidates.insert(0, seen[0])
+        _suggest(result, AT_ONE_SPEED)
+        return
+    if best is None:
+        if _leaves_too_much(result, matters):
+            result.verdict = "unknown"
         return
     # The named one stands first, whatever negligible ones fit as well.
     result.candidates.remove(best)
     result.candidates.insert(0, best)
-    similar = alike(best, result.candidates[1:], residuals, effects)
+    by_name = {item.name: item for item in result.candidates}
+    similar = alike(best, result.candidates[1:])
     result.effect_class = [best.name, *similar.all_names]
-    if best.lacking_variety or similar.equals:
-        result.verdict = "ambiguous"
-        result.next_measurement = (
-            "; ".join(best.lacking_variety)
-            if best.lacking_variety
-            else best.effect.next_measurement
+    result.class_correlation = {
+        name: float(
+            np.max(canonical_correlations(residuals, best.term, by_name[name].term), initial=0.0)
         )
+        for name in similar.all_names
+    }
+    stranger = chosen if chosen is not None and stands_in(best, chosen) else None
+    if stranger is not None and any(_same(by_name[name], stranger) for name in result.effect_class):
+        stranger = None
+    near_tie = stranger is not None and ahead > -NEAR_TIE
+    if best.lacking_variety or similar.equals or near_tie:
+        result.verdict = "ambiguous"
+        if stranger is not None:
+            _describe(result, stranger)
+        rivals = [by_name[name] for name in similar.equals]
+        if stranger is not None and (near_tie or not rivals):
+            rivals.append(stranger)
+        found = next_measurement(best, rivals or [by_name[name] for name in similar.larger])
+        if found.kind is None and best.lacking_variety:
+            found = measurement_for_variety(best)
+        _suggest(result, found)
         return
     result.verdict = "named"
     result.named = best
-    result.next_measurement = best.effect.next_measurement if similar.all_names else None
+    if similar.larger:
+        _suggest(result, next_measurement(best, [by_name[name] for name in similar.larger]))
+
+
+def _same(best: Candidate, product: Candidate) -> bool:
+    """The product is the effect itself in other words, and not only on this poor set."""
+    alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
+    return alike_here and not best.lacking_variety
+
+
+def _contains(best: Candidate, product: Candidate) -> bool:
+    return stands_in(product, best) and adds(best, product)
+
+
+def _large_enough(real: Sequence[Candidate]) -> Candidate | None:
+    """The first of ``real``, or a larger one around it that adds what is more than chance."""
+    if not real:
+        return None
+    best, rest = real[0], list(real[1:])
+    while rest:
+        larger = [item for item in rest if item.rank > best.rank and stands_in(best, item)]
+        found = next((item for item in larger if adds(item, best)), None)
+        if found is None:
+            break
+        best = found
+        rest.remove(found)
+    return best
+
+
+def _describe(result: Diagnosis, product: Candidate) -> None:
+    result.described = product
+    result.description = product.effect.describe(product.parameters())  # type: ignore[attr-defined]
+
+
+def _suggest(result: Diagnosis, found: NextMeasurement) -> None:
+    result.next_measurement, result.next_measurement_kind = found.words, found.kind
+
+
+def _leaves_too_much(result: Diagnosis, matters_arcsec: float) -> bool:
+    """A lack of fit that matters, and nothing that describes it."""
+    for channel, p_value in result.lack_of_fit.items():
+        noise, left = result.noise_arcsec[channel], result.residual_rms_arcsec[channel]
+        excess = float(np.sqrt(max(left**2 - noise**2, 0.0)))
+        if p_value < LACK_OF_FIT and excess > max(matters_arcsec, LEAST_EXCESS * noise):
+            return True
+    return False
 
 
 def _holds_out(item: Candidate) -> bool:

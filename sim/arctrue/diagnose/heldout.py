@@ -1,4 +1,9 @@
-"""Error on rows that the fit never saw: revolutions of the capture, cycles of the reference."""
+"""Error on rows that the fit never saw, judged by revolutions of the capture, cycles of the
+reference.
+
+Of each revolution a quarter is left out of each fit, another one from turn to turn: every angle
+and every stretch of time stay in the fit, so that a step in the last turn can be known too.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +17,10 @@ from arctrue.effects.base import FitContext
 from arctrue.fit.normal import (
     ChannelSums,
     Matrix,
+    RunningSums,
     Term,
-    capture_block,
-    reference_block,
+    capture_columns,
+    reference_columns,
     row_blocks,
     term_widths,
 )
@@ -22,6 +28,7 @@ from arctrue.fit.solution import solve
 from arctrue.observations import Observations
 
 FOLDS = 4
+SINGLE_TURN_PIECES = 128
 
 
 @dataclass(frozen=True)
@@ -94,7 +101,7 @@ def reference_units(observations: Observations) -> NDArray[np.int64] | None:
 def held_out(terms: Sequence[Term], observations: Observations, context: FitContext) -> HeldOut:
     """Fit without each fold of units, judge on it. Sums are additive: one pass over the rows."""
     widths = term_widths(terms, observations)
-    capture_fold = _folds(capture_units(observations))
+    capture_fold = _capture_folds(observations)
     reference_fold = _folds(reference_units(observations))
     capture_parts = _fold_sums(terms, widths, observations, context, capture_fold, capture=True)
     reference_parts = _fold_sums(
@@ -121,22 +128,20 @@ def held_out(terms: Sequence[Term], observations: Observations, context: FitCont
             continue
         total = np.zeros(int(units.max()) + 1)
         for block in row_blocks(units.size):
-            if channel == "capture":
-                assert observations.capture is not None
-                matrix = capture_block(terms, widths, observations, block, context)
-                measured = observations.capture.difference_arcsec[block]
-                places = [
-                    np.concatenate([item.coefficients, item.run_offsets_arcsec])
+            matrix, run, measured = _block(
+                terms, widths, observations, context, block, capture=channel == "capture"
+            )
+            shared = np.stack([item.coefficients for item in solutions], axis=1)
+            offsets = np.stack(
+                [
+                    item.run_offsets_arcsec
+                    if channel == "capture"
+                    else np.array([item.reference_offset_arcsec])
                     for item in solutions
-                ]
-            else:
-                assert observations.reference is not None
-                matrix = reference_block(terms, widths, observations, block, context)
-                measured = observations.reference.error_arcsec[block]
-                places = [
-                    np.append(item.coefficients, item.reference_offset_arcsec) for item in solutions
-                ]
-            predictions = matrix @ np.stack(places, axis=1)
+                ],
+                axis=1,
+            )
+            predictions = matrix @ shared + offsets[run]
             chosen = predictions[np.arange(measured.size), fold_of[block]]
             total += np.bincount(
                 units[block], weights=(measured - chosen) ** 2, minlength=total.size
@@ -147,6 +152,17 @@ def held_out(terms: Sequence[Term], observations: Observations, context: FitCont
         whole = there & (counts > 0.25 * np.median(counts[there]))
         squares.append(total[whole] / counts[whole])
     return HeldOut(*squares)
+
+
+def _capture_folds(observations: Observations) -> NDArray[np.int64] | None:
+    """Which fit leaves each row out: its quarter of the turn, one further every revolution."""
+    rows = observations.capture
+    if rows is None:
+        return None
+    # In a single turn short pieces, as no other turn has the angles that are left out.
+    pieces = FOLDS if float(np.ptp(rows.angle_rad)) > 3.0 * np.pi else SINGLE_TURN_PIECES
+    piece = np.floor(np.mod(rows.angle_rad / (2.0 * np.pi), 1.0) * pieces).astype(np.int64)
+    return np.asarray((piece + rows.revolution) % FOLDS)
 
 
 def _folds(units: NDArray[np.int64] | None) -> NDArray[np.int64] | None:
@@ -164,31 +180,33 @@ def _fold_sums(
 ) -> list[ChannelSums] | None:
     if fold_of is None:
         return None
-    size = sum(widths) + (observations.runs if capture else 1)
-    gram = np.zeros((FOLDS, size, size))
-    moment, square = np.zeros((FOLDS, size)), np.zeros(FOLDS)
-    count = np.zeros(FOLDS, dtype=np.int64)
+    offsets = observations.runs if capture else 1
+    sums = [RunningSums(sum(widths), offsets) for _ in range(FOLDS)]
     for block in row_blocks(fold_of.size):
-        matrix: Matrix
-        if capture:
-            assert observations.capture is not None
-            matrix = capture_block(terms, widths, observations, block, context)
-            measured = observations.capture.difference_arcsec[block]
-        else:
-            assert observations.reference is not None
-            matrix = reference_block(terms, widths, observations, block, context)
-            measured = observations.reference.error_arcsec[block]
+        matrix, run, measured = _block(terms, widths, observations, context, block, capture=capture)
         for fold in range(FOLDS):
             inside = fold_of[block] == fold
-            chosen, values = matrix[inside], measured[inside]
-            gram[fold] += chosen.T @ chosen
-            moment[fold] += chosen.T @ values
-            square[fold] += float(values @ values)
-            count[fold] += values.size
-    return [
-        ChannelSums(gram[fold], moment[fold], float(square[fold]), int(count[fold]))
-        for fold in range(FOLDS)
-    ]
+            sums[fold].add(matrix[inside], run[inside], measured[inside])
+    return [item.sums() for item in sums]
+
+
+def _block(
+    terms: Sequence[Term],
+    widths: Sequence[int],
+    observations: Observations,
+    context: FitContext,
+    block: slice,
+    *,
+    capture: bool,
+) -> tuple[Matrix, NDArray[np.int64], Matrix]:
+    """Columns, number of the offset, and measured value of a block of rows of one channel."""
+    if capture:
+        matrix, rows = capture_columns(terms, widths, observations, block, context)
+        return matrix, rows.run, rows.difference_arcsec
+    assert observations.reference is not None
+    measured = observations.reference.error_arcsec[block]
+    matrix = reference_columns(terms, widths, observations, block, context)
+    return matrix, np.zeros(measured.size, dtype=np.int64), measured
 
 
 def _without(parts: list[ChannelSums] | None, fold: int) -> ChannelSums | None:

@@ -9,6 +9,9 @@ from arctrue.observations import Observations
 
 Float = NDArray[np.float64]
 
+LARGEST_GAP_STEPS = 8.0
+"""Rows further apart than this, in the run's own steps, have a gap between them."""
+
 
 def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     """Standard deviation of one row, from turn to turn at the same angle within each run.
@@ -29,6 +32,11 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
             continue
         place = np.searchsorted(angle, ahead[there], side="right") - 1
         place = np.minimum(place, angle.size - 2)
+        # Where the part of a long capture has a gap, no row repeats the earlier one.
+        near = angle[place + 1] - angle[place] < LARGEST_GAP_STEPS * np.median(np.diff(angle))
+        there, place = there[near], place[near]
+        if there.size < 16:
+            continue
         fraction = (ahead[there] - angle[place]) / (angle[place + 1] - angle[place])
         later = (1.0 - fraction) * values[place] + fraction * values[place + 1]
         weight = 1.0 + (1.0 - fraction) ** 2 + fraction**2

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.diagnose.parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.diagnose.parts import (
+    Condition,
+    Frame,
+    ProductOfParts,
+    conditions,
+    settling_condition,
+)
 from arctrue.fit.normal import row_blocks
 from arctrue.fit.residuals import Residuals
 from arctrue.observations import Observations
@@ -19,6 +25,11 @@ HIGHEST_ORDER = 30
 """Orders of the angle, in halves, that the parts are tried with."""
 ELECTRICAL_MULTIPLES = (1.0, 2.0)
 SHORTLIST = 8
+LEAST_ARC_RAD = 1.5 * np.pi
+"""A reference run over less than this does not go round the table."""
+SETTLING_STEP = 1.6
+"""A time constant is refined between this many times less and more."""
+SETTLING_ROUNDS = 12
 FRAME_MARGIN = 6.0
 """BIC by which a frame must beat a more natural one: odds of 20 to 1."""
 
@@ -72,6 +83,10 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     if rows.face is not None and rows.faces is not None:
         # Faces see an order n and its alias faces − n alike: the lower one stands for both.
         power[:, orders > rows.faces / 2.0] = 0.0
+    arc = float(np.ptp(rows.target_rad))
+    if arc < LEAST_ARC_RAD:
+        # On an arc, what is less than a period is a slow curve and no order.
+        power[:, orders * arc < 2.0 * np.pi] = 0.0
     return power, weighted.sum(axis=1) ** 2 / scale
 
 
@@ -106,8 +121,11 @@ def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
     )
 
 
-def best_parts(residuals: Residuals) -> list[PartsCandidate]:
-    """The products of parts with the largest gains, best first."""
+def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[PartsCandidate]:
+    """The products of parts with the largest gains, best first.
+
+    ``look_alikes`` keeps those that a simpler condition describes about as well.
+    """
     observations = residuals.observations
     found = conditions(observations)
     places: list[tuple[float, Condition, float | None, bool]] = []
@@ -133,6 +151,7 @@ def best_parts(residuals: Residuals) -> list[PartsCandidate]:
             places += [
                 (float(orders[index, k]), condition, float(_half_orders()[k]), in_reference)
                 for k in best
+                if orders[index, k] > 0.0
             ]
             # A constant of the runs is not in the residuals, which are less their offsets: it is
             # always scored exactly.
@@ -159,25 +178,70 @@ def best_parts(residuals: Residuals) -> list[PartsCandidate]:
             frame_of_head: Frame = "head1" if head == 1 else "head2"
             effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
             scored.append(_scored(residuals, effect, tried))
-    simple = _without_idle_conditions(scored, found)
-    return sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
+    if look_alikes:
+        return _best_of_each(scored)[:SHORTLIST]
+    simple = _without_idle_conditions(scored, found, observations.rows)
+    short = sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
+    refined = [_refined_settling(residuals, item) for item in short[:2]] + short[2:]
+    return sorted(refined, key=lambda item: -(item.gain - 2.0 * item.rank))
+
+
+def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
+    """The best frame and time constant of every condition and wave, best first."""
+    best: dict[tuple[str, ...], PartsCandidate] = {}
+    for item in sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank)):
+        best.setdefault(tuple(item.effect.parts[:-1]), item)
+    return list(best.values())
+
+
+def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
+    """A settling with its time constant moved to the largest gain (golden section in log τ)."""
+    constant = item.effect.condition.time_constant_s
+    if constant is None:
+        return item
+
+    def at(log_constant: float) -> PartsCandidate:
+        condition = settling_condition(float(np.exp(log_constant)), item.effect.condition.each_run)
+        effect = ProductOfParts(
+            condition, item.effect.orders, item.effect.frame, item.effect.electrical_head
+        )
+        return _scored(residuals, effect, item.trials)
+
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    low, high = (np.log(constant) + side * np.log(SETTLING_STEP) for side in (-1.0, 1.0))
+    inner, outer = high - golden * (high - low), low + golden * (high - low)
+    there = [at(inner), at(outer)]
+    for _ in range(SETTLING_ROUNDS):
+        if there[0].gain > there[1].gain:
+            high, outer = outer, inner
+            inner = high - golden * (high - low)
+            there = [at(inner), there[0]]
+        else:
+            low, inner = inner, outer
+            outer = low + golden * (high - low)
+            there = [there[1], at(outer)]
+    return max([item, *there], key=lambda place: place.gain)
 
 
 def _without_idle_conditions(
-    scored: Sequence[PartsCandidate], order: Sequence[Condition]
+    scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
 ) -> list[PartsCandidate]:
-    """Without those that a simpler condition describes about as well: the same wave and frame.
+    """Without those that a simpler condition describes about as well: the same wave.
 
     A settling of an hour is, within a run of a minute, no condition at all.
     """
+
+    def worth(item: PartsCandidate) -> float:
+        return float(item.gain - item.rank * np.log(rows))
+
     kept: list[PartsCandidate] = []
     for item in sorted(scored, key=lambda item: order.index(item.effect.condition)):
-        wave = (item.effect.orders, item.effect.frame, item.effect.electrical_head)
+        wave = (item.effect.orders, item.effect.electrical_head)
         simpler = [
-            other.gain
+            worth(other)
             for other in kept
-            if wave == (other.effect.orders, other.effect.frame, other.effect.electrical_head)
+            if wave == (other.effect.orders, other.effect.electrical_head)
         ]
-        if item.gain > max(simpler, default=-np.inf) + FRAME_MARGIN:
+        if worth(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:
             kept.append(item)
     return kept

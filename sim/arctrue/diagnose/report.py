@@ -67,7 +67,7 @@ def candidate_data(
 
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
     """The whole diagnosis as JSON, schema 1."""
-    parts = result.parts[0].effect.parts if result.verdict == "unknown" and result.parts else []  # type: ignore[attr-defined]
+    parts = [] if result.described is None else result.described.effect.parts  # type: ignore[attr-defined]
     return {
         "schema": 1,
         "model": model,
@@ -79,9 +79,11 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "verdict": result.verdict,
         "named": None if result.named is None else result.named.name,
         "class": result.effect_class,
+        "class_correlation": result.class_correlation,
         "description": result.description,
         "parts": parts,
         "next_measurement": result.next_measurement,
+        "next_measurement_kind": result.next_measurement_kind,
         "data_faults": result.faults,
         "negligible": [item.name for item in result.negligible],
         "cannot_be_tested": result.untestable,
@@ -106,6 +108,13 @@ def sentences(result: Diagnosis) -> list[str]:
         said.append(_compensation(result.named))
     elif result.verdict == "ambiguous":
         said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
+        if result.description is not None:
+            said.append(f"Nor from this, which is in no catalogue: {result.description}.")
+    elif result.description is None:
+        said = [
+            "The model does not fit, and neither an effect nor a product of parts describes what "
+            "is left: see the maps of arctrue compare."
+        ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     if result.next_measurement:

@@ -134,6 +134,8 @@ class Effect(ABC):
     """The main parameters that :meth:`parameters` gives, with their units."""
     depends_on_model: ClassVar[bool] = False
     """The columns depend on the fitted error function, so that the fit iterates."""
+    step_at: ClassVar[tuple[str, str] | None] = None
+    """Search parameters (run, instant) at which the only column steps from 0 to 1."""
     run_level: ClassVar[bool] = False
     """Its size is known from run to run only, so that the runs are the sample."""
 
@@ -237,7 +239,10 @@ class Effect(ABC):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        """The fitted effect as people read it. Default: every coefficient in arcseconds."""
+        """The fitted effect as people read it. Default: every coefficient in arcseconds.
+
+        σ of a search parameter is put in by the fit, which knows the tangents of the columns.
+        """
         names = self.column_names(observations)
         sigma = np.sqrt(np.diag(covariance))
         found = {

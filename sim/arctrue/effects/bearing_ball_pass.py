@@ -92,7 +92,7 @@ class BearingBallPass(Effect):
         )
         difference = mixing @ coefficients
         spread = mixing @ covariance @ mixing.T
-        found = {"order": Parameter(nonlinear["order"], observations.order_resolution, "1")}
+        found = {"order": Parameter(nonlinear["order"], float("nan"), "1")}
         found |= amplitude_and_phase(difference[0], difference[1], spread, "difference_")
         if observations.reference is not None:
             found |= amplitude_and_phase(

@@ -35,6 +35,7 @@ class CountSlip(Effect):
     next_measurement = "a capture across several index passes, with the index counts recorded"
     plausible = "1 to 1,000 counts, often a multiple of 4"
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
+    step_at = ("run", "instant")
     compensation_note = "count again from the index"
     search = (
         SearchParameter("run", "1", 0.0, 1e6, "run in which it happens", integer=True),
@@ -67,7 +68,10 @@ class CountSlip(Effect):
         step = float(coefficients[0])
         found = {
             "run": Parameter(nonlinear["run"], 0.0, "1"),
-            "instant": Parameter(nonlinear["instant"], observations.sample_period_s, "s"),
+            # The step lies somewhere between the last row before it and the first one after.
+            "instant": Parameter(
+                nonlinear["instant"] - 0.5 * observations.sample_period_s, float("nan"), "s"
+            ),
             "step": Parameter(step, sigma, "arcsec"),
         }
         count = observations.count_arcsec

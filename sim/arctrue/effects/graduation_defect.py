@@ -76,7 +76,7 @@ class GraduationDefect(Effect):
     ) -> dict[str, Parameter]:
         sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
         return {
-            "place": Parameter(nonlinear["place"], nonlinear["width"] * 0.1, "deg"),
-            "width": Parameter(nonlinear["width"], nonlinear["width"] * 0.1, "deg"),
+            "place": Parameter(nonlinear["place"], float("nan"), "deg"),
+            "width": Parameter(nonlinear["width"], float("nan"), "deg"),
             "height": Parameter(float(coefficients[0]), sigma, "arcsec"),
         }

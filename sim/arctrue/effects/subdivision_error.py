@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from math import comb
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from arctrue.effects.base import (
     Columns,
@@ -17,6 +21,12 @@ from arctrue.effects.base import (
 )
 from arctrue.effects.harmonics import harmonic_columns, harmonic_names
 from arctrue.observations import CaptureRows, Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.fit.residuals import Residuals
+
+WORTH_P = 0.01
+"""A multiple counts when its four columns take more than this chance gives."""
 
 
 class SubdivisionError(Effect):
@@ -77,6 +87,19 @@ class SubdivisionError(Effect):
             return None
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
         return np.hstack([head1, np.zeros_like(head1)])
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """With the multiples that are there, the third too: large distortions mix."""
+        tried = sorted({*self.integers("multiples"), 3})
+        least = float(chi2.isf(WORTH_P, 4))
+        kept = [
+            multiple
+            for multiple in tried
+            if residuals.score(SubdivisionError(multiples=[multiple]), {}).gain > least
+        ]
+        if not kept:
+            return self, 1.0
+        return SubdivisionError(multiples=kept), float(comb(len(tried), len(kept)))
 
     def lanes(
         self,

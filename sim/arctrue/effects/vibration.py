@@ -28,7 +28,7 @@ class Vibration(Effect):
         "A head's bracket rings, or the floor shakes it, at a fixed frequency. The phase has "
         "nothing to do with the angle and is another one in every run."
     )
-    equation = "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, f found"
+    equation = "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found"
     source = "forced oscillation of one head"
     capture_sees = "a line in time, at the same frequency whatever the speed"
     reference_sees = "scatter"
@@ -50,7 +50,9 @@ class Vibration(Effect):
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
-        phase = 2.0 * np.pi * nonlinear["frequency"] * rows.time_s
+        # From the start of its run: the phase is the run's own anyway.
+        since_s = rows.time_s - rows.run_start_s
+        phase = 2.0 * np.pi * nonlinear["frequency"] * since_s
         runs = rows.runs
         columns = np.zeros((phase.size, 2 * runs))
         index = np.arange(phase.size)
@@ -70,9 +72,8 @@ class Vibration(Effect):
     ) -> dict[str, Parameter]:
         amplitudes = np.hypot(coefficients[0::2], coefficients[1::2])
         sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        duration = observations.longest_run_s
         found = {
-            "frequency": Parameter(nonlinear["frequency"], 0.5 / max(duration, 1e-9), "Hz"),
+            "frequency": Parameter(nonlinear["frequency"], float("nan"), "Hz"),
             "amplitude": Parameter(
                 float(np.sqrt(np.mean(amplitudes**2))),
                 float(np.sqrt(np.mean(sigma**2) / max(amplitudes.size, 1))),

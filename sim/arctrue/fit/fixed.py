@@ -27,7 +27,7 @@ def with_fixed_coefficients(
         raise ValueError(f"expected {shared} coefficients, found {coefficients.size}")
     draft = _solution(terms, observations, FitContext(), widths, coefficients)
     context = context_of(draft)
-    capture = capture_sums(terms, observations, context)
+    capture = capture_sums(terms, observations, context, every_row=True)
     reference = reference_sums(terms, observations, context)
     offsets = np.zeros(observations.runs)
     capture_sigma = reference_sigma = None

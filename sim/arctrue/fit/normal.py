@@ -1,12 +1,13 @@
 """Normal equations of both channels, accumulated over blocks of rows.
 
 Time is linear in the rows, memory does not grow with them: a block's columns live no longer
-than the block.
+than the block. The run offsets are columns of ones that are never written out: their sums are
+sums over the rows of each run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ KEEP_ROWS = 300_000
 UNNAMED = "product_of_parts"
 """Products of parts share a name but not their columns."""
 Matrix = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,47 @@ class ChannelSums:
         return max(float(self.square - explained), 0.0)
 
 
+class RunningSums:
+    """Sums of a channel while its rows come in; ``offsets`` constants follow the columns."""
+
+    def __init__(self, shared: int, offsets: int) -> None:
+        """All zero, for ``shared`` columns and ``offsets`` runs (1 in the reference: a₀)."""
+        self._shared = shared
+        self._offsets = offsets
+        size = shared + offsets
+        self._gram = np.zeros((size, size))
+        self._moment = np.zeros(size)
+        self._square = 0.0
+        self._rows = 0
+
+    def add(self, columns: Matrix, run: Whole, measured: Matrix) -> None:
+        """Rows more: columns (rows, shared), number of the offset and measured value (rows,)."""
+        shared = self._shared
+        self._gram[:shared, :shared] += columns.T @ columns
+        self._gram[shared:, :shared] += sums_by_run(columns, run, self._offsets)
+        self._moment[:shared] += columns.T @ measured
+        self._moment[shared:] += np.bincount(run, measured, self._offsets)
+        places = np.arange(shared, shared + self._offsets)
+        self._gram[places, places] += np.bincount(run, minlength=self._offsets)
+        self._square += float(measured @ measured)
+        self._rows += measured.size
+
+    def sums(self) -> ChannelSums:
+        """What has come in so far."""
+        gram = self._gram.copy()
+        gram[: self._shared, self._shared :] = gram[self._shared :, : self._shared].T
+        return ChannelSums(gram, self._moment.copy(), self._square, self._rows)
+
+
+def sums_by_run(columns: Matrix, run: Whole, runs: int) -> Matrix:
+    """Sums of the rows of each run: shape (runs, columns). Rows of a run lie together."""
+    total = np.zeros((runs, columns.shape[1]))
+    if run.size and columns.shape[1]:
+        starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1])
+        np.add.at(total, run[starts], np.add.reduceat(columns, starts, axis=0))
+    return total
+
+
 def row_blocks(rows: int) -> Iterator[slice]:
     """Slices of at most BLOCK_ROWS rows."""
     for start in range(0, rows, BLOCK_ROWS):
@@ -58,30 +101,52 @@ def term_widths(terms: Sequence[Term], observations: Observations) -> list[int]:
     return [len(term.effect.column_names(observations)) for term in terms]
 
 
-def capture_block(
+def capture_columns(
     terms: Sequence[Term],
     widths: Sequence[int],
     observations: Observations,
     block: slice,
     context: FitContext,
-) -> Matrix:
-    """Columns of all terms, then run offsets, for a block of capture rows.
-
-    Shape (rows, Σ widths + runs).
-    """
+) -> tuple[Matrix, CaptureRows]:
+    """Columns of all terms for a block of capture rows, shape (rows, Σ widths), and the rows."""
     capture = observations.capture
     assert capture is not None
     rows = capture.part(block)
-    count = rows.run.size
-    shared = sum(widths)
-    matrix = np.zeros((count, shared + observations.runs))
+
+    def columns_of(term: Term) -> Matrix | None:
+        return _kept_columns(term, observations, block, rows, context)
+
+    return _side_by_side(terms, widths, rows, columns_of), rows
+
+
+def stored_columns(
+    terms: Sequence[Term], widths: Sequence[int], rows: CaptureRows, context: FitContext
+) -> Matrix:
+    """The same for rows that are not a block of the part that is worked on."""
+
+    def columns_of(term: Term) -> Matrix | None:
+        return term.effect.capture_columns(rows, term.nonlinear, context)
+
+    return _side_by_side(terms, widths, rows, columns_of)
+
+
+def _side_by_side(
+    terms: Sequence[Term],
+    widths: Sequence[int],
+    rows: CaptureRows,
+    columns_of: Callable[[Term], Matrix | None],
+) -> Matrix:
+    if len(terms) == 1:
+        only = columns_of(terms[0])
+        if only is not None:
+            return only
+    matrix = np.zeros((rows.run.size, sum(widths)))
     start = 0
     for term, width in zip(terms, widths, strict=True):
-        columns = _kept_columns(term, observations, block, rows, context)
+        columns = columns_of(term)
         if columns is not None:
             matrix[:, start : start + width] = columns
         start += width
-    matrix[np.arange(count), shared + rows.run] = 1.0
     return matrix
 
 
@@ -105,28 +170,24 @@ def _kept_columns(
     return observations.kept_columns[key]
 
 
-def reference_block(
+def reference_columns(
     terms: Sequence[Term],
     widths: Sequence[int],
     observations: Observations,
     block: slice,
     context: FitContext,
 ) -> Matrix:
-    """Columns of all terms, then the constant a₀, for a block of reference rows.
-
-    Shape (rows, Σ widths + 1).
-    """
+    """Columns of all terms for a block of reference rows: shape (rows, Σ widths)."""
     reference = observations.reference
     assert reference is not None
     rows = reference.part(block)
-    matrix = np.zeros((rows.run.size, sum(widths) + 1))
+    matrix = np.zeros((rows.run.size, sum(widths)))
     start = 0
     for term, width in zip(terms, widths, strict=True):
         columns = term.effect.reference_columns(rows, term.nonlinear, context)
         if columns is not None:
             matrix[:, start : start + width] = columns
         start += width
-    matrix[:, -1] = 1.0
     return matrix
 
 
@@ -135,27 +196,34 @@ def capture_sums(
     observations: Observations,
     context: FitContext,
     keep: NDArray[np.bool_] | None = None,
+    *,
+    every_row: bool = False,
 ) -> ChannelSums | None:
     """Sums over the capture rows; the last columns are the run offsets. None: no capture.
 
-    ``keep`` leaves rows out (held-out error).
+    ``keep`` leaves rows out (held-out error); ``every_row`` goes over the whole of a capture of
+    which only a part is worked on.
     """
     rows = observations.capture
     if rows is None:
         return None
     widths = term_widths(terms, observations)
-    size = sum(widths) + observations.runs
-    gram, moment, square, count = np.zeros((size, size)), np.zeros(size), 0.0, 0
+    sums = RunningSums(sum(widths), observations.runs)
+    stored = observations.stored if every_row else None
+    if stored is not None:
+        for block in row_blocks(stored.size):
+            part = stored.rows(block)
+            sums.add(stored_columns(terms, widths, part, context), part.run, part.difference_arcsec)
+            observations.report(block.stop, stored.size)
+        return sums.sums()
     for block in row_blocks(rows.angle_rad.size):
-        matrix = capture_block(terms, widths, observations, block, context)
-        measured = rows.difference_arcsec[block]
+        matrix, part = capture_columns(terms, widths, observations, block, context)
+        run, measured = part.run, part.difference_arcsec
         if keep is not None:
-            matrix, measured = matrix[keep[block]], measured[keep[block]]
-        gram += matrix.T @ matrix
-        moment += matrix.T @ measured
-        square += float(measured @ measured)
-        count += measured.size
-    return ChannelSums(gram, moment, square, count)
+            kept = keep[block]
+            matrix, run, measured = matrix[kept], run[kept], measured[kept]
+        sums.add(matrix, run, measured)
+    return sums.sums()
 
 
 def reference_sums(
@@ -169,15 +237,11 @@ def reference_sums(
     if rows is None:
         return None
     widths = term_widths(terms, observations)
-    size = sum(widths) + 1
-    gram, moment, square, count = np.zeros((size, size)), np.zeros(size), 0.0, 0
+    sums = RunningSums(sum(widths), 1)
     for block in row_blocks(rows.target_rad.size):
-        matrix = reference_block(terms, widths, observations, block, context)
+        matrix = reference_columns(terms, widths, observations, block, context)
         measured = rows.error_arcsec[block]
         if keep is not None:
             matrix, measured = matrix[keep[block]], measured[keep[block]]
-        gram += matrix.T @ matrix
-        moment += matrix.T @ measured
-        square += float(measured @ measured)
-        count += measured.size
-    return ChannelSums(gram, moment, square, count)
+        sums.add(matrix, np.zeros(measured.size, dtype=np.int64), measured)
+    return sums.sums()

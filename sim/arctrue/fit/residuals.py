@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from arctrue.effects.base import Effect, Nonlinear
 from arctrue.fit.normal import (
     Matrix,
-    capture_block,
-    reference_block,
+    RunningSums,
+    capture_columns,
+    reference_columns,
     row_blocks,
+    sums_by_run,
 )
 from arctrue.fit.solution import Solution
 from arctrue.fit.symmetric import solve_symmetric
@@ -68,15 +70,9 @@ class Residuals:
         """Weighted normal matrix of the model: terms, run offsets, constant."""
         return self._weighted_normal()
 
-    def _model_capture(self, block: slice) -> Matrix:
-        solution = self.solution
-        return capture_block(
-            solution.terms, solution.widths, self.observations, block, solution.context
-        )
-
     def _model_reference(self, block: slice) -> Matrix:
         solution = self.solution
-        return reference_block(
+        return reference_columns(
             solution.terms, solution.widths, self.observations, block, solution.context
         )
 
@@ -97,43 +93,81 @@ class Residuals:
     def _size(self) -> int:
         return self._shared + self.observations.runs + 1
 
-    def _spread_capture(self, matrix: Matrix) -> Matrix:
-        """Columns of the capture's model part in the joint layout."""
-        return np.hstack([matrix, np.zeros((matrix.shape[0], 1))])
-
-    def _spread_reference(self, matrix: Matrix) -> Matrix:
-        runs = np.zeros((matrix.shape[0], self.observations.runs))
-        return np.hstack([matrix[:, :-1], runs, matrix[:, -1:]])
-
     @cached_property
     def _cached_capture(self) -> Matrix | None:
         """The model's capture columns, when they are small enough to keep."""
         rows = self.observations.capture
-        if rows is None or rows.run.size * (self._size) * 8 > KEEP_BYTES:
+        if rows is None or rows.run.size * self._shared * 8 > KEEP_BYTES:
             return None
-        return np.vstack([self._model_capture(block) for block in row_blocks(rows.run.size)])
+        blocks = [self._computed_capture(block) for block in row_blocks(rows.run.size)]
+        return np.vstack(blocks) if blocks else None
+
+    def _computed_capture(self, block: slice) -> Matrix:
+        solution = self.solution
+        return capture_columns(
+            solution.terms, solution.widths, self.observations, block, solution.context
+        )[0]
 
     def _capture_part(self, block: slice) -> Matrix:
+        """Model columns of a block of capture rows; the run offsets are not written out."""
         cached = self._cached_capture
-        return self._model_capture(block) if cached is None else cached[block]
+        return self._computed_capture(block) if cached is None else cached[block]
+
+    def _runs_of(self, block: slice) -> NDArray[np.int64]:
+        assert self.observations.capture is not None
+        return self.observations.capture.run[block]
+
+    def _capture_moment(self, block: slice, values: Matrix) -> Matrix:
+        """Xᵀ·values of a block in the joint layout: terms, run offsets, constant."""
+        two = values[:, np.newaxis] if values.ndim == 1 else values
+        joint = np.concatenate(
+            [
+                self._capture_part(block).T @ two,
+                sums_by_run(two, self._runs_of(block), self.observations.runs),
+                np.zeros((1, two.shape[1])),
+            ]
+        )
+        return joint[:, 0] if values.ndim == 1 else joint
+
+    def _capture_model(self, block: slice, joint: Matrix) -> Matrix:
+        """X·coefficients of a block, coefficients in the joint layout."""
+        offsets = joint[self._shared : -1]
+        return np.asarray(
+            self._capture_part(block) @ joint[: self._shared] + offsets[self._runs_of(block)]
+        )
+
+    def _reference_moment(self, block: slice, values: Matrix) -> Matrix:
+        offsets = np.zeros((self.observations.runs, *values.shape[1:]))
+        own = self._model_reference(block).T @ values
+        return np.concatenate([own, offsets, values.sum(axis=0)[np.newaxis]])
+
+    def _reference_model(self, block: slice, joint: Matrix) -> Matrix:
+        return np.asarray(self._model_reference(block) @ joint[: self._shared] + joint[-1])
 
     def _weighted_normal(self) -> Matrix:
         normal = np.zeros((self._size, self._size))
         capture, reference = self.observations.capture, self.observations.reference
+        runs, shared = self.observations.runs, self._shared
         if capture is not None:
+            sums = RunningSums(shared, runs)
             for block in row_blocks(capture.run.size):
-                matrix = self._spread_capture(self._capture_part(block))
-                normal += matrix.T @ matrix / self.capture_sigma_arcsec**2
+                run = self._runs_of(block)
+                sums.add(self._capture_part(block), run, np.zeros(run.size))
+            normal[:-1, :-1] += sums.sums().gram / self.capture_sigma_arcsec**2
         if reference is not None:
+            sums = RunningSums(shared, 1)
             for block in row_blocks(reference.run.size):
-                matrix = self._spread_reference(self._model_reference(block))
-                normal += matrix.T @ matrix / self.reference_sigma_arcsec**2
-        offsets = np.arange(self._shared, self._shared + self.observations.runs)
+                columns = self._model_reference(block)
+                count = columns.shape[0]
+                sums.add(columns, np.zeros(count, dtype=np.int64), np.zeros(count))
+            places = np.append(np.arange(shared), self._size - 1)
+            normal[np.ix_(places, places)] += sums.sums().gram / self.reference_sigma_arcsec**2
+        offsets = np.arange(shared, shared + runs)
         normal[offsets, offsets] += 1.0 / self.observations.index_sigma_arcsec**2
         if self.solution.held:
             # Coefficients that were not fitted to these rows take nothing from any column.
-            normal[: self._shared] = 0.0
-            normal[:, : self._shared] = 0.0
+            normal[:shared] = 0.0
+            normal[:, :shared] = 0.0
         return normal
 
     @cached_property
@@ -158,25 +192,23 @@ class Residuals:
     ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
         moment = np.zeros(self._size)
         if capture is not None:
+            weight = 1.0 / self.capture_sigma_arcsec**2
             for block in row_blocks(capture.size):
-                model = self._capture_part(block)
-                moment[: model.shape[1]] += model.T @ capture[block] / self.capture_sigma_arcsec**2
+                moment += weight * self._capture_moment(block, capture[block])
         if reference is not None:
+            weight = 1.0 / self.reference_sigma_arcsec**2
             for block in row_blocks(reference.size):
-                spread = self._spread_reference(self._model_reference(block))
-                moment += spread.T @ reference[block] / self.reference_sigma_arcsec**2
+                moment += weight * self._reference_moment(block, reference[block])
         solution = self._inverse @ moment
         if capture is not None:
             left = np.empty_like(capture)
             for block in row_blocks(capture.size):
-                model = self._capture_part(block)
-                left[block] = capture[block] - model @ solution[: model.shape[1]]
+                left[block] = capture[block] - self._capture_model(block, solution)
             capture = left
         if reference is not None:
             left = np.empty_like(reference)
             for block in row_blocks(reference.size):
-                spread = self._spread_reference(self._model_reference(block))
-                left[block] = reference[block] - spread @ solution
+                left[block] = reference[block] - self._reference_model(block, solution)
             reference = left
         return capture, reference
 
@@ -199,9 +231,8 @@ class Residuals:
         if capture is not None and captures is not None:
             weighted_capture = np.zeros((capture.run.size, width))
             for block in row_blocks(capture.run.size):
-                model = self._capture_part(block)
                 columns = effect.capture_columns(capture.part(block), nonlinear, context)
-                projected = -model @ back[: model.shape[1]]
+                projected = -self._capture_model(block, back)
                 if columns is not None:
                     projected = projected + columns
                 weighted_capture[block] = projected / self.capture_sigma_arcsec**2
@@ -209,10 +240,8 @@ class Residuals:
             weighted_reference = np.zeros((reference.run.size, width))
             for block in row_blocks(reference.run.size):
                 columns = self._effect_reference(effect, nonlinear, block)
-                spread = self._spread_reference(self._model_reference(block))
-                weighted_reference[block] = (columns - spread @ back) / (
-                    self.reference_sigma_arcsec**2
-                )
+                projected = columns - self._reference_model(block, back)
+                weighted_reference[block] = projected / self.reference_sigma_arcsec**2
         gains = np.empty(count)
         for index in range(count):
             moment = np.zeros(width)
@@ -232,13 +261,11 @@ class Residuals:
                 columns = effect.capture_columns(capture.part(block), nonlinear, context)
                 if columns is None:
                     break
-                model = self._capture_part(block)
-                cross[: model.shape[1]] += model.T @ columns / self.capture_sigma_arcsec**2
+                cross += self._capture_moment(block, columns) / self.capture_sigma_arcsec**2
         if reference is not None:
             for block in row_blocks(reference.run.size):
                 columns = self._effect_reference(effect, nonlinear, block)
-                spread = self._spread_reference(self._model_reference(block))
-                cross += spread.T @ columns / self.reference_sigma_arcsec**2
+                cross += self._reference_moment(block, columns) / self.reference_sigma_arcsec**2
         return cross
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Score:

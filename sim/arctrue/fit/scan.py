@@ -18,6 +18,8 @@ from arctrue.observations import ReferenceRows
 
 Float = NDArray[np.float64]
 
+LONGEST_WINDOW = 1 << 19
+"""Samples that one transform in time takes, four times as many with its zeros: 16 MB."""
 BEST_PLACES = 4
 """Places of a coarse scan that are scored exactly."""
 DISC_BINS = 1 << 15
@@ -143,7 +145,10 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
     # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
     coarse = [{"order": float(orders[index])} for index in peaks(power, BEST_PLACES)]
     found = scored(effect, residuals, coarse, 2.0 * turns * highest)
-    return _refined(effect, residuals, found, "order", 0.25 / turns)
+    refined = _refined(effect, residuals, found, "order", 0.25 / turns)
+    order = refined[0].nonlinear["order"] if refined else 0.0
+    # Refined into the gap around a whole or half order it would be one of these.
+    return found if abs(2.0 * order - round(2.0 * order)) / 2.0 < resolution else refined
 
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
@@ -156,35 +161,57 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     longest = residuals.observations.longest_run_s
     if longest <= 0.0:
         return []
-    spacing = 0.25 / longest
+    spans = [(start, end) for start, end in spans if end - start >= 16]
+    periods = [float(np.median(np.diff(capture.time_s[start:end]))) for start, end in spans]
+    shortest = min((period for period in periods if period > 0.0), default=0.0)
+    if shortest <= 0.0:
+        return []
+    # A long run is cut into windows, whose powers add like those of the runs.
+    window_s = min(longest, LONGEST_WINDOW * shortest) * (1.0 + 1e-9)
+    spacing = 0.25 / min(longest, window_s)
     total = np.zeros(0)
     bandwidths = 0.0
-    for start, end in spans:
-        times = capture.time_s[start:end]
-        if times.size < 16:
-            continue
-        period = float(np.median(np.diff(times)))
+    for (start, end), period in zip(spans, periods, strict=True):
         if period <= 0.0:
             continue
-        place = np.round((times - times[0]) / period).astype(np.int64)
-        length = int(place.max()) + 1
-        if length > 64 * times.size:
-            continue
-        values = np.bincount(place, weights=residual[start:end], minlength=length)
-        size = int(np.ceil(1.0 / (spacing * period)))
-        power = np.abs(np.fft.rfft(values, max(size, length))) ** 2 * (2.0 / times.size)
-        grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
-        there = np.arange(power.size) / (max(size, length) * period)
-        power = np.interp(grid, there, power)
-        lowest = int(np.ceil(2.0 / (float(times[-1] - times[0]) * spacing)))
-        power[:lowest] = 0.0
-        if power.size > total.size:
-            total = np.concatenate([total, np.zeros(power.size - total.size)])
-        total[: power.size] += power
+        since = capture.time_s[start:end] - capture.time_s[start]
+        cuts = np.searchsorted(since, np.arange(1, int(since[-1] / window_s) + 1) * window_s)
+        for first, last in pairwise([0, *cuts.tolist(), since.size]):
+            if last - first >= 16:
+                power = _window_power(
+                    since[first:last], residual[start + first : start + last], period, spacing
+                )
+                if power.size > total.size:
+                    total = np.concatenate([total, np.zeros(power.size - total.size)])
+                total[: power.size] += power
         bandwidths = max(bandwidths, 0.5 / period)
     coarse = [{"frequency": float(index * spacing)} for index in peaks(total, BEST_PLACES)]
-    found = scored(effect, residuals, coarse, bandwidths * longest)
-    return _refined(effect, residuals, found, "frequency", spacing)
+    trials = bandwidths * longest
+    fine = 0.25 / longest
+    if fine > 0.9 * spacing:
+        return _refined(
+            effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
+        )
+    # Between the frequencies that a window resolves lie those of the whole run.
+    places = [
+        {"frequency": float(frequency)}
+        for place in coarse[:2]
+        for frequency in place["frequency"] + np.arange(-spacing, spacing, 2.0 * fine)
+    ]
+    return _refined(effect, residuals, scored(effect, residuals, places, trials), "frequency", fine)
+
+
+def _window_power(since_s: Float, residual: Float, period: float, spacing: float) -> Float:
+    """Power of one window at the multiples of ``spacing``; what it cannot resolve is zero."""
+    place = np.round((since_s - since_s[0]) / period).astype(np.int64)
+    values = np.bincount(place, weights=residual)
+    size = max(int(np.ceil(1.0 / (spacing * period))), values.size)
+    power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
+    grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
+    power = np.interp(grid, np.arange(power.size) / (size * period), power)
+    lowest = int(np.ceil(2.0 / (float(since_s[-1] - since_s[0]) * spacing)))
+    power[:lowest] = 0.0
+    return np.asarray(power)
 
 
 def _refined(

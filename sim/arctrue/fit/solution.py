@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,9 @@ from arctrue.fit.normal import (
     ChannelSums,
     Matrix,
     Term,
-    capture_block,
+    capture_columns,
     capture_sums,
-    reference_block,
+    reference_columns,
     reference_sums,
     row_blocks,
     term_widths,
@@ -52,6 +53,8 @@ class Solution:
     rank: int
     """Number of combinations of coefficients that the data determine."""
     condition: float
+    every_row: bool = False
+    """The coefficients come from every row of a capture of which only a part is worked on."""
     held: bool = False
     """The coefficients are those of another set: only offsets were fitted to this one."""
 
@@ -69,44 +72,52 @@ class Solution:
 
     def parameters(self) -> list[dict[str, Parameter]]:
         """Of every term, as people read them."""
+        covariance, searched = self._uncertainty
         found = []
         for index, term in enumerate(self.terms):
             part = self.part(index)
-            found.append(
-                term.effect.parameters(
-                    self.coefficients[part],
-                    self.covariance[part, part],
-                    term.nonlinear,
-                    self.observations,
-                )
+            own = term.effect.parameters(
+                self.coefficients[part],
+                covariance[part, part],
+                term.nonlinear,
+                self.observations,
             )
+            for name, sigma in searched[index].items():
+                if name in own:
+                    own[name] = replace(own[name], sigma=sigma)
+            found.append(own)
         return found
+
+    @cached_property
+    def _uncertainty(self) -> tuple[Matrix, list[dict[str, float]]]:
+        from arctrue.fit.search_parameters import joint_uncertainty
+
+        return joint_uncertainty(self)
 
     def capture_prediction_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64]:
         """R₂ − R₁ − α that the model gives for every capture row."""
         rows = self.observations.capture
         assert rows is not None
-        offsets = self.run_offsets_arcsec * (1.0 if with_offsets else 0.0)
-        values = np.concatenate([self.coefficients, offsets])
         total = np.empty(rows.run.size)
         for block in row_blocks(total.size):
-            total[block] = (
-                capture_block(self.terms, self.widths, self.observations, block, self.context)
-                @ values
+            columns, part = capture_columns(
+                self.terms, self.widths, self.observations, block, self.context
             )
+            total[block] = columns @ self.coefficients
+            if with_offsets:
+                total[block] += self.run_offsets_arcsec[part.run]
         return total
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
         """ε that the model gives for every reference row."""
         rows = self.observations.reference
         assert rows is not None
-        values = np.append(self.coefficients, self.reference_offset_arcsec)
         total = np.empty(rows.run.size)
         for block in row_blocks(total.size):
-            total[block] = (
-                reference_block(self.terms, self.widths, self.observations, block, self.context)
-                @ values
+            columns = reference_columns(
+                self.terms, self.widths, self.observations, block, self.context
             )
+            total[block] = columns @ self.coefficients + self.reference_offset_arcsec
         return total
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
@@ -232,10 +243,12 @@ def fit(
     *,
     keep_capture: NDArray[np.bool_] | None = None,
     keep_reference: NDArray[np.bool_] | None = None,
+    every_row: bool = False,
 ) -> Solution:
     """Fit terms whose search parameters are settled; columns that depend on the model iterate.
 
-    ``keep_…`` masks leave rows out. A channel with no row left is left out.
+    ``keep_…`` masks leave rows out. A channel with no row left is left out. ``every_row``: all
+    rows of a long capture, not only the part that the statistics work on.
     """
     present = context or FitContext()
     rounds = 2 if any(term.effect.depends_on_model for term in terms) else 1
@@ -246,12 +259,14 @@ def fit(
             terms,
             observations,
             present,
-            capture=_unless_empty(capture_sums(terms, observations, present, keep_capture)),
+            capture=_unless_empty(
+                capture_sums(terms, observations, present, keep_capture, every_row=every_row)
+            ),
             reference=_unless_empty(reference_sums(terms, observations, present, keep_reference)),
         )
         present = context_of(solution)
     # The next effect is judged with what this model says of ε.
-    return replace(solution, context=present)
+    return replace(solution, context=present, every_row=every_row)
 
 
 def _unless_empty(sums: ChannelSums | None) -> ChannelSums | None:

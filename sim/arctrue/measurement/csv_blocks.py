@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
@@ -23,12 +23,16 @@ from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import WHOLE_COLUMNS
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
+Progress = Callable[[Path, int, int], None]
+"""Told of (file, bytes read, all bytes) after every block."""
 
 BLOCK_BYTES = 8 << 20
 _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", "N/A", "n/a")
-_WHOLE = re.compile(r"[+-]?\d+\Z")
-_FLOAT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\Z")
+_WHOLE = re.compile(r"-?[0-9]+\Z")
+_FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
+LARGEST_NUMBER = 1e12
+"""Of seconds, degrees, arcseconds, °C; beyond it a field is damaged."""
 
 
 @dataclass
@@ -41,6 +45,7 @@ class CsvFile:
     columns: list[str] = field(default_factory=list)
     header: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    progress: Progress | None = None
 
     def __post_init__(self) -> None:
         """Read and check the header."""
@@ -90,16 +95,21 @@ class CsvFile:
         warning.
         """
         cut = self._cut_last_line()
+        if self._may_hold_hexadecimal():
+            self._check_lines()
         rows = 0
+        size = self.path.stat().st_size
         try:
-            for batch in self._batches(cut):
+            for number, batch in enumerate(self._batches(cut), start=1):
+                if self.progress is not None:
+                    self.progress(self.path, min(number * BLOCK_BYTES, size), size)
                 block = {}
                 for name in self.columns:
                     column = batch.column(name)
                     if column.null_count:
                         self._explain()
                     values = column.to_numpy(zero_copy_only=False)
-                    if name not in WHOLE_COLUMNS and not np.isfinite(values).all():
+                    if name not in WHOLE_COLUMNS and not (np.abs(values) <= LARGEST_NUMBER).all():
                         self._explain()
                     block[name] = values
                 rows += batch.num_rows
@@ -180,8 +190,23 @@ class CsvFile:
                 if fields:
                     yield reader.line_num, fields
 
+    def _may_hold_hexadecimal(self) -> bool:
+        """pyarrow reads 0x10 as 16; such a text must not pass for a number."""
+        last = b""
+        with self.path.open("rb") as file:
+            while piece := file.read(BLOCK_BYTES):
+                if b"0x" in (joined := last + piece) or b"0X" in joined:
+                    return True
+                last = piece[-1:]
+        return False
+
     def _explain(self, cause: Exception | None = None) -> NoReturn:
         """Raise the error that names the first bad row and column."""
+        self._check_lines()
+        raise MeasurementError("format", self.path, f"cannot be read: {cause}") from cause
+
+    def _check_lines(self) -> None:
+        """Raise the error of the first line that is wrong, if one is."""
         places = [(self.header.index(name), name) for name in self.columns]
         try:
             for row, fields in self._lines():
@@ -199,7 +224,6 @@ class CsvFile:
                     self._check(fields[place].strip(), row, name)
         except csv.Error as error:
             raise MeasurementError("format", self.path, str(error)) from error
-        raise MeasurementError("format", self.path, f"cannot be read: {cause}") from cause
 
     def _check(self, text: str, row: int, name: str) -> None:
         kind = "a whole number" if name in WHOLE_COLUMNS else "a number"
@@ -227,4 +251,12 @@ class CsvFile:
         if not right:
             raise MeasurementError(
                 "value", self.path, f"expected {kind}, found {text!r}", row=row, column=name
+            )
+        if name not in WHOLE_COLUMNS and abs(float(text)) > LARGEST_NUMBER:
+            raise MeasurementError(
+                "value",
+                self.path,
+                f"{text} is too large; expected a number within ±{LARGEST_NUMBER:g}",
+                row=row,
+                column=name,
             )

@@ -14,6 +14,9 @@ from arctrue.measurement.measurement_set import SCHEMA
 
 FILE_NAME = "measurement.toml"
 
+LARGEST = 2**63
+"""Of any number of the file; NaN is not within it."""
+
 Kind = Literal["text", "whole", "number"]
 
 
@@ -123,7 +126,7 @@ def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
         right = (
             isinstance(value, int if key.kind == "whole" else int | float)
             and not isinstance(value, bool)
-            and math.isfinite(value)
+            and abs(value) <= LARGEST
         )
     if not right:
         raise MeasurementError(

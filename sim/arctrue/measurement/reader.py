@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.measurement.csv_blocks import Columns, CsvFile
+from arctrue.measurement.csv_blocks import Columns, CsvFile, Progress
 from arctrue.measurement.description import Description, read_description
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import (
@@ -25,11 +25,16 @@ from arctrue.measurement.measurement_set import (
 
 
 def read_measurement_set(
-    folder: Path | str, *, capture: bool = True, reference: bool = True
+    folder: Path | str,
+    *,
+    capture: bool = True,
+    reference: bool = True,
+    progress: Progress | None = None,
 ) -> MeasurementSet:
     """Read a whole set; memory is 8 bytes a field and one block of the file.
 
-    ``capture``, ``reference``: False leaves that file unread. Raises MeasurementError.
+    ``capture``, ``reference``: False leaves that file unread. ``progress`` is told how far the
+    reading has come. Raises MeasurementError.
     """
     folder = Path(folder)
     description = read_description(folder)
@@ -42,9 +47,13 @@ def read_measurement_set(
         )
     return MeasurementSet(
         table=Table(**description.values["table"]),
-        capture=_capture(description, capture_path, warnings) if capture and capture_path else None,
+        capture=(
+            _capture(description, capture_path, warnings, progress)
+            if capture and capture_path
+            else None
+        ),
         reference=(
-            _reference(description, reference_path, warnings)
+            _reference(description, reference_path, warnings, progress)
             if reference and reference_path
             else None
         ),
@@ -69,7 +78,13 @@ def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
 def _data_file(description: Description, section: str) -> Path | None:
     name = description.values[section].get("file")
     path = description.path.parent / (name or f"{section}.csv")
-    if path.is_file():
+    try:
+        there = path.is_file()
+    except OSError as error:  # a name that no file can have
+        raise MeasurementError(
+            "value", description.path, f"{section}.file: {error.strerror}: {str(name)[:80]!r}"
+        ) from error
+    if there:
         return path
     if name is not None or section in description.sections:
         raise MeasurementError(
@@ -86,16 +101,20 @@ def _require_for_capture(description: Description) -> None:
             )
 
 
-def _capture(description: Description, path: Path, warnings: list[str]) -> Capture:
+def _capture(
+    description: Description, path: Path, warnings: list[str], progress: Progress | None
+) -> Capture:
     _require_for_capture(description)
-    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL)
+    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress)
     columns = _joined(list(_checked_blocks(file)))
     warnings.extend(file.warnings)
     return Capture(**columns, clock_hz=description.values["capture"].get("clock_hz"))
 
 
-def _reference(description: Description, path: Path, warnings: list[str]) -> Reference:
-    file = CsvFile(path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL)
+def _reference(
+    description: Description, path: Path, warnings: list[str], progress: Progress | None
+) -> Reference:
+    file = CsvFile(path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress)
     columns = _joined(list(_checked_blocks(file)))
     warnings.extend(file.warnings)
     direction = columns.get("direction")

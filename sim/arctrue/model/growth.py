@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from arctrue.diagnose.heldout import held_out
 from arctrue.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.effects.base import Effect
+from arctrue.fit.every_row import capture_figures, on_every_row
 from arctrue.fit.normal import Term
 from arctrue.fit.residuals import Residuals
+from arctrue.fit.search_parameters import refined
 from arctrue.fit.solution import Solution, fit
 from arctrue.model.model import Channels, HistoryStep, Model, ModelEffect
 from arctrue.observations import Observations
@@ -56,9 +58,10 @@ def settle(
 def fitted(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> tuple[Model, Solution]:
-    """The model with everything that the fit found. Raises NotTestableError."""
+    """The model with everything that the fit found, from every row. Raises NotTestableError."""
     terms = settle(model, observations, effects)
-    solution = fit(terms, observations)
+    solution = on_every_row(refined(fit(terms, observations)))
+    terms = list(solution.terms)
     parameters = solution.parameters()
     entries = []
     for index, (entry, term) in enumerate(zip(model.effects, terms, strict=True)):
@@ -100,7 +103,10 @@ def step_of(action: str, effect: str, measurement: str, solution: Solution) -> H
     ):
         if values is None:
             continue
-        rms[channel], peak[channel] = rms_and_peak(values)
+        figures = capture_figures(solution) if channel == "capture" else None
+        rms[channel], peak[channel] = (
+            rms_and_peak(values) if figures is None else (figures.rms_arcsec, figures.peak_arcsec)
+        )
         noise[channel] = noise_of(observations, values)
         if unseen_rms is not None:
             apart[channel] = unseen_rms
@@ -124,20 +130,36 @@ def add_effect(
 ) -> tuple[Model, Solution]:
     """The model with one effect more, fitted, its history longer by what that brought.
 
+    An effect that is there already, and has no search, gets the settings that are given.
     Raises AlreadyThereError, NotTestableError, ValueError for settings.
     """
     entry = ModelEffect(name, settings)
-    effect = entry.effect(effects)
-    if name in model.names() and not effect.search:
-        raise AlreadyThereError(f"the model has {name} already")
+    entries, action = [*model.effects, entry], "add"
+    if name in model.names() and not entry.effect(effects).search:
+        entries, action = _with_settings(model, name, settings), "set"
     history = list(model.history)
     if not history:
         _, before = fitted(model, observations, effects)
         history.append(step_of("fit", ", ".join(model.names()), measurement, before))
-    grown = replace(model, effects=[*model.effects, entry])
-    grown, solution = fitted(grown, observations, effects)
-    history.append(step_of("add", name, measurement, solution))
+    grown, solution = fitted(replace(model, effects=entries), observations, effects)
+    # What was added or changed stands last: the commands show it.
+    history.append(step_of(action, name, measurement, solution))
     return replace(grown, history=history), solution
+
+
+def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
+    """The model's effects, one of them with other settings and at the end.
+
+    Raises AlreadyThereError when that changes nothing.
+    """
+    place = model.names().index(name)
+    before = model.effects[place]
+    changed = {**before.settings, **settings}
+    if changed == before.settings:
+        raise AlreadyThereError(
+            f"the model has {name} already; --set KEY=VALUE changes one of its settings"
+        )
+    return [*model.effects[:place], *model.effects[place + 1 :], ModelEffect(name, changed)]
 
 
 def drop_effect(

@@ -38,7 +38,7 @@ class HistoryStep:
     """What one change of the model brought, on which set."""
 
     action: str
-    """fit, add or drop."""
+    """fit, add, set or drop."""
     effect: str
     measurement: str
     rms_arcsec: Channels

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -146,10 +147,10 @@ def _parameter(path: Path, place: str, entry: object) -> Parameter:
         raise ModelFileError(
             f"{path}: {place}: unknown unit {unit!r}; known are {', '.join(sorted(UNITS))}"
         )
-    sigma = entry.get("sigma", math.nan)
+    sigma = entry.get("sigma")
     return Parameter(
         _number(path, f"{place}: value", entry.get("value")),
-        float(sigma) if isinstance(sigma, int | float) else math.nan,
+        math.nan if sigma is None else _number(path, f"{place}: sigma", sigma),
         unit,
     )
 
@@ -185,7 +186,11 @@ def _step(path: Path, number: int, entry: object) -> HistoryStep:
 
 
 def _number(path: Path, place: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) <= sys.float_info.max
+    ):
         raise ModelFileError(f"{path}: {place}: expected a number, found {value!r}")
     return float(value)
 

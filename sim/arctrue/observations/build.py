@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.observations.observations import ARCSEC_PER_TURN, Observations
-from arctrue.observations.rows import CaptureRows, ReferenceRows
+from arctrue.observations.part import part_of
+from arctrue.observations.rows import ReferenceRows
+from arctrue.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.observations.true_angle import true_angle
 from arctrue.units import RAD_PER_ARCSEC
 
@@ -16,14 +21,20 @@ Integer = NDArray[np.int64]
 
 LARGEST_ERROR_RAD = 0.05
 """A reading farther than this from its target has another zero or other counts."""
+MOST_TURNS = 1_000_000
+"""From the index: farther off, an angle in double precision is worse than a thousandth count."""
+MOST_COUNTS = 2**62 - 1
+"""The difference of two heads then fits into 64 bits."""
 FACE_TOLERANCE_DEG = 0.05
 """A station belongs to a face when it is this near to it."""
 MOVING_STEP_DEG = 1.0
 """Reference rows further apart than this are stations, where the table stands still."""
 
 
-def observations_of(measurement: MeasurementSet) -> Observations:
-    """Observations of a measurement set.
+def observations_of(
+    measurement: MeasurementSet, progress: Callable[[int, int], None] | None = None
+) -> Observations:
+    """Observations of a measurement set; ``progress`` is told of passes over a long capture.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """
@@ -38,9 +49,13 @@ def observations_of(measurement: MeasurementSet) -> Observations:
     faces = facts.faces
     if faces is None and reference is not None:
         faces = reference.faces
+    stored = None if capture is None else _stored_capture(facts, capture, separation, usual)
+    part, whole = (None, None) if stored is None else part_of(stored)
     return Observations(
         title=measurement.title,
-        capture=None if capture is None else _capture_rows(facts, capture, separation, usual),
+        capture=part,
+        stored=whole,
+        progress=progress,
         reference=None
         if reference is None
         else _reference_rows(facts, reference, usual, faces, two_heads=capture is not None),
@@ -52,58 +67,66 @@ def observations_of(measurement: MeasurementSet) -> Observations:
     )
 
 
-def _capture_rows(facts: Table, columns: Capture, separation: float, usual_c: float) -> CaptureRows:
+def _stored_capture(
+    facts: Table, columns: Capture, separation: float, usual_c: float
+) -> StoredCapture:
     if facts.counts_per_rev is None or facts.head_separation_deg is None:
         raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
+    for name, counts in (("1", columns.head1_counts), ("2", columns.head2_counts)):
+        most = min(MOST_TURNS * facts.counts_per_rev, MOST_COUNTS)
+        if max(abs(int(counts.min())), abs(int(counts.max()))) > most:
+            raise ValueError(
+                f"the capture has head{name}_counts more than {MOST_TURNS:,} turns from the index "
+                f"mark at {facts.counts_per_rev} counts a turn; expected counts from the index"
+            )
     count_rad = 2.0 * np.pi / facts.counts_per_rev
-    names, run = np.unique(columns.run, return_inverse=True)
-    reading1 = columns.head1_counts.astype(np.float64) * count_rad
-    apart = (columns.head2_counts - columns.head1_counts).astype(np.float64)
-    difference = apart * count_rad - separation
-    angle = true_angle(reading1, difference, separation)
-    direction, speed, revolution = np.empty(run.size), np.empty(run.size), np.empty(run.size)
-    run_start = np.empty(run.size)
+    run, spans = _runs_in_order(columns.run)
+    runs = int(run.max(initial=-1)) + 1
+    start_s, direction, speed = np.zeros(runs), np.ones(runs), np.zeros(runs)
+    revolution = np.empty(run.size, dtype=np.int32)
     next_revolution = 0
-    for number in range(names.size):
-        inside = np.flatnonzero(run == number)
-        times, counts = columns.time_s[inside], columns.head1_counts[inside]
-        run_start[inside] = times[0]
+    for start, end in spans:
+        number = int(run[start])
+        counts = columns.head1_counts[start:end]
+        start_s[number] = first_s = float(columns.time_s[start])
         travel = float(counts[-1] - counts[0])
-        direction[inside] = 1.0 if travel >= 0.0 else -1.0
-        duration = float(times[-1] - times[0])
-        speed[inside] = travel * count_rad / duration if duration > 0.0 else 0.0
+        direction[number] = 1.0 if travel >= 0.0 else -1.0
+        duration = float(columns.time_s[end - 1]) - first_s
+        speed[number] = travel * count_rad / duration if duration > 0.0 else 0.0
         turns = np.abs(counts - counts[0]) // facts.counts_per_rev
-        revolution[inside] = next_revolution + turns
+        revolution[start:end] = next_revolution + turns
         next_revolution += int(turns.max(initial=0)) + 1
-    return CaptureRows(
-        run=run.astype(np.int64),
-        revolution=revolution.astype(np.int64),
+    reading1 = columns.head1_counts.astype(np.float64)
+    reading1 *= count_rad
+    difference = (columns.head2_counts - columns.head1_counts).astype(np.float64)
+    difference *= count_rad
+    difference -= separation
+    return StoredCapture(
+        table=facts,
+        run=run,
+        revolution=revolution,
         time_s=columns.time_s,
         temperature_c=columns.temperature_c,
-        direction=direction,
-        speed_rad_s=speed,
-        angle_rad=angle,
-        disc1_rad=angle,
-        disc2_rad=angle + separation,
-        line1_rad=reading1,
-        line2_rad=reading1 + difference + separation,
-        electrical1_rad=_electrical(columns.head1_counts, facts),
-        electrical2_rad=_electrical(columns.head2_counts, facts),
-        run_start_s=run_start,
+        head1_counts=columns.head1_counts,
+        head2_counts=columns.head2_counts,
+        angle_rad=true_angle(reading1, difference, separation),
+        run_facts=RunFacts(start_s, direction, speed),
         set_start_s=float(columns.time_s.min()),
-        runs=int(names.size),
         head_separation_rad=separation,
         reference_temperature_c=usual_c,
-        difference_arcsec=difference * (ARCSEC_PER_TURN / (2.0 * np.pi)),
     )
 
 
-def _electrical(counts: Integer | None, facts: Table) -> Float | None:
-    """2π·frac(counts·lines/counts_per_rev), by whole numbers: no count is rounded."""
-    if counts is None or facts.grating_lines is None or facts.counts_per_rev is None:
-        return None
-    within = (counts % facts.counts_per_rev) * facts.grating_lines % facts.counts_per_rev
-    return within.astype(np.float64) * (2.0 * np.pi / facts.counts_per_rev)
+def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
+    """Runs numbered as they come in the file, and where each stretch of one run lies."""
+    edges = np.flatnonzero(np.diff(names)) + 1
+    bounds = [0, *edges.tolist(), names.size]
+    spans = [(start, end) for start, end in pairwise(bounds) if end > start]
+    numbers: dict[int, int] = {}
+    run = np.empty(names.size, dtype=np.int32)
+    for start, end in spans:
+        run[start:end] = numbers.setdefault(int(names[start]), len(numbers))
+    return run, spans
 
 
 def _reference_rows(
@@ -111,7 +134,7 @@ def _reference_rows(
 ) -> ReferenceRows:
     target = np.radians(columns.target_deg)
     run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
-    electrical = _electrical(columns.head1_counts, facts)
+    electrical = electrical_rad(columns.head1_counts, facts)
     if electrical is None and facts.counts_per_rev is not None and facts.grating_lines is not None:
         reading_turns = columns.target_deg / 360.0 + columns.error_arcsec / ARCSEC_PER_TURN
         electrical = 2.0 * np.pi * np.mod(reading_turns * facts.grating_lines, 1.0)
@@ -130,7 +153,7 @@ def _reference_rows(
         # Without a second head nothing ties a high order to the disc (cogging of a motor is fixed
         # to the angle): what repeats, repeats with the angle.
         line_rad=reading if two_heads else angle,
-        face=_faces(faces, columns.target_deg),
+        face=_faces(faces, run, columns.target_deg),
         faces=faces,
         electrical1_rad=electrical,
         teeth=facts.drive_gear_teeth,
@@ -165,13 +188,18 @@ def _run_start(run: Integer, time_s: Float | None) -> Float | None:
     return np.asarray(time_s[first][inverse])
 
 
-def _faces(faces: int | None, target_deg: Float) -> Integer | None:
+def _faces(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
+    """Face of each row; the polygon may be turned on the table from run to run, by part of one."""
     if faces is None or target_deg.size == 0:
         return None
     place = target_deg * (faces / 360.0)
-    offset = float(np.median(place - np.round(place)))
-    face = np.round(place - offset)
-    if np.max(np.abs(place - offset - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
+    names, sizes = np.unique(run, return_counts=True)
+    # A run of a few rows does not tell how it is turned.
+    mountings = [run == name for name in names] if sizes.min() >= faces else [slice(None)]
+    for inside in mountings:
+        place[inside] -= float(np.median(place[inside] - np.round(place[inside])))
+    face = np.round(place)
+    if np.max(np.abs(place - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
         return None
     return face.astype(np.int64) % faces
 

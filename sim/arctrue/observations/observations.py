@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.observations.rows import CaptureRows, ReferenceRows
+from arctrue.observations.stored import StoredCapture
 
 ARCSEC_PER_TURN = 1_296_000.0
 
@@ -21,12 +23,17 @@ class Observations:
 
     title: str
     capture: CaptureRows | None
+    """Every row, or of a long capture the part that searches and statistics work on."""
     reference: ReferenceRows | None
     counts_per_rev: int | None
     grating_lines: int | None
     head_separation_rad: float
     drive_gear_teeth: int | None
     disc_diameter_mm: float | None
+    stored: StoredCapture | None = None
+    """Every row of a capture of which ``capture`` is a part."""
+    progress: Callable[[int, int], None] | None = field(default=None, repr=False, compare=False)
+    """Told of (rows done, all rows) while a fit goes over every row of a long capture."""
     kept_columns: dict[tuple[str, str, int], NDArray[np.float64] | None] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -34,9 +41,21 @@ class Observations:
 
     @property
     def rows(self) -> int:
-        """Rows of both channels together."""
+        """Rows of both channels together, as far as the statistics work on them."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
+
+    def report(self, done: int, total: int) -> None:
+        """Tell how far a pass over every row has come."""
+        if self.progress is not None:
+            self.progress(done, total)
+
+    @property
+    def capture_rows(self) -> int:
+        """Rows of the whole capture."""
+        if self.stored is not None:
+            return self.stored.size
+        return 0 if self.capture is None else self.capture.run.size
 
     @property
     def runs(self) -> int:

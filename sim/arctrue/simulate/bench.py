@@ -158,21 +158,10 @@ class Bench:
         )
 
     def _reference(self, plan: ReferencePlan) -> tuple[Reference, Float]:
-        up = np.linspace(0.0, 360.0, plan.faces, endpoint=False)
-        target_deg: Float = np.tile(np.concatenate([up, up[::-1]]), plan.cycles)
-        rows = np.arange(target_deg.size)
-        direction: Float = np.where(rows // plan.faces % 2 == 0, 1.0, -1.0)
-        plans = [
-            _Stations(
-                rows * np.float64(plan.station_s),
-                rows // (2 * plan.faces),
-                direction,
-                target_deg,
-                0.0,
-            )
-        ]
+        plans = _mountings(plan)
         if plan.moving is not None:
-            plans += _passes(plan, plan.moving, rows.size * plan.station_s)
+            end_s = float(plans[-1].time_s[-1]) + plan.station_s
+            plans += _passes(plan, plan.moving, end_s, int(plans[-1].cycle[-1]) + 1)
         sizes = [item.target_deg.size for item in plans]
         run = np.repeat(np.arange(len(plans)), sizes)
         speed = np.repeat([item.speed_rad_s for item in plans], sizes)
@@ -180,6 +169,7 @@ class Bench:
         cycle = np.concatenate([item.cycle for item in plans])
         direction = np.concatenate([item.direction for item in plans])
         target_deg = np.concatenate([item.target_deg for item in plans])
+        turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
         conditions = Conditions(
             time_s,
@@ -199,8 +189,9 @@ class Bench:
         before = replace(conditions, angle_rad=conditions.angle_rad - speed * old_s)
         reading = self.reading_rad(0, before)
         deviation = reading - conditions.angle_rad
-        face = np.round(target_deg * plan.faces / 360.0).astype(np.int64) % plan.faces
-        stations = Stations(conditions, face)
+        face = np.round(target_deg * plan.faces / 360.0 - turned_faces).astype(np.int64)
+        turned_rad = turned_faces * (2 * np.pi / plan.faces)
+        stations = Stations(conditions, face % plan.faces, turned_rad)
         instrument: Float | float = 0.0
         for cause in self.causes:
             instrument = instrument + cause.instrument_error_rad(stations, deviation)
@@ -231,9 +222,33 @@ class _Stations:
     direction: Float
     target_deg: Float
     speed_rad_s: float
+    turned_faces: float = 0.0
 
 
-def _passes(plan: ReferencePlan, moving: MovingReference, start_s: float) -> list[_Stations]:
+def _mountings(plan: ReferencePlan) -> list[_Stations]:
+    """All cycles over the faces, once for each way in which the polygon is put on the table."""
+    found = []
+    up = np.linspace(0.0, 360.0, plan.faces, endpoint=False)
+    rows = np.arange(2 * plan.faces * plan.cycles)
+    for number, turned_faces in enumerate(plan.turned_faces):
+        # Whole faces leave the stations where they are; a part of one shifts them.
+        shift_deg = (turned_faces - round(turned_faces)) * 360.0 / plan.faces
+        found.append(
+            _Stations(
+                (number * rows.size + rows) * np.float64(plan.station_s),
+                number * plan.cycles + rows // (2 * plan.faces),
+                np.where(rows // plan.faces % 2 == 0, 1.0, -1.0),
+                np.tile(np.concatenate([up, up[::-1]]), plan.cycles) + shift_deg,
+                0.0,
+                turned_faces,
+            )
+        )
+    return found
+
+
+def _passes(
+    plan: ReferencePlan, moving: MovingReference, start_s: float, first_cycle: int
+) -> list[_Stations]:
     found = []
     for number, speed_rad_s in enumerate(moving.speeds_rad_s):
         target_deg = np.linspace(0.0, 360.0, moving.stations, endpoint=False)
@@ -241,7 +256,7 @@ def _passes(plan: ReferencePlan, moving: MovingReference, start_s: float) -> lis
             target_deg = target_deg[::-1]
         passed_rad = np.deg2rad(np.abs(target_deg - target_deg[0]))
         time_s = start_s + 10.0 + passed_rad / abs(speed_rad_s)
-        cycle = np.full(target_deg.size, plan.cycles + number)
+        cycle = np.full(target_deg.size, first_cycle + number)
         direction = np.full(target_deg.size, float(np.sign(speed_rad_s)))
         found.append(_Stations(time_s, cycle, direction, target_deg, speed_rad_s))
         start_s = float(time_s[-1])

@@ -38,6 +38,8 @@ class ReferencePlan:
     cycles: int = 10
     station_s: float = 4.0
     moving: MovingReference | None = None
+    turned_faces: tuple[float, ...] = (0.0,)
+    """By how many faces the polygon is turned on the table, one pass of all cycles each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +88,77 @@ def lean() -> Experiment:
 
 
 def short() -> Experiment:
-    """The full one with a third of the samples: quick to make and to judge."""
-    return replace(full().smaller(SAMPLES // 3, cycles=10), name="short")
+    """The full one with a sixth of the samples: quick to make and to judge."""
+    return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
 
+
+FURTHER_PAUSE_S = 600.0
+FURTHER_TURNS = 30
+FURTHER_SAMPLES = 5
+"""As many samples a turn, in times."""
+FURTHER_WARMER_C = 4.0
+FURTHER_TURNED_FACES = 1.0 / 3.0
+FURTHER_REINDEXED_FACES = 6.0
+
+
+def with_further(experiment: Experiment, kind: str) -> Experiment:
+    """The experiment with one measurement more, at its end.
+
+    The kinds are those that a diagnosis asks for. Raises ValueError for another one, or for one
+    that this experiment cannot have.
+    """
+    if kind not in FURTHER:
+        raise ValueError(f"no further measurement {kind!r}; there are: {', '.join(FURTHER)}")
+    name = f"{experiment.name}+{kind}"
+    if kind in ("reference", "polygon_turned", "polygon_reindexed", "moving_reference"):
+        plan = experiment.reference or ReferencePlan()
+        if kind == "polygon_turned":
+            plan = replace(plan, turned_faces=(*plan.turned_faces, FURTHER_TURNED_FACES))
+        if kind == "polygon_reindexed":
+            # The file has no word for it: a set of its own.
+            plan = replace(plan, turned_faces=(FURTHER_REINDEXED_FACES,))
+        if kind == "moving_reference":
+            plan = replace(plan, moving=MovingReference((SLOW_RAD_S, -SLOW_RAD_S, 3 * SLOW_RAD_S)))
+        return Experiment(name, experiment.runs, plan)
+    if not experiment.runs:
+        raise ValueError(f"a further run {kind!r} needs a capture")
+    return Experiment(
+        name, (*experiment.runs, _further_run(experiment, kind)), experiment.reference
+    )
+
+
+def _further_run(experiment: Experiment, kind: str) -> CaptureRun:
+    first, last = experiment.runs[0], experiment.runs[-1]
+    run = replace(first, start_s=last.start_s + last.duration_s + FURTHER_PAUSE_S)
+    if kind == "speed":
+        return replace(run, speed_rad_s=3 * run.speed_rad_s, duration_s=run.duration_s / 3)
+    if kind == "direction":
+        return replace(run, speed_rad_s=-run.speed_rad_s)
+    if kind == "warm":
+        cold, warm = run.temperature_c
+        return replace(run, temperature_c=(cold + FURTHER_WARMER_C, warm + FURTHER_WARMER_C))
+    if kind == "turns":
+        more = FURTHER_TURNS / TURNS
+        return replace(run, duration_s=run.duration_s * more, samples=round(run.samples * more / 2))
+    if kind == "samples":
+        return replace(run, samples=FURTHER_SAMPLES * run.samples)
+    return run
+
+
+FURTHER = (
+    "speed",
+    "direction",
+    "warm",
+    "again",
+    "turns",
+    "samples",
+    "reference",
+    "polygon_turned",
+    "polygon_reindexed",
+    "moving_reference",
+)
+"""One run more: three times as fast, the other way, warmer, the same after a stop, of more turns,
+with more samples; or a reference run; one more with the polygon turned by a third of a face; the
+same one with the polygon turned by whole faces; a reference on the move."""
 
 EXPERIMENTS = {"full": full, "lean": lean, "short": short}

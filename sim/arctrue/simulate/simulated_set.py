@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
 from arctrue.simulate.bench import Bench
-from arctrue.simulate.experiment import Experiment, MovingReference
+from arctrue.simulate.experiment import Experiment, MovingReference, with_further
 from arctrue.simulate.recipes import RECIPES
 from arctrue.table.effects.base import PhysicalEffect
 from arctrue.table.effects.belt_half_order import BeltPull
@@ -58,11 +58,15 @@ def simulate_set(
     reference_noise_arcsec: float = REFERENCE_NOISE_ARCSEC,
     index_scatter_counts: int = INDEX_SCATTER_COUNTS,
     again: int = 0,
+    further: Sequence[str] = (),
 ) -> SimulatedSet:
     """A table drawn by ``seed`` with all the causes wanted, measured as the experiment says.
 
     ``again`` counts further measurements of the same table: only the noise and the take-off of
     the index differ from the first one, number 0.
+
+    ``further`` names measurements to be made after those of the experiment, on the same table;
+    the runs of the experiment stay the same to the last count.
 
     A latency needs a reference that is read on the move; it is added to the experiment.
     Raises ValueError for a name that no recipe has, or a size that is not positive.
@@ -100,6 +104,9 @@ def simulate_set(
         )
     base = _base_effects(table_random)
     table = RotaryTable(two_heads(), (*base, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC)
+    for kind in further:
+        # After the causes were drawn: they stay those of the experiment itself.
+        experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
     bench = Bench(
         table,

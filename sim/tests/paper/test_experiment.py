@@ -1,9 +1,10 @@
-"""The paper's experiment on a small instrument: 2¹⁷ counts, eight lanes."""
+"""The paper's experiment on a small instrument: 2¹⁷ counts, two orders."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from sim.tests.instrument.sizes import DEPTH, LANES, SAMPLES
 
 from arctrue.instrument import InstrumentError, build
 from arctrue.instrument.revolution import RevolutionSettings
@@ -12,9 +13,9 @@ from arctrue.paper.experiment import ExperimentSettings, run_experiment
 from arctrue.table import DiscEccentricity
 from arctrue.table.rotary_table import DISC_RADIUS_M
 
-LANES, DEPTH = 2, 1536
+ORDERS = 2
 SMALL = RevolutionSettings(
-    interpolation=8, lanes=LANES, capture_depth=DEPTH, samples=1500, orders=2, noise_arcsec=0.1
+    interpolation=8, lanes=LANES, samples=SAMPLES, orders=ORDERS, noise_arcsec=0.1
 )
 
 
@@ -36,7 +37,7 @@ def test_it_corrects_to_the_counts_and_the_orders_that_are_not_applied() -> None
     # After: orders 3 and above have 2.95″ in all, a mean of three has a third of a count of steps.
     left = 2.95 + 0.5 * count + 3 * PUBLISHED.budget.polygon_arcsec
     assert np.abs(result.after.mean_arcsec).max() < left
-    assert result.applied_orders == LANES
+    assert result.applied_orders == ORDERS
     assert result.refused_turns == 0
     assert result.budget.repeatability_arcsec == pytest.approx(
         float(result.after.deviation_arcsec.mean())

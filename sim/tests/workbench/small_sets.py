@@ -45,6 +45,7 @@ def measurement_set(
     electrical: Callable[[Float], Float] | None = None,
     reversal_arcsec: float = 0.0,
     cycles: int = 6,
+    turns: int = TURNS,
     reference: bool = True,
 ) -> MeasurementSet:
     """A capture of ``runs`` runs and a reference run on 24 faces in both directions.
@@ -55,7 +56,8 @@ def measurement_set(
     random = np.random.default_rng(seed)
     columns: dict[str, list[Float]] = {name: [] for name in ("run", "time", "h1", "h2", "warm")}
     for run, (speed_deg, cold, warm, start) in enumerate(RUNS[:runs]):
-        size = SAMPLES_A_TURN * TURNS
+        size = SAMPLES_A_TURN * turns
+        start *= turns / TURNS
         step = np.sign(speed_deg) * 2.0 * np.pi / SAMPLES_A_TURN
         angle = random.uniform(0.0, 2.0 * np.pi) + np.arange(size) * step
         time = start + np.arange(size) * abs(step) / np.radians(abs(speed_deg))

@@ -131,6 +131,29 @@ def test_an_unknown_effect_is_adopted_and_the_error_falls(tmp_path: Path) -> Non
     assert _run("compare", folder, "--model", model).exit_code == 0
 
 
+def test_a_setting_is_changed_by_adding_again(warm_set: Path, tmp_path: Path) -> None:
+    model = tmp_path / "m.toml"
+    first = _run("add", "thermal_eccentricity", warm_set, "--model", model)
+    assert first.exit_code == 0, first.output
+    changed = _run(
+        "add", "graduation_harmonics", warm_set, "--model", model, "--set", "orders=[1, 2, 3]"
+    )
+    assert changed.exit_code == 0, changed.output
+    found = read_model(model)
+    assert sorted(found.names()) == ["graduation_harmonics", "thermal_eccentricity"]
+    place = found.names().index("graduation_harmonics")
+    assert found.effects[place].settings == {"orders": [1, 2, 3]}
+    assert len(found.effects[place].coefficients) == 6
+    assert [step.action for step in found.history] == ["fit", "add", "set"]
+    # Order 5 is there with 0.4″: without it the error rises.
+    assert found.history[-1].rms_arcsec["capture"] > 2.0 * found.history[-2].rms_arcsec["capture"]
+    again = _run(
+        "add", "graduation_harmonics", warm_set, "--model", model, "--set", "orders=[1, 2, 3]"
+    )
+    assert again.exit_code == 2
+    assert "changes one of its settings" in again.output
+
+
 def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
     listed = _run("effects", "--json", tmp_path / "e.json")
     assert listed.exit_code == 0

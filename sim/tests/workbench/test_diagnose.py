@@ -93,11 +93,13 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
+    # 39.75 periods a turn of 12 s: three turns resolve 1/6, so it is no half order.
+    frequency = 39.75 / 12.0
     result = _diagnosis(
         measurement_set(
             runs=1,
             reference=False,
-            head2_only=lambda time, speed: 0.6 * np.cos(2 * np.pi * 3.3 * time),
+            head2_only=lambda time, speed: 0.6 * np.cos(2 * np.pi * frequency * time),
         )
     )
     assert result.verdict == "ambiguous"

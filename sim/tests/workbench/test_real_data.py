@@ -76,6 +76,22 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
     assert all(order % 21 == 0 or order % 36 == 0 for order in found)
 
 
+def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observations) -> None:
+    """Each verdict is added: both families of lines, up and down; at last it says: more is left."""
+    terms, named, orders = [_base()], [], []
+    for _ in range(12):
+        found = diagnose(motor, terms, EFFECTS)
+        if found.named is None:
+            break
+        named.append(found.named.name)
+        orders.append(found.named.nonlinear.get("order"))
+        terms.append(found.named.term)
+    assert found.verdict == "unknown"
+    assert found.description is None
+    assert set(named) == {"high_order_graduation", "hysteresis", "reference_drift"}
+    assert {21.0, 36.0, 42.0, 72.0, 108.0, 126.0, 144.0} == set(orders) - {None}
+
+
 def test_motor_lack_of_fit_is_told_without_repeats(motor: Observations) -> None:
     """No station repeats; order 126 is a lack of fit all the same, and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
@@ -107,3 +123,16 @@ def test_the_worm_takes_the_held_out_error(axis: Observations) -> None:
     assert after is not None
     assert 2.4 < before < 3.2
     assert 0.45 < after < 0.65
+
+
+def test_what_is_left_of_the_axis_gets_no_name(axis: Observations) -> None:
+    """On 9° an order of 30 is three quarters of a period: a slow curve, no property of the axis."""
+    terms = [
+        Term(EFFECTS["reference_drift"](degree=2), {}),
+        Term(EFFECTS["drive_gear_error"](), {}),
+    ]
+    found = diagnose(axis, terms, EFFECTS)
+    assert found.verdict == "unknown"
+    assert found.description is None
+    assert "graduation_harmonics" in found.untestable
+    assert not any(item.effect.orders for item in found.parts)  # type: ignore[attr-defined]

@@ -90,7 +90,9 @@ def test_the_effects_page_is_up_to_date() -> None:
     assert (DOCS / PAGE.name).read_text(encoding="utf-8") == effects_page(), "run make docs"
 
 
-@pytest.mark.parametrize("page", ["tutorial", "own-effect", "real-data", "workbench", "effects"])
+@pytest.mark.parametrize(
+    "page", ["tutorial", "own-effect", "real-data", "workbench", "effects", "blind"]
+)
 def test_links_and_pictures_are_there(page: str) -> None:
     import re
 

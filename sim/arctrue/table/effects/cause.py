@@ -20,6 +20,8 @@ class Stations:
     conditions: Conditions
     face: NDArray[np.int64]
     """Which face of the polygon the autocollimator sees."""
+    turned_rad: NDArray[np.float64] | float = 0.0
+    """By how much the instrument was turned on the table when it was put on."""
 
 
 class Cause(PhysicalEffect):

@@ -25,5 +25,6 @@ class InstrumentEccentricity(Cause):
         self, stations: Stations, deviation_rad: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Angle between the two rays, shape ``(n,)``."""
-        centre = self.offset_m * np.exp(1j * (stations.conditions.angle_rad + self.phase_rad))
+        own_angle = stations.conditions.angle_rad - stations.turned_rad
+        centre = self.offset_m * np.exp(1j * (own_angle + self.phase_rad))
         return np.asarray(np.angle((self.radius_m - centre) / self.radius_m))

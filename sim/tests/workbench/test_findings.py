@@ -1,0 +1,65 @@
+"""What the residual follows: the cause first, what only resembles it as its shadow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.compare.comparison import compare
+from arctrue.compare.findings import ExcessOf, Finding
+from arctrue.effects.registry import built_in
+from arctrue.fit.normal import Term
+from arctrue.fit.solution import fit
+from arctrue.observations.build import observations_of
+
+
+def _findings(**options: object) -> list[Finding]:
+    observations = observations_of(measurement_set(**options))  # type: ignore[arg-type]
+    base = fit([Term(built_in()["graduation_harmonics"](), {})], observations)
+    return compare(base, 1).findings
+
+
+def _warm(disc, temperature, speed):  # type: ignore[no-untyped-def]
+    return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc + 0.7)
+
+
+def test_time_is_the_shadow_of_heat() -> None:
+    found = [item for item in _findings(error=_warm) if item.channel == "capture"]
+    first = found[0]
+    # The warm run is also the late one.
+    assert first.follows in ("temperature × order 1", "time × order 1")
+    assert first.shadow_of is None
+    assert first.share > 0.9
+    assert first.share_beyond == pytest.approx(first.share)
+    shadows = {item.follows: item for item in found if item.shadow_of == first.follows}
+    other = ({"temperature × order 1", "time × order 1"} - {first.follows}).pop()
+    assert shadows[other].share > 0.8
+    assert shadows[other].share_beyond < 0.05
+    assert "resembles it" in shadows[other].text
+
+
+def test_two_causes_both_stand_by_themselves() -> None:
+    found = _findings(
+        error=_warm, electrical=lambda phase: 0.8 * np.cos(phase + 0.3), reference=False
+    )
+    alone = {item.follows: item for item in found if item.shadow_of is None}
+    assert any("× order 1" in name for name in alone)
+    phases = [item for name, item in alone.items() if name.startswith("electrical phase")]
+    assert phases
+    # Neither takes the other's share: together no more than everything.
+    assert sum(item.share_beyond for item in alone.values()) < 1.1
+    # 0.8″ in each head is 0.64 arcsec² in the difference; the heat 1.9″ in one run of four.
+    assert all(item.share_beyond > 0.1 for item in phases)
+
+
+def test_nothing_beyond_chance_is_no_finding() -> None:
+    assert _findings() == []
+
+
+def test_share_of_the_excess() -> None:
+    # Noise 3, whole 5: the excess is 16 of 25.
+    assert ExcessOf(100, 5.0, 4.0).share(0.32) == pytest.approx(0.5)
+    # An effect that does not repeat is no excess over the repeats: the whole counts.
+    assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
+    assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0

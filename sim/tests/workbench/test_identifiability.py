@@ -1,0 +1,130 @@
+"""What a set can tell: undetermined coefficients, look-alikes, smallest effects that it shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import (
+    CAPTURE_NOISE,
+    RUNS,
+    SAMPLES_A_TURN,
+    TURNS,
+    measurement_set,
+)
+
+from arctrue.diagnose.parts import ALWAYS, ProductOfParts
+from arctrue.effects.registry import built_in
+from arctrue.fit.identifiability import identifiability, needed_gain
+from arctrue.fit.likeness import canonical_correlations
+from arctrue.fit.normal import Term
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.solution import fit
+from arctrue.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _graduation(**settings: object) -> Term:
+    return Term(EFFECTS["graduation_harmonics"](**settings), {})
+
+
+def test_blind_order_and_unseparable_motion_are_told() -> None:
+    alone = observations_of(measurement_set(runs=1, reference=False))
+    told = identifiability(fit([_graduation(orders=[1, 2, 120])], alone))
+    assert told.undetermined == ["graduation_harmonics: cos 120", "graduation_harmonics: sin 120"]
+    assert told.rank == 4 + 1
+    motion = Term(EFFECTS["radial_error_motion"](orders=[2]), {})
+    # Without a reference the difference alone shows two of the six columns of order 2.
+    told = identifiability(fit([_graduation(orders=[1, 2]), motion], alone))
+    assert any("2" in name for name in told.undetermined)
+    both = observations_of(measurement_set())
+    assert identifiability(fit([_graduation()], both)).undetermined == []
+
+
+def test_weak_orders_are_the_weakest() -> None:
+    told = identifiability(fit([_graduation()], observations_of(measurement_set(reference=False))))
+    # Order 11 is amplified 19 times at 33°, orders 10 and 12 five times.
+    assert {name.split()[-1] for name in list(told.weakest)[:2]} == {"11"}
+    sigma = next(iter(told.weakest.values()))
+    rows = len(RUNS) * SAMPLES_A_TURN * TURNS
+    expected = np.sqrt(2.0 / rows * 2.0 * (CAPTURE_NOISE**2 + 0.0772**2 / 12.0)) / abs(
+        np.exp(11j * np.radians(33.0)) - 1.0
+    )
+    assert sigma == pytest.approx(expected, rel=0.05)
+
+
+def test_half_a_turn_correlates_what_a_turn_keeps_apart() -> None:
+    made = measurement_set(runs=1, reference=False)
+    assert made.capture is not None
+    half = {
+        name: getattr(made.capture, name)[: SAMPLES_A_TURN // 2]
+        for name in ("run", "time_s", "head1_counts", "head2_counts", "temperature_c")
+    }
+    cut = observations_of(replace(made, capture=replace(made.capture, **half)))
+    orders = [1, 2, 3, 4]
+    assert identifiability(fit([_graduation(orders=orders)], cut)).correlated
+    whole = observations_of(made)
+    assert not identifiability(fit([_graduation(orders=orders)], whole)).correlated
+
+
+def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -> None:
+    absent = {"hysteresis": EFFECTS["hysteresis"]}
+    base = fit([_graduation()], observations_of(measurement_set(runs=1, cycles=2)))
+    smallest = identifiability(base, absent).smallest_arcsec["hysteresis"]["reference"]
+    needed = needed_gain(1, 1)
+    # One column at 1 %: z of 2.576 for the threshold and 1.645 for the power.
+    assert needed == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
+    found = {1.0: 0, 0.4: 0}
+    for size in found:
+        for seed in range(25):
+            # ± half the reversal in the two directions: its RMS is half of it.
+            made = measurement_set(
+                runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
+            )
+            residuals = Residuals(fit([_graduation()], observations_of(made)))
+            found[size] += residuals.score(EFFECTS["hysteresis"](), {}).gain > 6.635
+    # 95 % of 25 is 23.75; fewer than 20 has a chance of 1 in 3,000. At 0.4 of it 19 % are expected.
+    assert found[1.0] >= 20
+    assert found[0.4] <= 14
+
+
+def test_canonical_correlations_against_numpy() -> None:
+    observations = observations_of(measurement_set(runs=2, reference=False))
+    model = [_graduation(orders=[1, 2])]
+    residuals = Residuals(fit(model, observations))
+    rows = observations.capture
+    assert rows is not None
+    first = Term(ProductOfParts(ALWAYS, (3.0,), "head2"), {})
+    second = Term(ProductOfParts(ALWAYS, (2.9, 4.0), "head2"), {})
+    found = canonical_correlations(residuals, first, second)
+
+    base = np.hstack(
+        [
+            EFFECTS["graduation_harmonics"](orders=[1, 2]).capture_columns(
+                rows, {}, residuals.solution.context
+            ),
+            np.eye(2)[rows.run],
+        ]
+    )
+    bases = []
+    for orders in ((3.0,), (2.9, 4.0)):
+        waves = [wave(k * rows.angle_rad) for k in orders for wave in (np.cos, np.sin)]
+        columns = np.stack(waves, axis=1)
+        columns = columns - base @ np.linalg.lstsq(base, columns, rcond=None)[0]
+        bases.append(np.linalg.qr(columns)[0])
+    expected = np.linalg.svd(bases[0].T @ bases[1], compute_uv=False)
+    # The offsets of the runs are held by the index, not free: a difference of 1 in 10⁴.
+    np.testing.assert_allclose(found, expected, atol=2e-3)
+    assert 0.3 < found[0] < 0.999
+
+
+def test_an_effect_is_wholly_like_itself_and_unlike_another_order() -> None:
+    residuals = Residuals(fit([_graduation(orders=[1])], observations_of(measurement_set(runs=1))))
+    three, five = (Term(ProductOfParts(ALWAYS, (k,), "disc"), {}) for k in (3.0, 5.0))
+    np.testing.assert_allclose(canonical_correlations(residuals, three, three), 1.0, atol=1e-6)
+    assert np.max(canonical_correlations(residuals, three, five)) < 0.1
+    inside = Term(ProductOfParts(ALWAYS, (1.0,), "disc"), {})
+    # What the model explains has no direction of its own.
+    assert canonical_correlations(residuals, inside, three).size == 0

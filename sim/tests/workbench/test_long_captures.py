@@ -1,0 +1,243 @@
+"""Long captures: searched on a part, fitted to every row, and the same answer as from the whole."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.workbench.small_sets import RUNS, SAMPLES_A_TURN, measurement_set, paper_error
+
+from arctrue.cli import _progress, main
+from arctrue.diagnose.data_faults import data_faults
+from arctrue.diagnose.diagnosis import diagnose
+from arctrue.effects.registry import built_in
+from arctrue.fit import scan
+from arctrue.fit.every_row import capture_figures, on_every_row
+from arctrue.fit.normal import BLOCK_ROWS, RunningSums, Term
+from arctrue.fit.residuals import Residuals
+from arctrue.fit.solution import fit
+from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.model.growth import fitted
+from arctrue.model.model import Model, ModelEffect
+from arctrue.model.model_file import read_model
+from arctrue.observations import Observations, part
+from arctrue.observations.build import observations_of
+
+EFFECTS = built_in()
+TURNS = 12
+ROWS = len(RUNS) * TURNS * SAMPLES_A_TURN
+LIMIT = 20_000
+"""Of 57,600 rows: two pairs of turns of each run."""
+
+
+def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+    return paper_error(disc, temperature, speed) + 0.2 * (temperature - 20.0) * np.cos(disc + 0.7)
+
+
+@pytest.fixture(scope="module")
+def warm() -> MeasurementSet:
+    return measurement_set(_warm_error, turns=TURNS)
+
+
+@pytest.fixture
+def in_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part, "MOST_ROWS", LIMIT)
+
+
+def _graduation() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](), {})
+
+
+def _within_sigma(first: dict[str, object], other: dict[str, object]) -> None:
+    for name, item in first.items():
+        there = other[name]
+        # Part and whole share rows: they differ by less than the part's own uncertainty says.
+        assert abs(item.value - there.value) < 4.0 * max(item.sigma, there.sigma), name  # type: ignore[attr-defined]
+
+
+def test_the_part_is_whole_turns_of_every_run(warm: MeasurementSet, in_part: None) -> None:
+    observations = observations_of(warm)
+    rows = observations.capture
+    assert rows is not None
+    assert observations.stored is not None
+    assert observations.capture_rows == ROWS
+    assert 0.9 * LIMIT < rows.run.size <= LIMIT
+    assert set(np.unique(rows.run)) == set(range(len(RUNS)))
+    _, counts = np.unique(rows.revolution, return_counts=True)
+    # The angle of a first sample decides whether a turn of noise-free steps has one row more.
+    assert np.all(np.abs(counts - SAMPLES_A_TURN) <= 1)
+    again = observations_of(warm).capture
+    assert again is not None
+    np.testing.assert_array_equal(rows.time_s, again.time_s)
+
+
+def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet) -> None:
+    whole = fit([_graduation()], observations_of(warm))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(part, "MOST_ROWS", LIMIT)
+        observations = observations_of(warm)
+    searched = fit([_graduation()], observations)
+    streamed = on_every_row(searched)
+    assert streamed.every_row
+    np.testing.assert_allclose(streamed.coefficients, whole.coefficients, atol=1e-7)
+    np.testing.assert_allclose(streamed.covariance, whole.covariance, rtol=1e-5, atol=1e-12)
+    figures, expected = capture_figures(streamed), capture_figures(whole)
+    assert figures is not None
+    assert expected is not None
+    assert figures.rows == expected.rows
+    assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-9)
+    assert figures.peak_arcsec == pytest.approx(expected.peak_arcsec, rel=1e-9)
+    sigma = np.sqrt(np.diag(searched.covariance))
+    away = (searched.coefficients - whole.coefficients) / sigma
+    # Heat is not in this model, so that the residual is no white noise; it is a part all the same.
+    assert np.sqrt(np.mean(away**2)) < 2.0
+
+
+def test_verdict_and_values_of_a_part_are_those_of_the_whole(warm: MeasurementSet) -> None:
+    found = []
+    for limit in (10**9, LIMIT):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(part, "MOST_ROWS", limit)
+            observations = observations_of(warm)
+        result = diagnose(observations, [_graduation()], EFFECTS)
+        assert result.verdict == "named"
+        assert result.named is not None
+        found.append((result.named.name, result.named.parameters()))
+    assert found[0][0] == found[1][0] == "thermal_eccentricity"
+    _within_sigma(found[0][1], found[1][1])  # type: ignore[arg-type]
+
+
+def _with_slip(row: int, counts: int) -> MeasurementSet:
+    made = measurement_set(turns=TURNS)
+    capture = made.capture
+    assert capture is not None
+    heads = capture.head2_counts.copy()
+    end = (row // (TURNS * SAMPLES_A_TURN) + 1) * TURNS * SAMPLES_A_TURN
+    heads[row:end] += counts
+    return replace(made, capture=replace(capture, head2_counts=heads))
+
+
+def test_a_slip_between_the_stretches_is_found_at_its_row(in_part: None) -> None:
+    made = _with_slip(20_000, 16)
+    assert made.capture is not None
+    observations = observations_of(made)
+    assert observations.capture is not None
+    instant = made.capture.time_s[20_000]
+    run_times = observations.capture.time_s[observations.capture.run == 1]
+    assert np.min(np.abs(run_times - instant)) > 1.0, "the part must not hold the slip itself"
+    model = Model([ModelEffect("graduation_harmonics"), ModelEffect("count_slip")])
+    grown, _ = fitted(model, observations, EFFECTS)
+    assert grown.effects[1].search == {"run": 1.0, "instant": instant}
+    assert grown.effects[1].parameters["counts"].value == pytest.approx(16.0, abs=0.2)
+
+
+def test_a_fault_that_the_part_does_not_show_is_told(in_part: None) -> None:
+    made = measurement_set(turns=TURNS)
+    assert made.capture is not None
+    assert data_faults(observations_of(made)) == []
+    heads1, heads2 = made.capture.head1_counts.copy(), made.capture.head2_counts.copy()
+    heads1[20_000:28_800] += 50_000
+    heads2[20_000:28_800] += 50_000
+    broken = replace(made.capture, head1_counts=heads1, head2_counts=heads2)
+    found = data_faults(observations_of(replace(made, capture=broken)))
+    assert len(found) >= 1
+    assert "run 1" in found[0]
+    assert "row 20000" in found[0]
+
+
+def test_a_vibration_is_found_window_by_window(
+    monkeypatch: pytest.MonkeyPatch, in_part: None
+) -> None:
+    """Windows of 9 s in runs of 144 s, of which a part is kept."""
+    monkeypatch.setattr(scan, "LONGEST_WINDOW", 900)
+    made = measurement_set(
+        turns=TURNS,
+        runs=2,
+        reference=False,
+        head2_only=lambda time, speed: 0.1 * np.cos(2.0 * np.pi * 7.3123 * time),
+    )
+    observations = observations_of(made)
+    assert observations.stored is not None
+    found = EFFECTS["vibration"]().scan(Residuals(fit([_graduation()], observations)))
+    # A tenth of what the run resolves: 1/144 s.
+    assert found[0].nonlinear["frequency"] == pytest.approx(7.3123, abs=0.0007)
+
+
+def test_run_offsets_that_are_not_written_out_sum_like_columns() -> None:
+    random = np.random.default_rng(3)
+    rows, shared, runs = 500, 4, 7
+    columns, measured = random.normal(size=(rows, shared)), random.normal(size=rows)
+    run = np.sort(random.integers(0, runs - 1, rows))
+    sums = RunningSums(shared, runs)
+    for block in (slice(0, 123), slice(123, 123), slice(123, rows)):
+        sums.add(columns[block], run[block], measured[block])
+    design = np.hstack([columns, np.eye(runs)[run]])
+    found = sums.sums()
+    np.testing.assert_allclose(found.gram, design.T @ design, atol=1e-9)
+    np.testing.assert_allclose(found.moment, design.T @ measured, atol=1e-9)
+    assert found.square == pytest.approx(float(measured @ measured))
+    assert found.rows == rows
+
+
+def _many_runs(runs: int) -> Observations:
+    made = measurement_set(turns=TURNS, runs=1, reference=False)
+    assert made.capture is not None
+    run = np.arange(made.capture.run.size) * runs // made.capture.run.size
+    return observations_of(replace(made, capture=replace(made.capture, run=run)))
+
+
+def test_many_short_runs_all_stay_in_the_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part, "MOST_ROWS", 6_000)
+    observations = _many_runs(20)
+    assert observations.capture is not None
+    _, counts = np.unique(observations.capture.run, return_counts=True)
+    assert counts.size == 20
+    assert counts.min() >= part.LEAST_ROWS_A_RUN
+    solution = on_every_row(fit([_graduation()], observations))
+    assert solution.run_offsets_arcsec.size == 20
+
+
+def test_dense_turns_are_thinned_evenly() -> None:
+    # 2 turns of 100,000 rows: no pair of whole turns fits, one in eight rows of them does.
+    revolution = np.repeat([0, 1], 100_000).astype(np.int32)
+    pieces = part._stretches(revolution, 0, 25_000, np.random.default_rng(1))
+    assert pieces == [(0, 200_000, 8)]
+
+
+def test_progress_of_a_pass_is_told(warm: MeasurementSet, in_part: None) -> None:
+    told: list[tuple[int, int]] = []
+    observations = observations_of(warm, progress=lambda done, total: told.append((done, total)))
+    on_every_row(fit([_graduation()], observations))
+    rows = observations.capture_rows
+    assert told[-1] == (rows, rows)
+    assert len(told) == -(-rows // BLOCK_ROWS)
+
+
+def test_the_command_judges_all_rows_and_tells_how_far_it_is(
+    warm: MeasurementSet, tmp_path: Path, in_part: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_progress, "SECONDS_BETWEEN_LINES", -1.0)
+    monkeypatch.setattr(_progress, "LONG_FILE_BYTES", 0)
+    write_measurement_set(tmp_path / "set", warm)
+    out, model = tmp_path / "c.json", tmp_path / "m.toml"
+    added = CliRunner().invoke(
+        main, ["add", "thermal_eccentricity", str(tmp_path / "set"), "--model", str(model)]
+    )
+    assert added.exit_code == 0, added.output
+    done = CliRunner().invoke(
+        main,
+        ["compare", str(tmp_path / "set"), "--model", str(model), "--no-fit", "--json", str(out)],
+    )
+    assert done.exit_code == 0, done.output
+    assert "reading capture.csv: 100% of" in done.stderr
+    assert f"comparing: 100% of {ROWS:,} rows" in done.stderr
+    channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
+    assert channel["rows"] == ROWS
+    # The stored figures are of every row as well, and of the same coefficients.
+    assert read_model(model).history[-1].rms_arcsec["capture"] == pytest.approx(
+        channel["rms_arcsec"], rel=1e-6
+    )
