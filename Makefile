@@ -38,7 +38,7 @@ build/generated/.made: scripts/generate.py rtl/formats/number_formats_pkg.vhd $(
 	$(VENV)/python scripts/generate.py
 	@touch $@
 
-demo: generate ## the main job: simulated table, VHDL in GHDL, the firmware's C, error before and after
+demo: generate ## the main job: calibration in GHDL; beside it a hidden effect at full scale, named and corrected
 	$(VENV)/arctrue demo
 
 test: generate lint ## every check and test; JUnit report in build/reports/
@@ -63,7 +63,8 @@ docs: generate ## write entity pages, registers, formats and pictures anew (READ
 	$(VENV)/python -m scripts.make_docs
 	$(VENV)/python -m scripts.make_effects_page
 	$(VENV)/python -m scripts.make_workbench_pictures
-	@if test -f build/demo/error_before_after.svg; then cp build/demo/error_before_after.svg docs/images/; fi
+	@for picture in error_before_after hidden_effect; do \
+	    if test -f build/demo/$$picture.svg; then cp build/demo/$$picture.svg docs/images/; fi; done
 
 firmware: generate ## the calibrator for the Cortex-A9: ELF, map, size table (BOARD=arty_z7_20: the other board)
 	@$(MAKE) -C firmware BOARD=$(BOARD)

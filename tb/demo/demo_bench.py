@@ -1,4 +1,8 @@
-"""The demo inside the simulator: capture a turn, calibrate, swap, record a corrected turn."""
+"""The demo inside the simulator: the table turns, and the firmware does the rest.
+
+The bench types the settings on the firmware's console and lets its main loop run. It waits, notes
+what the console says, and ends when a corrected turn has been recorded.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +12,26 @@ from pathlib import Path
 import cocotb
 import numpy as np
 from cocotb.handle import HierarchyObject
-from cocotb.triggers import ClockCycles, First, RisingEdge, Timer
+from cocotb.triggers import ClockCycles, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
-from arctrue.demo.calibrate import calibrate_capture
-from arctrue.demo.files import DemoFiles, ProcessorRun
+from arctrue.demo.files import ConsoleLine, DemoFiles, ProcessorRun
 from arctrue.demo.progress import Progress
 from arctrue.demo.settings import DemoSettings
-from arctrue.gateware.register_access import RegisterMap
-from tb.demo.processor import connect
+from tb.firmware.processor import Processor
 
 CLOCK_NS = 10
 BUS_INPUTS = (
     *("awvalid", "awaddr", "awprot", "wvalid", "wdata", "wstrb"),
     *("bready", "arvalid", "araddr", "arprot", "rready"),
 )
+# Without an interrupt the firmware looks at the core this often: on the device its timer wakes it
+# every millisecond, which is longer than a turn of this table.
+LOOKS_A_TURN = 64
+# The output trails the pipeline by a few clocks.
+OUTPUT_CLOCKS = 100
+# The judged turn, and a little more.
+RECORDED_TURNS = 1.01
 
 
 class Clocks:
@@ -41,109 +50,94 @@ class Clocks:
         return round((float(get_sim_time("ns")) - self._start_ns) / CLOCK_NS)
 
 
+class Operator:
+    """Sits at the console, keeps what was typed and told, and says how far things are."""
+
+    def __init__(self, dut: HierarchyObject, files: DemoFiles) -> None:
+        self.clocks = Clocks()
+        self.lines: list[ConsoleLine] = []
+        self._files = files
+        self.stage = "setting up the gateware"
+        self.processor = Processor(dut, self._reading)
+
+    def _reading(self) -> None:
+        self.stage = "firmware: reading a captured turn over AXI while the table turns on"
+
+    async def report(self) -> None:
+        """For ever; to be started beside the test."""
+        while True:
+            Progress(self.stage, self.clocks.now()).write(self._files.progress)
+            await Timer(1000 * CLOCK_NS, "ns")
+
+    def _note(self, text: str, *, typed: bool = False) -> None:
+        clock = self.clocks.now()
+        self.lines += [ConsoleLine(clock, typed, line) for line in text.splitlines()]
+
+    async def type(self, line: str) -> None:
+        self._note(line, typed=True)
+        answer = await self.processor.type(line)
+        self._note(answer)
+        assert answer.splitlines()[-1].startswith("ok"), f"{line!r} was answered {answer!r}"
+
+    async def look(self, pause_clocks: int) -> None:
+        """Once round the firmware's main loop, and asleep until there is a reason to go on."""
+        self._note(await self.processor.work())
+        await self.processor.sleep(pause_clocks * CLOCK_NS)
+
+
+def still_turning(dut: HierarchyObject, operator: Operator) -> None:
+    assert not dut.played_out.value, (
+        f"the edges ran out at: {operator.stage}; the firmware's phase is "
+        f"{operator.processor.phase}, its last line {operator.lines[-1].text!r}"
+    )
+
+
 @cocotb.test()
 async def whole_loop(dut: HierarchyObject) -> None:
     files = DemoFiles(Path(os.environ["ARCTRUE_DEMO_FOLDER"]))
     settings = DemoSettings.read(files.settings)
-    clocks = Clocks()
-    stage = ["setting up the registers"]
-
-    async def report() -> None:
-        while True:
-            Progress(stage[0], clocks.now()).write(files.progress)
-            await Timer(1000 * CLOCK_NS, "ns")
-
-    cocotb.start_soon(report())
-    core = await start(dut, settings)
-
-    await RisingEdge(dut.clock)
-    dut.run.value = 1
-    clocks.start()
-    stage[0] = "the table starts and turns once before both heads"
-    await next_interrupt(dut)
-    ready = clocks.now()
-
-    stage[0] = "reading the capture memory over AXI while the table turns on"
-    capture = await core.read_capture()
-    counts = capture.samples.T.astype(np.int64)
-    np.save(files.capture, counts)
-    raised = {name for name, flag in capture.flags.items() if flag}
-    assert raised == {"index_seen1", "index_seen2"}, f"capture header flags: {sorted(raised)}"
-    await core.command("capture_release")
-
-    stage[0] = "calibrating, writing the coefficients"
-    found = calibrate_capture(counts, settings)
-    await core.write_coefficients(found.coefficients)
-    await core.clear_interrupts()
-    await core.write_raw("interrupt_enable", 0)
-    await core.update("interrupt_enable", ramp_done=1)
-    await core.command("swap")
-    swapped = clocks.now()
-    stage[0] = "banks swapped: the correction fades in"
-    await next_interrupt(dut)
-    # The output trails the pipeline by a few clocks.
-    settled = clocks.now() + 100
-
-    stage[0] = "recording a corrected turn"
-    turn_clocks = settings.counts_per_rev * settings.clocks_per_count
-    await First(Timer((100 + int(1.01 * turn_clocks)) * CLOCK_NS, "ns"), RisingEdge(dut.played_out))
-    end = clocks.now()
-    await check_faults(core)
-    await RisingEdge(dut.clock)
-    dut.run.value = 0
-    await ClockCycles(dut.clock, 3)
-    ProcessorRun(
-        capture_first_clock=ready - (counts.shape[1] - 1) * settings.sample_period_clocks,
-        capture_ready_clock=ready,
-        swap_clock=swapped,
-        settled_clock=settled,
-        end_clock=end,
-        samples=counts.shape[1],
-        orders=found.orders,
-        amplitudes_counts=found.amplitudes_counts,
-        phases_rad=found.phases_rad,
-        uncertainties_counts=found.uncertainties_counts,
-    ).write(files.run)
-
-
-async def start(dut: HierarchyObject, settings: DemoSettings) -> RegisterMap:
-    """Reset the core and set its registers; the table still stands."""
     dut.run.value = 0
     dut.reset.value = 1
     for name in BUS_INPUTS:
         getattr(dut, f"s_axil_{name}").value = 0
     await ClockCycles(dut.clock, 80)
-    core = connect(dut)
+    operator = Operator(dut, files)
+    processor = operator.processor
+    cocotb.start_soon(operator.report())
     dut.reset.value = 0
     await ClockCycles(dut.clock, 5)
-    built = await core.check_identity()
-    assert built["lanes"] == settings.lanes, f"the core has {built['lanes']} lanes"
-    await core.write("counts_per_rev", settings.counts_per_rev)
-    await core.command("rearm")
-    # A re-arm holds the compensation in reset for some clocks.
-    await ClockCycles(dut.clock, 300)
-    assert await core.read("counts_per_rev_active") == settings.counts_per_rev
-    await core.write("sample_period", settings.sample_period_clocks)
-    await core.write("ramp_rate", settings.ramp_rate)
-    await core.write("output_spacing", settings.output_spacing_clocks)
-    await core.update("interrupt_enable", capture_ready=1)
-    # The coefficients are still zero: compensation is on and corrects by nothing.
-    await core.update("control", compensate=1, output_enable=1, capture_enable=1)
-    return core
+    await processor.start()
+    for line in settings.console_commands():
+        await operator.type(line)
+    assert processor.phase == "wait_for_index"
 
+    await RisingEdge(dut.clock)
+    dut.run.value = 1
+    operator.clocks.start()
+    pause = int(settings.counts_per_rev * settings.clocks_per_count / LOOKS_A_TURN)
 
-async def next_interrupt(dut: HierarchyObject) -> None:
-    """Wait until the interrupt line is high; fails when the edges run out first."""
-    if dut.interrupt.value == 1:
-        return
-    await First(RisingEdge(dut.interrupt), RisingEdge(dut.played_out))
-    assert dut.interrupt.value == 1, "the played edges ended before the interrupt came"
-
-
-async def check_faults(core: RegisterMap) -> None:
-    for head in ("head1", "head2"):
-        flags = await core.read_fields(f"{head}.flags")
-        raised = [name for name in ("index_error", "illegal", "overspeed") if flags[name]]
-        assert not raised, f"{head}: sticky flags {', '.join(raised)}"
-    assert not await core.read("status.cannot_keep_up"), "the output could not keep up"
-    assert await core.read("overrun_count") == 0
+    operator.stage = "table: it starts and turns once before both heads"
+    while not processor.swaps:
+        await operator.look(pause)
+        still_turning(dut, operator)
+    np.save(files.capture, processor.core.banks[0].reshape(-1, 2).T.astype(np.int64))
+    operator.stage = "firmware: calibrated and swapped; the correction fades in"
+    while not await processor.settled():
+        await operator.look(pause)
+        still_turning(dut, operator)
+    settled = operator.clocks.now() + OUTPUT_CLOCKS
+    end = settled + int(RECORDED_TURNS * settings.counts_per_rev * settings.clocks_per_count)
+    while operator.clocks.now() < end and not dut.played_out.value:
+        operator.stage = "recording a corrected turn; the firmware goes on watching"
+        await operator.look(pause)
+    end = operator.clocks.now()
+    await operator.type("status")
+    dut.run.value = 0
+    ProcessorRun(
+        settled_clock=settled,
+        end_clock=end,
+        words_moved=processor.core.words_moved,
+        console=operator.lines,
+    ).write(files.run)
+    # GHDL looks for cocotb's finish after a timer only: ended at an edge, it would run for ever.
+    await Timer(3 * CLOCK_NS, "ns")

@@ -3,52 +3,108 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 
+from arctrue.cli.hidden import print_result as print_hidden
+from arctrue.demo.acts import Beside
 from arctrue.demo.judgement import RecordingError
 from arctrue.demo.result import DemoResult
 from arctrue.demo.run import run_demo
+from arctrue.demo.second_act import SecondAct, run_second_act
 from arctrue.demo.settings import DemoSettings
 from arctrue.demo.source_tree import ROOT, DemoError
+from arctrue.hidden_effect.settings import HiddenSettings
+from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
+from arctrue.report.second_act_page import write_second_act_page
+
+FIRST_PAGE = "index.html"
+SECOND_PAGE = "second_act.html"
+SECOND_FOLDER = "second_act"
 
 
-@click.command()
+@click.command(short_help="See the error fall, through the real VHDL and C.")
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
     default=ROOT / "build" / "demo",
     show_default="build/demo",
-    help="Folder of the page and of the files in between.",
+    help="Folder of the pages and of the files in between.",
 )
 @click.option(
     "--lanes",
     type=click.IntRange(1, 64),
     default=DemoSettings().lanes,
     show_default=True,
-    help="Harmonic lanes of the gateware; more take longer.",
+    help="Harmonic lanes of the gateware in the first act; more take longer.",
 )
-def demo(out: Path, lanes: int) -> None:
-    """Run the whole loop: table, edges, VHDL in GHDL, calibration, corrected edges, page.
+@click.option(
+    "--act",
+    type=click.Choice(["1", "2", "both"]),
+    default="both",
+    show_default=True,
+    help="Run one act alone.",
+)
+def demo(out: Path, lanes: int, act: str) -> None:
+    """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
 
-    Ends with exit code 1 when the corrected output is outside the limits, and 2 when the demo
-    cannot run.
+    First act: calibration, in GHDL, at a scale that it can take. Second act, beside it: a hidden
+    effect at full scale, in the compiled gateware, named by the workbench and corrected. Ends
+    with exit code 1 when the corrected output is outside the limits, and 2 when an act cannot run.
     """
-    try:
-        result = run_demo(DemoSettings(lanes=lanes), out.resolve(), click.echo)
-    except (DemoError, RecordingError) as error:
-        click.echo(f"demo: {error}", err=True)
-        sys.exit(2)
-    page = out / "index.html"
-    write_demo_page(result, page)
-    _print_result(result)
-    click.echo(f"\nPage: {page}")
-    if not result.passed:
-        for fault in result.faults:
-            click.echo(f"demo: {fault}", err=True)
-        sys.exit(1)
+    out = out.resolve()
+    beside = None
+    if act != "1":
+        beside = Beside(lambda: run_second_act(HiddenSettings(), out / SECOND_FOLDER, _say("2 | ")))
+    faults: list[str] = []
+    cannot: list[str] = []
+    if act != "2":
+        try:
+            say = _say("1 | " if beside else "")
+            first = run_demo(DemoSettings(lanes=lanes), out, say)
+        except (DemoError, RecordingError) as error:
+            cannot.append(str(error))
+        else:
+            page = out / FIRST_PAGE
+            write_demo_page(first, page, SECOND_PAGE if beside else "")
+            _print_result(first)
+            click.echo(f"\nPage: {page}\n")
+            faults += first.faults
+    if beside is not None:
+        try:
+            second = beside.wait()
+        except InstrumentError as error:
+            cannot.append(f"second act: {error}")
+        else:
+            page = out / SECOND_PAGE
+            write_second_act_page(second, page)
+            _print_second(second)
+            click.echo(f"\nPage: {page}")
+            faults += [f"second act: {fault}" for fault in second.faults]
+    for text in (*cannot, *faults):
+        click.echo(f"demo: {text}", err=True)
+    if cannot or faults:
+        sys.exit(2 if cannot else 1)
+
+
+def _say(prefix: str) -> Callable[[str], None]:
+    def say(text: str) -> None:
+        for line in text.splitlines():
+            click.echo(prefix + line)
+
+    return say
+
+
+def _print_second(act: SecondAct) -> None:
+    click.echo("Second act: a hidden effect")
+    print_hidden(act.result)
+    click.echo(
+        f"{'Within' if act.passed else 'Outside'} the limits; {act.total_s:.0f} s in all, "
+        f"building the instrument included"
+    )
 
 
 def _print_result(result: DemoResult) -> None:
@@ -72,6 +128,13 @@ def _print_result(result: DemoResult) -> None:
     paper = sum(unit.paper_clocks for unit in result.latencies)
     click.echo(f"  {'together':30}{measured:8}{paper:10}")
     click.echo(f"  {'pin to pin':30}{result.pin_to_pin_clocks:8}")
+    click.echo(f"\n{'Firmware':32}{'result':18}{'expected error ″':>16}{'with new ones ″':>18}")
+    for told in result.turns:
+        reason = "" if told.reason == "none" else f", {told.reason.replace('_', ' ')}"
+        click.echo(
+            f"  {f'turn {told.number}':30}{told.result + reason:18}"
+            f"{told.active_arcsec:16.2f}{told.candidate_arcsec:18.2f}"
+        )
     click.echo(
         f"\n{'Within' if result.passed else 'Outside'} the limits; "
         f"{result.clocks_simulated:,} clocks simulated in {result.simulation_s:.0f} s, "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 
@@ -30,12 +30,12 @@ class DemoFiles:
 
     @property
     def capture(self) -> Path:
-        """The capture memory as read, counts (2, n)."""
+        """The first turn that the firmware read, counts (2, n)."""
         return self.folder / "capture.npy"
 
     @property
     def run(self) -> Path:
-        """What the processor did: :class:`ProcessorRun`."""
+        """What the firmware did: :class:`ProcessorRun`."""
         return self.folder / "run.json"
 
     @property
@@ -50,20 +50,24 @@ class DemoFiles:
 
 
 @dataclass(frozen=True, slots=True)
-class ProcessorRun:
-    """What the processor saw and did. Clocks count as those of the played edges."""
+class ConsoleLine:
+    """A line of the firmware's console, at the clock at which it was typed or told."""
 
-    capture_first_clock: int
-    capture_ready_clock: int
-    swap_clock: int
+    clock: int
+    typed: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessorRun:
+    """What the firmware did and said. Clocks count as those of the played edges."""
+
     settled_clock: int
     """The swap's remainder has decayed: from here the output is fully corrected."""
     end_clock: int
-    samples: int
-    orders: list[int] = field(default_factory=list)
-    amplitudes_counts: list[float] = field(default_factory=list)
-    phases_rad: list[float] = field(default_factory=list)
-    uncertainties_counts: list[float] = field(default_factory=list)
+    words_moved: int
+    """Words that the firmware read and wrote over AXI4-Lite."""
+    console: list[ConsoleLine]
 
     def write(self, file: Path) -> None:
         """Write as JSON."""
@@ -72,4 +76,6 @@ class ProcessorRun:
     @classmethod
     def read(cls, file: Path) -> ProcessorRun:
         """Read what :meth:`write` wrote."""
-        return cls(**json.loads(file.read_text(encoding="utf-8")))
+        held = json.loads(file.read_text(encoding="utf-8"))
+        console = [ConsoleLine(**line) for line in held.pop("console")]
+        return cls(**held, console=console)

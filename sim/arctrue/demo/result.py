@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arctrue.demo.files import ConsoleLine
 from arctrue.demo.judgement import TurnError
 from arctrue.demo.settings import DemoSettings
+from arctrue.demo.telemetry import ToldTurn
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,11 @@ class DemoResult:
     index_offset_counts: float
     """How far Z of the output lies from the zero of the corrected angle."""
     harmonics: tuple[LoadedHarmonic, ...]
-    samples: int
+    turns: tuple[ToldTurn, ...]
+    """What the firmware told of each turn; the first is that of the coefficients."""
+    console: tuple[ConsoleLine, ...]
+    words_moved: int
+    """Words that the firmware read and wrote over AXI4-Lite."""
     edges_played: int
     clocks_simulated: int
     simulation_s: float

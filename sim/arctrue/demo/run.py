@@ -26,6 +26,7 @@ from arctrue.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.demo.scene import Scene, build_scene
 from arctrue.demo.settings import DemoSettings
 from arctrue.demo.source_tree import ROOT, DemoError, check_source_tree, child_environment
+from arctrue.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
 
 Say = Callable[[str], None]
@@ -61,7 +62,10 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
         f"an edge of each head every {settings.clocks_per_count:g} clocks"
     )
 
-    say(f"Gateware: building the core with {settings.lanes} lanes for GHDL (LLVM)")
+    say(
+        f"Gateware: building the core with {settings.lanes} lanes for GHDL (LLVM); "
+        f"firmware: compiling its C for this machine"
+    )
     simulating = time.monotonic()
     latency = _start("latency", files)
     _follow(_start("core", files), files, settings, say)
@@ -71,7 +75,10 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
     run = ProcessorRun.read(files.run)
     output = decode_recording(PinEvents.read(files.recorded))
     pin_clocks = pin_to_pin_latency(scene, settings, output)
-    before = turn_error(scene, settings, output, run.capture_first_clock, pin_clocks)
+    turns = told_turns(run.console)
+    if not turns or turns[0].result != "applied":
+        raise DemoError("the firmware applied no coefficients after the first turn")
+    before = turn_error(scene, settings, output, _index_clock(scene, settings), pin_clocks)
     after = turn_error(scene, settings, output, run.settled_clock, pin_clocks)
     index_offset = index_offset_counts(scene, settings, output, pin_clocks)
     measured = json.loads(files.latency.read_text(encoding="utf-8"))
@@ -79,14 +86,20 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
         settings=settings,
         before=before,
         after=after,
-        faults=(*faults(after, index_offset, settings), *_latency_faults(measured)),
+        faults=(
+            *faults(after, index_offset, settings),
+            *_latency_faults(measured),
+            *console_faults(run.console),
+        ),
         latencies=tuple(
             UnitLatency(unit, measured[unit], paper) for unit, paper in PAPER_LATENCY_CLOCKS.items()
         ),
         pin_to_pin_clocks=pin_clocks,
         index_offset_counts=index_offset,
-        harmonics=_harmonics(run, before, after),
-        samples=run.samples,
+        harmonics=_harmonics(turns[0], settings, before, after),
+        turns=tuple(turns),
+        console=tuple(run.console),
+        words_moved=run.words_moved,
         edges_played=_edges_until(scene, run.end_clock),
         clocks_simulated=run.end_clock,
         simulation_s=simulation_s,
@@ -116,7 +129,7 @@ def _finish(process: subprocess.Popen[bytes], part: str, files: DemoFiles) -> No
 def _follow(
     process: subprocess.Popen[bytes], files: DemoFiles, settings: DemoSettings, say: Say
 ) -> None:
-    # Stand-in for the end, which the processor decides: the run-in, two turns and the read-out.
+    # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
     last: Progress | None = None
@@ -149,23 +162,27 @@ def _latency_faults(measured: dict[str, int]) -> list[str]:
 
 
 def _harmonics(
-    run: ProcessorRun, before: TurnError, after: TurnError
+    turn: ToldTurn, settings: DemoSettings, before: TurnError, after: TurnError
 ) -> tuple[LoadedHarmonic, ...]:
-    rows = zip(
-        run.orders, run.amplitudes_counts, run.phases_rad, run.uncertainties_counts, strict=True
-    )
+    arcsec = settings.arcsec_per_count
     return tuple(
         LoadedHarmonic(
-            order=order,
-            amplitude_counts=amplitude,
-            phase_deg=float(np.rad2deg(np.angle(np.exp(1j * phase)))),
-            standard_uncertainty_counts=uncertainty,
-            before_counts=float(before.amplitude_counts[order - 1]),
-            after_counts=float(after.amplitude_counts[order - 1]),
+            order=told.order,
+            amplitude_counts=told.amplitude_arcsec / arcsec,
+            phase_deg=float(np.rad2deg(np.angle(np.exp(1j * told.phase_rad)))),
+            standard_uncertainty_counts=told.standard_uncertainty_arcsec / arcsec,
+            before_counts=float(before.amplitude_counts[told.order - 1]),
+            after_counts=float(after.amplitude_counts[told.order - 1]),
         )
-        for order, amplitude, phase, uncertainty in sorted(rows)
-        if order <= before.order[-1]
+        for told in turn.harmonics
+        if told.applied and told.order <= before.order[-1]
     )
+
+
+def _index_clock(scene: Scene, settings: DemoSettings) -> int:
+    """The clock of head 1's index, with which the captured turn begins."""
+    head = scene.heads[0]
+    return int(np.ceil(head.time_s[np.argmax(head.count >= 0)] * settings.clock_hz))
 
 
 def _edges_until(scene: Scene, clock: int) -> int:

@@ -45,6 +45,23 @@ class DemoSettings:
         """Mean speed of the table at this scale of time."""
         return 2 * 3.141592653589793 / self.counts_per_rev * self.clock_hz / self.clocks_per_count
 
+    def console_commands(self) -> list[str]:
+        """What to type on the firmware's console before the table turns.
+
+        The alarm limits stand for full scale, where a count is far below them: here they are in
+        counts, one of noise and two of error.
+        """
+        values = {
+            "counts_per_rev": f"{self.counts_per_rev}",
+            "sample_period": f"{self.sample_period_clocks}",
+            "ramp_rate": f"{self.ramp_rate}",
+            "output_spacing": f"{self.output_spacing_clocks}",
+            "orders": f"{self.fitted_orders}",
+            "alarm_noise_arcsec": f"{self.arcsec_per_count:.3f}",
+            "alarm_error_arcsec": f"{self.peak_limit_counts * self.arcsec_per_count:.3f}",
+        }
+        return [*(f"set {name} {value}" for name, value in values.items()), "telemetry on"]
+
     def write(self, file: Path) -> None:
         """Write as JSON, for the process inside the simulator."""
         file.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")

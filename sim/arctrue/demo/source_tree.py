@@ -1,4 +1,4 @@
-"""The source tree: the demo runs the VHDL, which no installed package holds."""
+"""The source tree: the demo runs VHDL and firmware, which no installed package holds."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ class DemoError(RuntimeError):
 
 
 def check_source_tree() -> None:
-    """Raise DemoError unless the VHDL and its generated part are there."""
-    if not (ROOT / "rtl").is_dir() or not (ROOT / "tb" / "demo").is_dir():
+    """Raise DemoError unless the VHDL, the firmware and their generated parts are there."""
+    missing = [name for name in ("rtl", "firmware", "tb/demo") if not (ROOT / name).is_dir()]
+    if missing:
         raise DemoError(
-            f"{ROOT} holds no rtl/ and tb/demo/: run the demo from a source tree, with 'make demo'"
+            f"{ROOT} holds no {' and no '.join(f'{name}/' for name in missing)}: "
+            f"run the demo from a source tree, with 'make demo'"
         )
-    if not any((ROOT / "build" / "generated" / "vhdl").glob("*.vhd")):
+    generated = ROOT / "build" / "generated"
+    if not any((generated / "vhdl").glob("*.vhd")) or not any((generated / "c").glob("*.h")):
         raise DemoError(
-            "build/generated/vhdl/ holds no register block: run 'python scripts/generate.py', "
-            "or 'make demo', which does it"
+            "build/generated/ holds no register block or no C header: run "
+            "'python scripts/generate.py', or 'make demo', which does it"
         )
 
 

@@ -28,7 +28,7 @@ def error_over_a_turn(result: DemoResult) -> str:
         right = upper.secondary_yaxis(
             "right", functions=(lambda count: count * arcsec, lambda second: second / arcsec)
         )
-        right.set_ylabel("error, ″")
+        right.set_ylabel("error, arcsec")
         right.spines["right"].set_visible(True)
 
         _band(lower, result.after.true_angle_rad, result.after.error_counts, AFTER, "after")

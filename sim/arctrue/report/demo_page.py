@@ -11,8 +11,8 @@ from arctrue.demo.result import DemoResult
 from arctrue.report import demo_figures
 
 
-def write_demo_page(result: DemoResult, file: Path) -> None:
-    """Render the result and write it, the folder included, with the error figure beside it."""
+def page_templates() -> Environment:
+    """The templates of the demo's pages, with their filters."""
     environment = Environment(
         loader=PackageLoader("arctrue.report"),
         autoescape=select_autoescape(("html", "j2")),
@@ -22,9 +22,19 @@ def write_demo_page(result: DemoResult, file: Path) -> None:
     )
     environment.filters["signed"] = _signed
     environment.filters["thousands"] = _thousands
+    return environment
+
+
+def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> None:
+    """Render the result and write it, the folder included, with the error figure beside it.
+
+    ``second_act``: the name of the page of the second act, where there is one.
+    """
+    environment = page_templates()
     error_figure = demo_figures.error_over_a_turn(result)
     page = environment.get_template("demo.html.j2").render(
         result=result,
+        second_act=second_act,
         settings=result.settings,
         before=result.before,
         after=result.after,

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,10 +11,13 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import demo as command
+from arctrue.demo.files import ConsoleLine
 from arctrue.demo.judgement import RecordingError, TurnError
 from arctrue.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.demo.settings import DemoSettings
 from arctrue.demo.source_tree import DemoError
+from arctrue.demo.telemetry import ToldTurn
+from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
 
 
@@ -38,7 +42,28 @@ def result() -> DemoResult:
         pin_to_pin_clocks=41,
         index_offset_counts=0.4,
         harmonics=(LoadedHarmonic(1, 61.2, -12.5, 0.02, 61.25, 0.0875),),
-        samples=4151,
+        turns=(
+            ToldTurn(
+                clock=120_000,
+                number=1,
+                samples=4151,
+                result="applied",
+                reason="none",
+                separation_deg=33.0012,
+                u_separation_arcsec=2.5,
+                noise_arcsec=5.71,
+                active_arcsec=816.4,
+                candidate_arcsec=0.4,
+                alarms=(),
+                harmonics=(),
+            ),
+        ),
+        console=(
+            ConsoleLine(0, True, "set orders 32"),
+            ConsoleLine(0, False, "ok"),
+            ConsoleLine(120_000, False, '{"turn":1,"samples":4151,"note":"<none>"}'),
+        ),
+        words_moved=9_876,
         edges_played=300_000,
         clocks_simulated=310_000,
         simulation_s=90.0,
@@ -58,6 +83,12 @@ def test_page_needs_no_other_file(result: DemoResult, tmp_path: Path) -> None:
     assert len(text) < 1_000_000
 
 
+def test_page_leads_to_that_of_the_second_act(result: DemoResult, tmp_path: Path) -> None:
+    write_demo_page(result, tmp_path / "index.html", "second_act.html")
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert re.findall(r'href="([^#"]*)"', text) == ["second_act.html"]
+
+
 def test_page_holds_three_pictures_of_sound_xml(result: DemoResult, tmp_path: Path) -> None:
     write_demo_page(result, tmp_path / "index.html")
     pictures = re.findall(r"<svg.*?</svg>", (tmp_path / "index.html").read_text(), re.DOTALL)
@@ -69,6 +100,20 @@ def test_page_holds_three_pictures_of_sound_xml(result: DemoResult, tmp_path: Pa
     assert "Orders of the error" in pictures[2]
     alone = ElementTree.parse(tmp_path / "error_before_after.svg").getroot()
     assert alone.tag == "{http://www.w3.org/2000/svg}svg"
+
+
+def test_page_shows_the_console_line_by_line(result: DemoResult, tmp_path: Path) -> None:
+    write_demo_page(result, tmp_path / "index.html")
+    text = (tmp_path / "index.html").read_text()
+    (console,) = re.findall(r'<pre class="console"[^>]*>(.*?)</pre>', text, re.DOTALL)
+    lines = [unescape(re.sub(r"<[^>]*>", "", line)) for line in console.strip().split("\n")]
+    assert [line.split(maxsplit=1) for line in lines] == [
+        ["0", "> set orders 32"],
+        ["0", "ok"],
+        ["120,000", '{"turn":1,"samples":4151,"note":"<none>"}'],
+    ]
+    assert "33.0012° ± 2.5″" in text
+    assert "9,876 words" in text
 
 
 def test_page_states_figures_scale_and_verdict(result: DemoResult, tmp_path: Path) -> None:
@@ -91,7 +136,7 @@ def run_command(
         return outcome
 
     monkeypatch.setattr(command, "run_demo", instead)
-    answer = CliRunner().invoke(command.demo, ["--out", str(folder)])
+    answer = CliRunner().invoke(command.demo, ["--out", str(folder), "--act", "1"])
     return answer.exit_code, answer.output
 
 
@@ -109,3 +154,18 @@ def test_exit_code_follows_the_judgement(
         code, output = run_command(monkeypatch, tmp_path, error)
         assert code == 2
         assert f"demo: {error}" in output
+
+
+def test_one_act_that_cannot_run_leaves_the_other_its_page(
+    monkeypatch: pytest.MonkeyPatch, result: DemoResult, tmp_path: Path
+) -> None:
+    def no_instrument(*_: object) -> None:
+        raise InstrumentError("no netlist here")
+
+    monkeypatch.setattr(command, "run_demo", lambda *_: result)
+    monkeypatch.setattr(command, "run_second_act", no_instrument)
+    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path)])
+    assert answer.exit_code == 2
+    assert "demo: second act: no netlist here" in answer.output
+    assert (tmp_path / "index.html").exists()
+    assert not (tmp_path / "second_act.html").exists()

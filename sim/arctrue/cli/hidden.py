@@ -1,0 +1,168 @@
+"""arctrue hidden: a hidden effect, from the gateware's capture to its corrected output."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from arctrue.cli._ladder import ladder_table
+from arctrue.cli._progress import progress_console
+from arctrue.cli._workbench import console, write_json
+from arctrue.hidden_effect.cases import CASES
+
+if TYPE_CHECKING:
+    from arctrue.hidden_effect.experiment import HiddenResult
+    from arctrue.hidden_effect.follow import FollowedTurn
+    from arctrue.instrument import Progress
+
+FULL_LINES = 16384
+USUAL_LINES = 1024
+FOLLOWED_TURNS = 4
+
+
+@click.command(short_help="A hidden effect, through the gateware and the workbench.")
+@click.argument("effect", type=click.Choice(list(CASES)))
+@click.option("--lanes", type=click.IntRange(1, 64), default=4, show_default=True)
+@click.option(
+    "--lines",
+    type=click.IntRange(64, FULL_LINES),
+    default=USUAL_LINES,
+    show_default=True,
+    help="Lines of the disc; the paper's size is --lines 16384 --interpolation 1024 --lanes 32 "
+    "--samples 12000 and takes some hundred times as long.",
+)
+@click.option(
+    "--interpolation",
+    type=click.Choice(["64", "256", "1024"]),
+    default="256",
+    show_default=True,
+    help="Counts a line.",
+)
+@click.option("--samples", type=click.IntRange(400, 12000), default=1200, show_default=True)
+@click.option("--follow", is_flag=True, help="Of thermal eccentricity: while the table warms.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("build") / "hidden",
+    show_default=True,
+    help="Folder of the measurement sets and coefficients; EFFECT is added to it.",
+)
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option(
+    "--picture", type=click.Path(path_type=Path), help="Write a picture (.svg, .png or .pdf)."
+)
+def hidden(
+    effect: str,
+    lanes: int,
+    lines: int,
+    interpolation: str,
+    samples: int,
+    follow: bool,
+    out: Path,
+    json_file: Path | None,
+    picture: Path | None,
+) -> None:
+    """Hide EFFECT in a table, find it with the workbench, correct it with the gateware.
+
+    The gateware captures; the workbench is given that and a reference run, and nothing else; what
+    it exports is loaded, and fresh turns of the output are compared with the true angle. Effects
+    grow with the counts: what is 1″ at the paper's 2²⁴ counts is 16″ at 2²⁰.
+    Ends with exit code 2 when the instrument cannot run.
+    """
+    from arctrue.hidden_effect.experiment import run_hidden
+    from arctrue.hidden_effect.follow import follow_warming
+    from arctrue.hidden_effect.settings import HiddenSettings
+    from arctrue.instrument import InstrumentError
+
+    if follow and effect != "thermal_eccentricity":
+        raise click.UsageError("--follow is about thermal_eccentricity")
+    settings = HiddenSettings.of_lines(lines, lanes, samples)
+    scale = dataclasses.replace(settings.revolution, interpolation=int(interpolation))
+    settings = dataclasses.replace(settings, revolution=scale)
+    folder = out / effect
+    followed: dict[str, list[FollowedTurn]] = {}
+    try:
+        result = run_hidden(CASES[effect], settings, folder, progress=_tell, say=click.echo)
+        if follow:
+            followed = follow_warming(result, FOLLOWED_TURNS, progress=_tell)
+    except InstrumentError as error:
+        click.echo(f"hidden: {error}", err=True)
+        sys.exit(2)
+    print_result(result)
+    _print_followed(followed)
+    data = result.as_json()
+    if followed:
+        data["followed"] = {
+            way: [dataclasses.asdict(turn) for turn in turns] for way, turns in followed.items()
+        }
+    write_json(json_file, data)
+    if picture is not None:
+        from arctrue.report.hidden_figures import save_three_curves
+
+        save_three_curves(result, picture)
+        click.echo(f"wrote {picture}")
+
+
+def _tell(now: Progress) -> None:
+    progress_console.print(
+        f"  {now.stage}: clock {now.clock:>11,}, {now.clocks_per_s:>9,.0f} clocks/s"
+    )
+
+
+def print_result(result: HiddenResult) -> None:
+    """Verdict, ladder, and the corrected output before and after."""
+    scale = result.settings.revolution
+    click.echo(f"What was hidden: {result.case.title}")
+    console.print(ladder_table(result.examined.ladder))
+    click.echo(
+        f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
+        f"{scale.arcsec_per_count:.3f}″; every edge, the mean removed, arcseconds"
+    )
+    click.echo(
+        f"  {'':28}{'min':>9}{'max':>9}{'RMS':>8}{'order 1':>9}{'2':>8}{'signal period':>15}"
+    )
+    for name, curve in (
+        ("head 1, raw", result.raw),
+        ("output, paper's model", result.paper),
+        ("output, with the effect", result.corrected),
+    ):
+        click.echo(
+            f"  {name:28}{curve.lowest_arcsec:9.2f}{curve.highest_arcsec:9.2f}"
+            f"{curve.rms_arcsec:8.3f}{curve.order_arcsec[0]:9.3f}{curve.order_arcsec[1]:8.3f}"
+            f"{curve.signal_arcsec[0]:15.3f}"
+        )
+    if result.fresh_capture_arcsec is not None:
+        without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
+        click.echo(
+            f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
+            f"{with_effect:.3f}″ with it"
+        )
+    if result.reversal_arcsec is not None:
+        paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
+        click.echo(
+            f"Up less down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
+            f"{corrected:.2f}″ with the exported one"
+        )
+    for text in result.export.left_out:
+        if "no lane left" not in text:
+            click.echo(f"not corrected: {text}")
+    if result.examined.effect_file is not None:
+        click.echo(f"wrote {result.examined.effect_file}")
+    click.echo(
+        f"{result.clocks:,} clocks in {result.simulating_s:.0f} s, workbench "
+        f"{result.workbench_s:.0f} s; measurement set: {result.folder}"
+    )
+
+
+def _print_followed(followed: dict[str, list[FollowedTurn]]) -> None:
+    if not followed:
+        return
+    click.echo("\nOrder 1 of the corrected output while the table warms, turn by turn, arcseconds")
+    first = next(iter(followed.values()))
+    click.echo(f"  {'°C':24}" + "".join(f"{turn.temperature_c:9.2f}" for turn in first))
+    for way, turns in followed.items():
+        click.echo(f"  {way:24}" + "".join(f"{turn.order1_arcsec:9.2f}" for turn in turns))

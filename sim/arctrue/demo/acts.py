@@ -1,0 +1,40 @@
+"""Both acts of the demo at once: one simulates in GHDL, the other in the compiled gateware."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+_T = TypeVar("_T")
+_LOOK_S = 0.5
+
+
+class Beside(Generic[_T]):
+    """Work in a thread of its own, begun at once.
+
+    The thread ends with the process: an interrupted demo does not go on.
+    """
+
+    def __init__(self, work: Callable[[], _T]) -> None:
+        """``work`` may raise; :meth:`wait` hands it on."""
+        self._work = work
+        self._results: list[_T] = []
+        self._error: Exception | None = None
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            self._results.append(self._work())
+        except Exception as error:
+            self._error = error
+
+    def wait(self) -> _T:
+        """The result of the work; raises what the work raised."""
+        while self._thread.is_alive():
+            # A join without end cannot be interrupted on every system.
+            self._thread.join(_LOOK_S)
+        if self._error is not None:
+            raise self._error
+        return self._results[0]

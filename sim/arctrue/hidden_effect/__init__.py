@@ -1,0 +1,1 @@
+"""A table with a hidden effect, measured by the gateware, named by the workbench, corrected."""
