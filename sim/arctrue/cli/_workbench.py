@@ -121,7 +121,11 @@ def load(
         entry.effect(effects)
     with Progress("reading the measurement set") as progress:
         measurement = read_measurement_set(measurement_set, progress=progress.read)
-        observations = observations_of(measurement, progress=progress.rows)
+        observations = observations_of(
+            measurement,
+            progress=progress.rows,
+            reference_temperature_c=model.reference_temperature_c,
+        )
     for warning in measurement.warnings:
         click.echo(f"warning: {warning}", err=True)
     return Workbench(observations, model, effects, measurement.title or measurement_set.name)

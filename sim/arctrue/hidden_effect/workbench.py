@@ -100,7 +100,10 @@ def left_on_fresh_set(examined: Examined, folder: Path) -> dict[str, float]:
 
     As ``arctrue compare --no-fit``, with the model before and after the effect was added.
     """
-    observations = observations_of(read_measurement_set(folder))
+    observations = observations_of(
+        read_measurement_set(folder),
+        reference_temperature_c=examined.model.reference_temperature_c,
+    )
     left = {}
     for name, model in (("without", examined.before), ("with", examined.model)):
         solution = as_stored(model, observations, examined.effects)

@@ -78,7 +78,12 @@ def fitted(
             )
         )
     grown = replace(
-        model, effects=entries, reference_offset_arcsec=solution.reference_offset_arcsec
+        model,
+        effects=entries,
+        reference_offset_arcsec=solution.reference_offset_arcsec,
+        reference_temperature_c=observations.reference_temperature_c
+        if observations.has_temperature
+        else model.reference_temperature_c,
     )
     return grown, solution
 

@@ -56,6 +56,8 @@ class Model:
     """Folders of the user's own effects, as written in the model file."""
     history: list[HistoryStep] = field(default_factory=list)
     reference_offset_arcsec: float = 0.0
+    reference_temperature_c: float | None = None
+    """T₀ that the coefficients belong to; None before a fit to a set with temperatures."""
 
     def names(self) -> list[str]:
         """Names of the effects, in order."""

@@ -48,7 +48,14 @@ def read_model(path: Path) -> Model:
         raise ModelFileError(f"{path}: history: expected [[history]] entries")
     steps = [_step(path, number, entry) for number, entry in enumerate(history, start=1)]
     offset = data.get("reference_offset_arcsec", 0.0)
-    return Model(effects, folders, steps, _number(path, "reference_offset_arcsec", offset))
+    warmth = data.get("reference_temperature_c")
+    return Model(
+        effects,
+        folders,
+        steps,
+        _number(path, "reference_offset_arcsec", offset),
+        None if warmth is None else _number(path, "reference_temperature_c", warmth),
+    )
 
 
 def write_model(path: Path, model: Model) -> None:
@@ -57,6 +64,8 @@ def write_model(path: Path, model: Model) -> None:
     if model.folders:
         data["effect_folders"] = model.folders
     data["reference_offset_arcsec"] = model.reference_offset_arcsec
+    if model.reference_temperature_c is not None:
+        data["reference_temperature_c"] = model.reference_temperature_c
     data["effect"] = [_effect_entry(effect) for effect in model.effects]
     data["history"] = [
         {

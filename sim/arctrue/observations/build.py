@@ -32,9 +32,14 @@ MOVING_STEP_DEG = 1.0
 
 
 def observations_of(
-    measurement: MeasurementSet, progress: Callable[[int, int], None] | None = None
+    measurement: MeasurementSet,
+    progress: Callable[[int, int], None] | None = None,
+    reference_temperature_c: float | None = None,
 ) -> Observations:
     """Observations of a measurement set; ``progress`` is told of passes over a long capture.
+
+    ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
+    the set's own median.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """
@@ -46,6 +51,8 @@ def observations_of(
         if channel is not None and channel.temperature_c is not None
     ]
     usual = float(np.median(np.concatenate(warmths))) if warmths else 0.0
+    if reference_temperature_c is not None:
+        usual = reference_temperature_c
     faces = facts.faces
     if faces is None and reference is not None:
         faces = reference.faces

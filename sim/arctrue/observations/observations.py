@@ -76,6 +76,12 @@ class Observations:
         return 0.0
 
     @property
+    def has_temperature(self) -> bool:
+        """Was a temperature recorded with either channel?"""
+        channels = (self.capture, self.reference)
+        return any(rows is not None and rows.temperature_c is not None for rows in channels)
+
+    @property
     def count_arcsec(self) -> float | None:
         """One count, in arcseconds."""
         return None if self.counts_per_rev is None else ARCSEC_PER_TURN / self.counts_per_rev

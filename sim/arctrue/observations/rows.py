@@ -58,7 +58,7 @@ class CaptureRows(_Sliceable):
     runs: int
     head_separation_rad: float
     reference_temperature_c: float
-    """T₀ of the temperature effects: the median over the whole set."""
+    """T₀ of the temperature effects: the model's, or the median over the whole set."""
     difference_arcsec: Float
     """R₂ − R₁ − α (nominal)."""
 
