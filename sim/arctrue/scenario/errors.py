@@ -1,0 +1,7 @@
+"""What is wrong with a scenario, in words for people."""
+
+from __future__ import annotations
+
+
+class ScenarioError(ValueError):
+    """A scenario file that cannot be run; the text says which file and key, and what to do."""
