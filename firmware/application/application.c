@@ -228,28 +228,29 @@ static void take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-static bool zero_is_lost(const struct application *application) {
+static bool zero_is_lost(const struct application *application, uint32_t head) {
     uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
-    for (uint32_t head = 0; head < 2; head++) {
-        int32_t angle = core_angle_at_index(&application->core, head, turn);
-        if (fabs((double)angle) > application->parameters.index_tolerance) {
-            return true;
-        }
-    }
-    return false;
+    int32_t angle = core_angle_at_index(&application->core, head, turn);
+    return fabs((double)angle) > application->parameters.index_tolerance;
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. Where an index says that a head
+/* The flags are sticky: the next turn is to be judged by itself. Where an index says that head 1
    lost counts, its angle is wrong by them, and so is the place of every correction: the zero is
-   found anew, uncorrected until then. The coefficients belong to the index and stay. */
+   found anew, uncorrected until then. The coefficients belong to the index and stay. Head 2 is not
+   worth a turn without correction: its zero is only told. */
 static void after_refusal(struct application *application) {
-    if (application->report.reason == REFUSED_INDEX_ERROR && zero_is_lost(application)) {
-        application->report.alarms |= ALARM_ZERO_LOST;
-        core_rearm(&application->core);
-        application->phase = PHASE_WAIT_FOR_INDEX;
+    core_clear_faults(&application->core);
+    if (application->report.reason != REFUSED_INDEX_ERROR) {
         return;
     }
-    core_clear_faults(&application->core);
+    bool lost = zero_is_lost(application, 0);
+    if (lost || zero_is_lost(application, 1)) {
+        application->report.alarms |= ALARM_ZERO_LOST;
+    }
+    if (lost) {
+        core_rearm(&application->core);
+        application->phase = PHASE_WAIT_FOR_INDEX;
+    }
 }
 
 static void process_bank(struct application *application) {

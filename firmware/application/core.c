@@ -46,7 +46,9 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
 }
 
 bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
-    core_control(core, false, false, false);
+    /* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
+    bool output = (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
+    core_control(core, false, output, false);
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
     write_at(core, AT(ramp_rate), setup->ramp_rate);

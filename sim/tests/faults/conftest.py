@@ -1,0 +1,35 @@
+"""What every fault begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from sim.tests.faults.scene import Scene
+
+MakeScene = Callable[..., Scene]
+
+
+@pytest.fixture
+def make_scene() -> Iterator[MakeScene]:
+    """Scenes of a test; its arguments are Scene's."""
+    made: list[Scene] = []
+
+    def make(*arguments: Any, **named: Any) -> Scene:
+        made.append(Scene(*arguments, **named))
+        return made[-1]
+
+    yield make
+    for scene in made:
+        scene.instrument.close()
+
+
+@pytest.fixture
+def scene(make_scene: MakeScene) -> Scene:
+    """Calibrated, 0.3 of a turn behind the index, recording; anew for every test."""
+    calibrated = make_scene()
+    calibrated.calibrate()
+    calibrated.to_part(0.3)
+    calibrated.record()
+    return calibrated

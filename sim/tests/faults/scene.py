@@ -1,0 +1,325 @@
+"""A calibrated instrument, and the comparison of its output with the uncorrected reading."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sim.tests.faults.setting import (
+    ARCSEC_A_COUNT,
+    CLOCKS_A_COUNT,
+    COUNTS,
+    FOLLOWING_LIMIT_COUNTS,
+    OUTPUT_SPACING_CLOCKS,
+    PARAMETERS,
+    PERIOD_COUNTS,
+    POLL_CLOCKS,
+    SPEED_RAD_S,
+    TURN_CLOCKS,
+    TURN_RAD,
+    steady,
+    table,
+    true_error_counts,
+)
+from sim.tests.instrument.sizes import DEPTH, LANES
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.instrument import (
+    HEAD1_A,
+    HEAD1_B,
+    EdgeTrack,
+    Firmware,
+    Instrument,
+    PinFault,
+    Recording,
+    clock_hz_for,
+)
+from arctrue.table import Motion
+
+BINS = 256
+MEAN_ERROR = float(np.mean(true_error_counts(np.linspace(0.0, TURN_RAD, 4096, endpoint=False))))
+"""Of the geometry; no correction removes it, the zeros of both tracks do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Every edge of a recording, in bins of the true angle; counts, against the true angle.
+
+    What head 1 lost or gained on its wires (the slip) is in the output as in its own reading, for
+    ever: no correction can know it. It is told apart, and taken off both errors.
+    """
+
+    corrected: NDArray[np.float64]
+    """Largest |error − slip| of the output's edges in each bin, NaN in an empty one."""
+    uncorrected: NDArray[np.float64]
+    """The same of head 1's edges as they came in."""
+    slip: NDArray[np.float64]
+    """Of head 1, at each of its edges, as the harness's own decoder has them."""
+    illegal: int
+    """Clocks in which A and B of the output changed together."""
+    edges: int
+
+    @property
+    def worse(self) -> float:
+        """|corrected| − |uncorrected| in the worst bin."""
+        return float(np.nanmax(self.corrected - self.uncorrected))
+
+    @property
+    def most(self) -> float:
+        """Largest error of the output."""
+        return float(np.nanmax(self.corrected))
+
+    @property
+    def most_slip(self) -> float:
+        """Largest slip at any edge."""
+        return float(np.abs(self.slip).max(initial=0.0))
+
+    @property
+    def last_slip(self) -> int:
+        """At the end."""
+        return round(float(np.mean(self.slip[-20:])))
+
+
+class Scene:
+    """An instrument with a table and the firmware; call :meth:`calibrate` first."""
+
+    def __init__(
+        self,
+        motion: Motion | None = None,
+        parameters: Mapping[str, float] | None = None,
+        *faults: PinFault,
+    ) -> None:
+        """``faults`` are there from the beginning; the table may be too fast for the pins."""
+        clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
+        self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz)
+        self.instrument.attach(table(), motion or steady(), may_jump=True)
+        self.instrument.disturb(*faults)
+        firmware = self.instrument.firmware
+        values = {**PARAMETERS, **(parameters or {})}
+        for name, value in values.items():
+            firmware.set(name, value)
+        self._ramp_counts_a_clock = values["ramp_rate"] / 2.0**35
+        firmware.start()
+        self.instrument.write("following_limit", FOLLOWING_LIMIT_COUNTS)
+        self._zeros = Zeros(0.0, 0.0)
+
+    @property
+    def firmware(self) -> Firmware:
+        return self.instrument.firmware
+
+    def calibrate(self) -> None:
+        """The first turn is captured and applied, the second tells the zeros of both tracks."""
+        self.next_turn()
+        assert self.told["result"] == "applied"
+        self.settle()
+        self.record()
+        self.turn(1.0)
+        self._zeros = zeros_of(self.instrument)
+        clean = self.compare()
+        assert clean.most < self.clean_bound
+        assert clean.illegal == 0
+        assert not self.faults()
+
+    # Time
+
+    def turn(self, turns: float) -> None:
+        """Let the table turn so far, the firmware at work."""
+        begin = self.instrument.true_angle_rad
+        self.firmware.run(
+            until=lambda _: abs(self.instrument.true_angle_rad - begin) >= turns * TURN_RAD,
+            poll_clocks=POLL_CLOCKS,
+        )
+
+    def to_part(self, part: float) -> None:
+        """Until the true angle's part of a turn is this."""
+        turns = self.instrument.true_angle_rad / TURN_RAD
+        self.turn((part - turns) % 1.0)
+
+    def next_turn(self) -> dict[str, Any]:
+        """Until the firmware has told one turn more, and is done with it."""
+        told = len(self.firmware.telemetry)
+        self.firmware.run(
+            until=lambda f: len(f.telemetry) > told and f.phase != "swap",
+            poll_clocks=POLL_CLOCKS,
+        )
+        return self.told
+
+    def settle(self) -> None:
+        """Until the ramp is done."""
+        self.firmware.run(
+            until=lambda _: not self.instrument.read("status.ramp_busy"), poll_clocks=POLL_CLOCKS
+        )
+
+    def disturb(self, turns: float, **fault: Any) -> None:
+        """A fault on the pins from now on for a part of a turn, see PinFault."""
+        self.instrument.disturb(
+            PinFault(self.instrument.clock, round(turns * TURN_CLOCKS), **fault)
+        )
+
+    def drop(self, counts: int, also_low: int = 0) -> None:
+        """Hold A and B of head 1 low from a count in which they are low, for so many counts."""
+        instrument, pins = self.instrument, HEAD1_A | HEAD1_B
+        period_clocks = PERIOD_COUNTS * CLOCKS_A_COUNT
+        begin = instrument.clock
+        instrument.trace(2 * period_clocks)
+        instrument.run(2 * period_clocks)
+        low = instrument.traced() & pins == 0
+        falls = begin + 1 + int(np.flatnonzero(~low[:-1] & low[1:])[0])
+        # Two periods on, two clocks into the count: at both ends the pins are low.
+        first = falls + 2 * period_clocks + 2
+        fault = PinFault(first, counts * CLOCKS_A_COUNT, low=pins | also_low)
+        instrument.disturb(fault)
+
+    def recovers(self, most_turns: int = 4) -> None:
+        """Without a fault any more, a turn is calibrated again and the output is right again."""
+        for _ in range(most_turns):
+            if self.next_turn()["result"] != "refused":
+                break
+        assert self.told["reason"] in ("none", "not_better")
+        self.settle()
+        self.record()
+        self.turn(1.0)
+        clean = self.compare()
+        assert clean.most < self.clean_bound
+        assert clean.illegal == 0
+        assert not self.faults()
+
+    # What it tells
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The latest turn's telemetry."""
+        return self.firmware.telemetry[-1]
+
+    def reasons(self, first: int = 0) -> list[str]:
+        """Of all turns told, from one on."""
+        return [told["reason"] for told in self.firmware.telemetry[first:]]
+
+    def faults(self) -> set[str]:
+        """Flags that are set: what lights the fault LED."""
+        found = {
+            f"{head}.{name}"
+            for head in ("head1", "head2")
+            for name in ("index_error", "illegal", "overspeed")
+            if self.instrument.read(f"{head}.flags.{name}")
+        }
+        if self.instrument.read("status.cannot_keep_up"):
+            found.add("cannot_keep_up")
+        return found
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """The active bank."""
+        active = self.firmware.coefficients
+        assert active is not None
+        return active
+
+    def bank(self) -> tuple[Any, ...]:
+        """The same, to compare."""
+        active = self.coefficients
+        return tuple(map(tuple, (active.phase_steps, active.phase_offsets, active.amplitudes)))
+
+    # Output
+
+    def record(self) -> None:
+        """Begin to judge."""
+        self.instrument.record(every=1)
+
+    def compare(self, *, slips: bool = True) -> Comparison:
+        """Judge every edge since then; without ``slips`` none is looked for, nor taken off."""
+        return compare(self.instrument, self._zeros, slips)
+
+    # Bounds, in counts; docs/faults.md names them
+
+    @property
+    def clean_bound(self) -> float:
+        """Of a calibrated output without a fault.
+
+        Half a count of rounding; an edge of the output waits for the one before it and is seen
+        in whole clocks; five standard uncertainties of every applied order.
+        """
+        first = next(t for t in self.firmware.telemetry if t["result"] == "applied")
+        estimate = 5 * sum(order[3] for order in first["harmonics"][:LANES]) / ARCSEC_A_COUNT
+        return 0.5 + (OUTPUT_SPACING_CLOCKS + 1) / CLOCKS_A_COUNT + float(estimate)
+
+    @property
+    def slope(self) -> float:
+        """Largest change of the correction a count: Σ n·A_n·2π / counts a turn."""
+        active = self.coefficients
+        amplitude = np.abs(active.amplitudes) / 2.0**11
+        return float(np.sum(amplitude * (active.phase_steps / 2.0**48) * TURN_RAD))
+
+    @property
+    def largest_correction(self) -> float:
+        """Σ A_n."""
+        return float(np.sum(np.abs(self.coefficients.amplitudes)) / 2.0**11)
+
+    @property
+    def ramp_lag(self) -> float:
+        """How far a ramp falls behind the table's error: 0 where it is the faster of the two.
+
+        A ramp begins at the correction that is and goes straight to the one that is to be. What
+        it has not yet done is too much only by what the error has changed more than the ramp.
+        """
+        rate = self._ramp_counts_a_clock * CLOCKS_A_COUNT
+        counts = self.largest_correction / rate
+        return min(max(0.0, self.slope - rate) * counts, self.largest_correction)
+
+    def wrong_place(self, slip_counts: float) -> float:
+        """What the correction misses by where head 1's angle is off by a slip."""
+        return min(self.slope * abs(slip_counts), 2 * self.largest_correction)
+
+
+def errors(track: EdgeTrack) -> NDArray[np.float64]:
+    """Position − true angle of every edge."""
+    error: NDArray[np.float64] = track.position - track.true_angle_rad * (COUNTS / TURN_RAD)
+    return error
+
+
+def slip_then(instrument: Instrument, recording: Recording, slip: NDArray[np.float64]) -> Any:
+    """Head 1's slip at the edge that each edge of the output comes from."""
+    came = recording.output.clock - round(instrument.latency_clocks)
+    place = np.searchsorted(recording.head1.clock, came, side="right") - 1
+    return slip[np.clip(place, 0, slip.size - 1)]
+
+
+@dataclass(frozen=True, slots=True)
+class Zeros:
+    """Means of a clean turn: positions are counted from the power-on."""
+
+    corrected: float
+    head1: float
+
+
+def zeros_of(instrument: Instrument) -> Zeros:
+    recording = instrument.recording()
+    slip = errors(recording.head1) - true_error_counts(recording.head1.true_angle_rad)
+    zero = float(slip.mean())
+    return Zeros(float(np.mean(errors(recording.output))), zero)
+
+
+def compare(instrument: Instrument, zeros: Zeros, slips: bool) -> Comparison:
+    recording = instrument.recording()
+    true = true_error_counts(recording.head1.true_angle_rad)
+    slip = errors(recording.head1) - true - zeros.head1
+    corrected = errors(recording.output) - zeros.corrected
+    if slips and slip.size:
+        corrected = corrected - slip_then(instrument, recording, slip)
+    return Comparison(
+        largest(recording.output, corrected),
+        largest(recording.head1, true - MEAN_ERROR),
+        slip,
+        recording.illegal,
+        recording.output.edges,
+    )
+
+
+def largest(track: EdgeTrack, error: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Largest |error| in each bin of the true angle."""
+    place = np.floor(track.true_angle_rad / TURN_RAD % 1.0 * BINS).astype(np.int64) % BINS
+    most = np.full(BINS, -np.inf)
+    np.maximum.at(most, place, np.abs(error))
+    return np.where(np.isinf(most), np.nan, most)

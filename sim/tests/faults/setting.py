@@ -1,0 +1,90 @@
+"""One small instrument for all faults: the paper's kind of error, ten times as large."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table import (
+    DiscEccentricity,
+    GraduationHarmonics,
+    Motion,
+    RotaryTable,
+    TableState,
+    two_heads,
+)
+
+COUNTS = 1 << 14
+ARCSEC_A_COUNT = 1_296_000 / COUNTS
+CLOCKS_A_COUNT = 6
+"""At the speed of the table; of the paper's 71.5 idle clocks these are enough for every fault."""
+PERIOD_COUNTS = 4
+"""Of A and B: so many counts are lost without a trace."""
+TURN_RAD = 2 * np.pi
+TURN_CLOCKS = COUNTS * CLOCKS_A_COUNT
+SPEED_RAD_S = float(np.deg2rad(30.0))
+TURN_S = TURN_RAD / SPEED_RAD_S
+START_RAD = -float(np.deg2rad(35.0))
+"""Before the index of head 2, at −33°."""
+RUN_UP_S = 0.1
+
+SAMPLES = 600
+OUTPUT_SPACING_CLOCKS = 2
+MINIMUM_EDGE_SPACING_CLOCKS = 3
+RAMP_RATE = 80_000_000
+"""0.0023 count a clock: the largest correction decays in 30°, as the preset does in the paper."""
+FOLLOWING_LIMIT_COUNTS = 6
+POLL_CLOCKS = 500
+PARAMETERS: dict[str, float] = {
+    "counts_per_rev": COUNTS,
+    "sample_period": TURN_CLOCKS // SAMPLES,
+    "output_spacing": OUTPUT_SPACING_CLOCKS,
+    "minimum_edge_spacing": MINIMUM_EDGE_SPACING_CLOCKS,
+    "ramp_rate": RAMP_RATE,
+    "orders": 8,
+    # A count of 79″ has a rounding of 23″ rms in each head; the presets are those of 0.08″.
+    "alarm_noise_arcsec": 100,
+    "alarm_error_arcsec": 200,
+    "alarm_separation_arcsec": 300,
+}
+
+_ARCSEC_RAD = np.pi / 648_000
+
+
+def table() -> RotaryTable:
+    """±1500″ are ±19 counts here."""
+    return RotaryTable(
+        heads=two_heads(separation_rad=float(np.deg2rad(33.0)) + 50 * _ARCSEC_RAD),
+        effects=(
+            DiscEccentricity(37.7e-5, 2.1),
+            GraduationHarmonics(
+                (2, 3, 4),
+                (60 * _ARCSEC_RAD, 12 * _ARCSEC_RAD, 7 * _ARCSEC_RAD),
+                (4.2, 3.1, 4.1),
+            ),
+        ),
+        counts_per_rev=COUNTS,
+    )
+
+
+def steady(turns: float = 30.0) -> Motion:
+    """One speed."""
+    return Motion.steady(SPEED_RAD_S, turns * TURN_S, ramp_s=RUN_UP_S, start_rad=START_RAD)
+
+
+def legs(*speeds_and_turns: tuple[float, float], change_s: float = 0.002) -> Motion:
+    """Speeds in units of the usual one, each for so many of the usual turns' time."""
+    times, speeds = [0.0], [0.0]
+    for speed, turns in speeds_and_turns:
+        begin = times[-1] + (RUN_UP_S if len(times) == 1 else change_s)
+        times += [begin, begin + turns * TURN_S]
+        speeds += [speed * SPEED_RAD_S] * 2
+    return Motion(tuple(times), tuple(speeds), START_RAD)
+
+
+def true_error_counts(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """ε of head 1 at a true angle, from the geometry; its mean is not 0."""
+    made = table()
+    reading = made.reading_rad(0, TableState.at_rest(angle_rad))
+    error: NDArray[np.float64] = (reading - angle_rad) / made.count_rad
+    return error

@@ -1,0 +1,36 @@
+"""AXI stalls: every channel of the bus held back at random."""
+
+from __future__ import annotations
+
+from sim.tests.faults.conftest import MakeScene
+from sim.tests.faults.scene import Scene
+
+
+def test_stalls_delay_and_change_nothing(make_scene: MakeScene) -> None:
+    """The same turn, read over a quick and over a slow bus, gives the same coefficients."""
+    banks = []
+    for stall in (0, 20):
+        scene = make_scene()
+        scene.firmware.run(until=lambda f: f.phase == "capture", poll_clocks=500)
+        assert scene.instrument.run_until(interrupt=True) == "interrupt"
+        scene.instrument.stall_bus(stall)
+        begin = scene.instrument.clock
+        scene.next_turn()
+        banks.append((scene.bank(), scene.instrument.clock - begin))
+    assert banks[0][0] == banks[1][0]
+    assert banks[1][1] > 2 * banks[0][1]
+
+
+def test_bus_slower_than_the_table(scene: Scene) -> None:
+    """Turns are dropped, each is counted; what is captured is whole."""
+    turns = len(scene.firmware.telemetry)
+    scene.instrument.stall_bus(120)
+    scene.turn(4.0)
+    assert scene.instrument.read("overrun_count") > 0
+    assert any("overrun" in told["alarms"] for told in scene.firmware.telemetry[turns:])
+    assert set(scene.reasons(turns)) <= {"none", "not_better"}
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.instrument.stall_bus(0)
+    scene.recovers()

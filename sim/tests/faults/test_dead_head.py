@@ -1,0 +1,85 @@
+"""A head that says nothing: a cable pulled, a supply gone."""
+
+from __future__ import annotations
+
+import pytest
+from sim.tests.faults.conftest import MakeScene
+from sim.tests.faults.scene import Scene
+from sim.tests.faults.setting import COUNTS
+
+from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z, PinFault
+
+HEAD1 = HEAD1_A | HEAD1_B | HEAD1_Z
+DEAD_TURNS = 4.75
+"""Of a whole number no index would tell: the angle is right then."""
+HEAD2 = HEAD2_A | HEAD2_B | HEAD2_Z
+
+
+@pytest.mark.parametrize("level", ["low", "high"])
+def test_head_2_dead(scene: Scene, level: str) -> None:
+    """The correction goes on with what is known."""
+    before, turns = scene.bank(), len(scene.firmware.telemetry)
+    scene.disturb(3.2, **{level: HEAD2})
+    scene.turn(3.0)
+    assert len(scene.firmware.telemetry) >= turns + 3
+    assert all(told["result"] == "refused" for told in scene.firmware.telemetry[turns:])
+    assert scene.told["reason"] == "stands_still"
+    assert scene.bank() == before
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.turn(1.0)
+    scene.recovers()
+    # Its zero is lost by what it missed. That is told, and the nominal separation is used.
+    assert any("zero_lost" in told["alarms"] for told in scene.firmware.telemetry[turns:])
+    assert scene.told["separation"] == "nominal"
+    assert "separation" in scene.told["alarms"]
+
+
+@pytest.mark.parametrize("level", ["held", "low", "high"])
+def test_head_1_dead(scene: Scene, level: str) -> None:
+    """The output is that of head 1: it stands still, and takes no step when head 1 comes back."""
+    before, turns = scene.bank(), len(scene.firmware.telemetry)
+    if level == "held":
+        scene.drop(round(DEAD_TURNS * COUNTS), also_low=HEAD1_Z)
+    else:
+        scene.disturb(DEAD_TURNS, **{level: HEAD1})
+    scene.turn(0.1)
+    scene.record()
+    scene.turn(DEAD_TURNS - 0.5)
+    dead = scene.instrument.recording()
+    assert dead.head1.edges == dead.illegal == 0
+    # Z that went high was taken for an index: the correction ramps down, no more.
+    assert dead.output.edges <= (scene.largest_correction if level == "high" else 0)
+    assert scene.told["result"] == "refused"
+    assert scene.bank() == before
+
+    scene.record()
+    scene.turn(1.0)
+    lost = scene.compare()
+    assert lost.illegal == 0
+    assert lost.most_slip > (DEAD_TURNS - 1) * COUNTS
+    assert lost.worse < scene.clean_bound + scene.wrong_place(lost.most_slip) + scene.ramp_lag
+    scene.turn(1.5)
+    reasons = scene.reasons(turns)
+    # Without a flag, it is the bank that is full before a turn has passed.
+    assert (reasons[0] == "bank_full") == (level == "held")
+    assert "index_error" in reasons
+    assert any("zero_lost" in told["alarms"] for told in scene.firmware.telemetry[turns:])
+    scene.recovers()
+
+
+@pytest.mark.parametrize("pins", [HEAD1, HEAD2])
+def test_head_dead_from_the_start(make_scene: MakeScene, pins: int) -> None:
+    """No index, no correction: the output repeats head 1."""
+    scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
+    scene.record()
+    scene.turn(2.0)
+    assert scene.firmware.phase == "wait_for_index"
+    assert not scene.firmware.telemetry
+    assert scene.instrument.read("status.compensating") == 0
+    recording = scene.instrument.recording()
+    assert abs(recording.output.edges - recording.head1.edges) <= 2
+    assert recording.illegal == 0
+    scene.instrument.disturb()
+    scene.calibrate()

@@ -1,0 +1,51 @@
+"""An index that is lost, and one that is none."""
+
+from __future__ import annotations
+
+import pytest
+from sim.tests.faults.scene import Scene
+
+from arctrue.instrument import HEAD1_Z, HEAD2_Z
+
+Z_OF = {"head1": HEAD1_Z, "head2": HEAD2_Z}
+
+
+@pytest.mark.parametrize("head", Z_OF)
+def test_lost_index(scene: Scene, head: str) -> None:
+    """Seen at the next one, two turns after the one before; no count was lost."""
+    scene.to_part(0.7)
+    first = scene.instrument.read(f"{head}.index.position")
+    scene.disturb(0.5, low=Z_OF[head])
+    scene.turn(0.6)
+    assert scene.instrument.read(f"{head}.index.position") == first
+    assert not scene.faults()
+    assert scene.instrument.read("interrupt_status.head1_fault") == 0
+    told, swaps = scene.told, scene.told["swaps"]
+    while told["result"] != "refused":
+        swaps, told = told["swaps"], scene.next_turn()
+    assert told["reason"] == "index_error"
+    assert told["swaps"] == swaps
+    assert "zero_lost" not in told["alarms"]
+    assert scene.instrument.read(f"interrupt_status.{head}_fault") == 1
+    assert scene.instrument.read("status.compensating") == 1
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.recovers()
+
+
+@pytest.mark.parametrize("head", Z_OF)
+def test_false_index(scene: Scene, head: str) -> None:
+    """A pulse of two counts on Z in the middle of a turn: the angle stays where it was."""
+    before = scene.bank()
+    scene.disturb(2 / 16384, high=Z_OF[head])
+    scene.turn(0.1)
+    assert scene.faults() == {f"{head}.index_error"}
+    assert scene.next_turn()["reason"] == "index_error"
+    assert scene.bank() == before
+    # The index in its place came behind it: the zero is known to be right.
+    assert "zero_lost" not in scene.told["alarms"]
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.recovers()

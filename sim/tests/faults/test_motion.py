@@ -1,0 +1,74 @@
+"""A table that turns back within a turn, and one that turns too fast."""
+
+from __future__ import annotations
+
+import pytest
+from sim.tests.faults.conftest import MakeScene
+from sim.tests.faults.setting import (
+    CLOCKS_A_COUNT,
+    COUNTS,
+    MINIMUM_EDGE_SPACING_CLOCKS,
+    OUTPUT_SPACING_CLOCKS,
+    TURN_RAD,
+    legs,
+)
+
+HYSTERESIS_COUNTS = 1
+"""On a reversal the output holds its first count back."""
+
+
+def test_reversal(make_scene: MakeScene) -> None:
+    scene = make_scene(legs((1, 3.6), (-1, 4.0), (1, 4.0)))
+    scene.calibrate()
+    scene.to_part(0.3)
+    scene.record()
+    before = scene.bank()
+    while (told := scene.next_turn())["result"] != "refused":
+        before = scene.bank()
+    assert told["reason"] in ("reversal", "wrong_step")
+    assert scene.bank() == before
+    # A reversal is no fault of the signals.
+    assert not scene.faults()
+    during = scene.compare()
+    assert during.illegal == 0
+    assert during.most < scene.clean_bound + HYSTERESIS_COUNTS
+    # The other way round is as good.
+    assert scene.next_turn()["result"] != "refused"
+    scene.settle()
+    scene.record()
+    scene.turn(0.8)
+    assert scene.compare().most < scene.clean_bound + HYSTERESIS_COUNTS
+
+
+@pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
+def test_over_speed(make_scene: MakeScene, speed: float) -> None:
+    """Nearer than allowed; faster than the output may go; more than an edge a clock."""
+    fast_s_turns = 0.02
+    scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)))
+    scene.calibrate()
+    scene.to_part(0.3)
+    turns, before = len(scene.firmware.telemetry), scene.bank()
+    scene.record()
+    assert 2.25 < scene.instrument.true_angle_rad / TURN_RAD < 2.55
+    scene.turn(0.6)
+    clocks_a_count = CLOCKS_A_COUNT / speed
+    assert clocks_a_count < MINIMUM_EDGE_SPACING_CLOCKS
+    flags = scene.faults()
+    # Two counts in a clock are no order that the decoder knows.
+    assert ("head1.illegal" in flags) == (clocks_a_count < 1)
+    assert "head1.overspeed" in flags
+    assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
+    during = scene.compare()
+    assert during.illegal == 0
+    # What comes in faster than it may go out waits.
+    travelled = speed * fast_s_turns * COUNTS
+    waiting = travelled * max(0.0, 1 - clocks_a_count / OUTPUT_SPACING_CLOCKS)
+    late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
+    wrong = scene.wrong_place(during.most_slip)
+    assert during.worse < scene.clean_bound + late + waiting + wrong
+
+    assert scene.next_turn()["result"] == "refused"
+    assert scene.reasons(turns)[0] in ("edge_spacing", "illegal_transition", "index_error")
+    assert ("output" in scene.told["alarms"]) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
+    assert scene.bank() == before
+    scene.recovers()

@@ -1,0 +1,68 @@
+"""A processor that hangs, is slow, begins anew, or waits for a capture that does not come."""
+
+from __future__ import annotations
+
+from sim.tests.faults.scene import Scene
+from sim.tests.faults.setting import TURN_CLOCKS
+
+
+def test_hung_for_three_turns(scene: Scene) -> None:
+    """The fabric goes on with the coefficients that it has, and drops turns."""
+    before = scene.bank()
+    scene.instrument.run(3 * TURN_CLOCKS)
+    assert scene.instrument.read("status.capture_ready") == 1
+    assert scene.instrument.read("overrun_count") == 2
+    assert scene.instrument.read("interrupt_status.capture_overrun") == 1
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    assert scene.bank() == before
+    assert "overrun" in scene.next_turn()["alarms"]
+    scene.recovers()
+
+
+def test_calculation_longer_than_a_turn(scene: Scene) -> None:
+    """The bank that it works on is not written meanwhile."""
+    scene.firmware.calculation_clocks = round(2.5 * TURN_CLOCKS)
+    begin = scene.instrument.clock
+    scene.next_turn()
+    assert scene.instrument.clock - begin > 2.5 * TURN_CLOCKS
+    assert scene.told["result"] != "refused"
+    assert "overrun" in scene.told["alarms"]
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.firmware.calculation_clocks = 0
+    scene.recovers()
+
+
+def test_begins_anew(scene: Scene) -> None:
+    """After a fault or the watchdog: uncorrected, on a ramp, until it has calibrated again."""
+    scene.firmware.start()
+    assert scene.firmware.phase == "wait_for_index"
+    assert scene.firmware.coefficients is None
+    assert scene.instrument.read("control.compensate") == 0
+    clean = scene.clean_bound
+    scene.turn(0.6)
+    assert scene.instrument.read("status.ramp_busy") == 0
+    anew = scene.compare()
+    assert anew.illegal == 0
+    assert not scene.faults()
+    assert scene.next_turn()["result"] == "applied"
+    assert anew.worse < clean + scene.ramp_lag
+    scene.recovers()
+
+
+def test_capture_that_is_stuck(scene: Scene) -> None:
+    """Somebody switched it off: after four turns without a bank all begins anew."""
+    lag = scene.ramp_lag
+    scene.instrument.update("control", capture_enable=0)
+    scene.next_turn()
+    assert scene.told["alarms"] == ["stuck_capture"]
+    assert scene.firmware.coefficients is None
+    scene.turn(0.5)
+    during = scene.compare()
+    assert during.illegal == 0
+    assert during.worse < scene.clean_bound + lag
+    assert scene.next_turn()["result"] == "applied"
+    scene.recovers()

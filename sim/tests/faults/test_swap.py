@@ -1,0 +1,111 @@
+"""A swap at the worst moment: the largest step, the index, in the ramp of the one before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.faults.conftest import MakeScene
+from sim.tests.faults.scene import MEAN_ERROR, Scene
+from sim.tests.faults.setting import (
+    RAMP_RATE,
+    TURN_CLOCKS,
+    TURN_RAD,
+    true_error_counts,
+)
+
+from arctrue.gateware.coefficients import Coefficients
+
+PIPELINE_CLOCKS = 40
+"""From the swap to its ramp."""
+_ANGLE = np.linspace(0.0, TURN_RAD, 4096, endpoint=False)
+_ERROR = true_error_counts(_ANGLE) - MEAN_ERROR
+PLACES = {
+    "largest": float(_ANGLE[np.argmax(np.abs(_ERROR))]),
+    "steepest": float(_ANGLE[np.argmax(np.abs(np.gradient(_ERROR)))]),
+    "index": 0.0,
+}
+
+
+def nothing(active: Coefficients) -> Coefficients:
+    return replace(active, amplitudes=np.zeros_like(active.amplitudes))
+
+
+def swap(scene: Scene, bank: Coefficients) -> None:
+    """By hand, the firmware does not know."""
+    scene.instrument.write_coefficients(bank)
+    scene.instrument.command("swap")
+
+
+@pytest.mark.parametrize("slower", [1, 6])
+@pytest.mark.parametrize("place", PLACES)
+def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
+    """With a ramp that is faster than the table's error changes, and with one that is not."""
+    scene = make_scene(None, {"ramp_rate": RAMP_RATE // slower})
+    scene.calibrate()
+    assert (scene.ramp_lag > 0) == (slower > 1)
+    good = scene.coefficients
+    instrument = scene.instrument
+    for bank in (nothing(good), good):
+        instrument.write_coefficients(bank)
+        turns = np.floor(instrument.true_angle_rad / TURN_RAD) + 1
+        instrument.run_until(true_angle_rad=float(turns * TURN_RAD + PLACES[place]))
+        scene.record()
+        count = instrument.read("swap_count")
+        instrument.command("swap")
+        instrument.run(TURN_CLOCKS)
+        assert instrument.read("swap_count") == count + 1
+        assert instrument.read("status.ramp_busy") == 0
+        swapped = scene.compare()
+        assert swapped.illegal == 0
+        # A step of more counts than the following limit would set it.
+        assert not scene.faults()
+        assert swapped.worse < scene.clean_bound + scene.ramp_lag
+    scene.recovers()
+
+
+def test_swaps_in_the_ramp(scene: Scene) -> None:
+    """150 of them, all and nothing in turn, none of the ramps at its end."""
+    good = scene.coefficients
+    instrument = scene.instrument
+    for number in range(150):
+        swap(scene, nothing(good) if number % 2 == 0 else good)
+        instrument.run(PIPELINE_CLOCKS)
+        assert instrument.read("status.ramp_busy") == 1
+    instrument.run(TURN_CLOCKS // 2)
+    hammered = scene.compare()
+    assert hammered.illegal == 0
+    assert not scene.faults()
+    # The correction stays between nothing and all.
+    assert hammered.worse < scene.clean_bound + scene.ramp_lag
+    assert instrument.read("status.ramp_busy") == 0
+    scene.recovers()
+
+
+def test_half_a_bank_does_nothing(scene: Scene) -> None:
+    """A processor that hangs while it writes: without the swap nothing acts."""
+    good = scene.coefficients
+    wrong = replace(good, amplitudes=-good.amplitudes)
+    half = wrong.amplitudes.size // 2
+    scene.instrument.write_coefficients(
+        replace(wrong, amplitudes=np.r_[wrong.amplitudes[:half], good.amplitudes[half:]])
+    )
+    scene.instrument.run(TURN_CLOCKS)
+    during = scene.compare()
+    assert during.most < scene.clean_bound
+    assert during.illegal == 0
+    scene.recovers()
+
+
+def test_a_wrong_bank_is_seen(scene: Scene) -> None:
+    """The judge: the correction with its sign changed doubles the error."""
+    good = scene.coefficients
+    swap(scene, replace(good, amplitudes=-good.amplitudes))
+    scene.instrument.run(TURN_CLOCKS)
+    scene.record()
+    scene.instrument.run(TURN_CLOCKS)
+    doubled = scene.compare()
+    most = float(np.abs(_ERROR).max())
+    assert abs(doubled.worse - most) < scene.clean_bound
+    assert abs(doubled.most - 2 * most) < scene.clean_bound
