@@ -208,7 +208,9 @@ class Scenario:
 
     def course(self) -> Course:
         """The motion with its temperature. Raises ValueError where it cannot be driven."""
-        bare = Course.over(self.legs, ripple_rad=self.ripple_rad, ripple_order=self.ripple_order)
+        bare = Course.over(
+            self._legs_in_samples(), ripple_rad=self.ripple_rad, ripple_order=self.ripple_order
+        )
         if not self.temperature:
             return bare
         points = sorted(
@@ -230,6 +232,18 @@ class Scenario:
             tuple(time for time, _ in points),
             tuple(celsius for _, celsius in points),
         )
+
+    def _legs_in_samples(self) -> list[Leg]:
+        """What is run of a pause is whole sample periods, so that what follows meets the gateware's
+        clock and sampler where it would without the pause: nothing else of it changes a result.
+        """
+        if not self.speeds_rad_s:
+            return list(self.legs)
+        period_s = self.sample_period_clocks / self.clock_hz
+        return [
+            leg if leg.turns else replace(leg, run_s=max(1, round(leg.run_s / period_s)) * period_s)
+            for leg in self.legs
+        ]
 
     def table(self) -> ScenarioTable:
         """The table with all that acts on it; the noise of the readings comes last."""
