@@ -27,7 +27,7 @@ def plot_revolution(result: RevolutionResult, file: Path) -> None:
             upper.axhline(end, color=LIMIT, linestyle=(0, (4, 3)), linewidth=1)
         upper.set_title("Output of the compiled gateware against the true angle")
         upper.set_ylabel("error, arcsec")
-        upper.legend(loc="upper right", ncols=2)
+        upper.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
         lower.plot(degrees, result.after.error_arcsec, color=AFTER)
         for sign in (-1, 1):
             lower.axhline(
