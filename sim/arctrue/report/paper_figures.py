@@ -36,7 +36,7 @@ def plot_experiment(result: ExperimentResult, folder: Path) -> Path:
             elinewidth=0.7,
             label=label,
         )
-    whole.legend(frameon=False, ncols=2, loc="upper right")
+    whole.legend(frameon=False, ncols=2, loc="lower right")
     whole.set_title(
         f"(a) Error at {faces.size} faces, {result.settings.cycles} cycles; "
         f"bars: σ of equation (13) × {DEVIATION_SCALE}",
