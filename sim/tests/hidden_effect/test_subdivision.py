@@ -92,8 +92,8 @@ def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -
     stands = np.interp(stations, turn, head1) / count_rad
     turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
     late = reference.head1_counts - stands - turns * table.counts_per_rev
-    # A reading is cut to its count (0.5 on average). The zero is Z's edge between two kept ones, good
-    # to one count, as an index mark is; edges come in whole clocks, half of one late on average.
+    # A reading is cut to its count (0.5 on average). The zero is Z's edge between two kept ones,
+    # good to one count as an index mark is; edges come in whole clocks, half of one late.
     assert abs(np.mean(late) + 0.5) < 1.0 + 0.5 / 1.14
 
 
