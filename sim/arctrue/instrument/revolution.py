@@ -294,7 +294,7 @@ def run_revolution(
         )
         before = score_turn(instrument.recording().output)
         firmware.run(
-            until=lambda f: bool(f.telemetry) and _settled(instrument, f),
+            until=lambda f: bool(f.telemetry) and settled(instrument, f),
             stage="calibration, swap and ramp",
             poll_clocks=poll,
         )
@@ -342,7 +342,11 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
     return firmware
 
 
-def _settled(instrument: Instrument, firmware: Firmware) -> bool:
+def settled(instrument: Instrument, firmware: Firmware) -> bool:
+    """Is the first turn's calibration applied, and its ramp over?
+
+    Raises InstrumentError where the firmware did not apply it.
+    """
     if firmware.telemetry[0]["result"] != "applied":
         told = firmware.telemetry[0]
         raise InstrumentError(

@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.instrument.build import Say
-from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import Instrument, Progress
 from arctrue.instrument.recording import EdgeTrack
-from arctrue.instrument.revolution import RevolutionSettings, set_up
+from arctrue.instrument.revolution import RevolutionSettings, set_up, settled
 from arctrue.paper.budget import UncertaintyBudget
 from arctrue.paper.polygon import Autocollimator, Polygon
 from arctrue.paper.published import PUBLISHED, Published
@@ -133,7 +132,7 @@ def run_experiment(
         instrument.attach(table.table(), settings.motion())
         firmware = set_up(instrument.firmware, table)
         firmware.run(
-            until=lambda f: bool(f.telemetry) and _corrected(instrument, f),
+            until=lambda f: bool(f.telemetry) and settled(instrument, f),
             stage="index, first turn, calibration",
         )
         every = max(1, table.counts_per_rev // KEPT_A_TURN)
@@ -165,13 +164,6 @@ def run_experiment(
             clocks=instrument.clock,
             wall_s=time.monotonic() - started,
         )
-
-
-def _corrected(instrument: Instrument, firmware: Firmware) -> bool:
-    if firmware.phase != "capture":
-        return False
-    status = instrument.read_fields("status")
-    return bool(status["compensating"] and not status["ramp_busy"])
 
 
 def _stations(track: EdgeTrack, faces: int) -> tuple[NDArray[np.intp], Float]:
