@@ -30,10 +30,10 @@ void interrupts_fabric_on(void) {
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
-/* A processor whose interrupts are off wakes all the same, so none is missed in between. */
-void interrupts_sleep(const volatile bool *awake) {
+/* A processor whose interrupts are off wakes all the same. */
+void interrupts_sleep_unless(bool (*work_waits)(void)) {
     __asm__ volatile("cpsid i" ::: "memory");
-    if (!*awake) {
+    if (!work_waits()) {
         __asm__ volatile("dsb\n\twfi" ::: "memory");
     }
     __asm__ volatile("cpsie i" ::: "memory");

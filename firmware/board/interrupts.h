@@ -15,7 +15,8 @@ void interrupts_set_up(void);
 void interrupts_fabric_off(void);
 void interrupts_fabric_on(void);
 
-/* Sleep until an interrupt, unless `awake` is set already; interrupts are taken after it. */
-void interrupts_sleep(const volatile bool *awake);
+/* Sleep until an interrupt, unless work waits already. It is asked with interrupts held back, so
+   that none is taken between its answer and the sleep. */
+void interrupts_sleep_unless(bool (*work_waits)(void));
 
 #endif

@@ -107,6 +107,11 @@ static void work(void) {
     console_step(&firmware.console);
 }
 
+static bool work_waits(void) {
+    return firmware.core_interrupted || uart_waits(&firmware.uart) ||
+           application_busy(&firmware.application);
+}
+
 static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     const struct console *console = &firmware.console;
     if (console->reset_instruction != 0) {
@@ -148,8 +153,6 @@ int main(void) {
     for (;;) {
         watchdog_feed();
         work();
-        if (!application_busy(&firmware.application)) {
-            interrupts_sleep(&firmware.core_interrupted);
-        }
+        interrupts_sleep_unless(work_waits);
     }
 }

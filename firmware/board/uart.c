@@ -28,7 +28,9 @@ void uart_set_up(struct uart *uart) {
     register_write(UART_IER, UART_RECEIVE_TRIGGER);
 }
 
+/* Cleared before the FIFO is emptied: what arrives after the last look interrupts again. */
 void uart_interrupt(struct uart *uart) {
+    register_write(UART_ISR, UART_RECEIVE_TRIGGER);
     while ((register_read(UART_SR) & UART_SR_RECEIVE_EMPTY) == 0) {
         uint8_t character = (uint8_t)register_read(UART_FIFO);
         if (uart->written - uart->taken < UART_RING) {
@@ -36,11 +38,14 @@ void uart_interrupt(struct uart *uart) {
             uart->written = uart->written + 1;
         }
     }
-    register_write(UART_ISR, UART_RECEIVE_TRIGGER);
+}
+
+bool uart_waits(const struct uart *uart) {
+    return uart->taken != uart->written;
 }
 
 bool uart_take(struct uart *uart, uint8_t *character) {
-    if (uart->taken == uart->written) {
+    if (!uart_waits(uart)) {
         return false;
     }
     *character = uart->ring[uart->taken % UART_RING];

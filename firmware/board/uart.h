@@ -21,6 +21,7 @@ struct uart {
 void uart_set_up(struct uart *uart);
 /* From the interrupt. */
 void uart_interrupt(struct uart *uart);
+bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
 /* Waits while the transmitter is full. */
 void uart_put(char character);

@@ -10,7 +10,7 @@ import struct
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -124,17 +124,30 @@ class Emulator:
         """What is said from ``start`` on, once ``text`` is part of it."""
         end = time.monotonic() + seconds
         while text not in self.said[start:]:
-            left = end - time.monotonic()
-            if left <= 0:
-                raise TimeoutError(f"waited for {text!r}, heard {self.said[start:]!r}")
-            self.console.settimeout(left)
-            try:
-                data = self.console.recv(4096)
-            except TimeoutError:
-                continue
-            assert data, f"the emulator ended; heard {self.said[start:]!r}"
-            self.said += data.decode("ascii")
+            self._hear_more(end, text, start)
         return self.said[start:]
+
+    def _hear_more(self, end: float, awaited: str, start: int) -> None:
+        """The next characters, as many as come at once; TimeoutError at ``end``."""
+        self.console.settimeout(max(end - time.monotonic(), 1e-3))
+        try:
+            data = self.console.recv(4096)
+        except TimeoutError:
+            heard = self.said[start:]
+            raise TimeoutError(f"waited for {awaited!r}, heard {heard!r}") from None
+        assert data, f"the emulator ended; heard {self.said[start:]!r}"
+        self.said += data.decode("ascii")
+
+    def next_line(self, beginning: str, seconds: float) -> str:
+        """The first whole line with that beginning of those that begin from now on."""
+        end = time.monotonic() + seconds
+        start = self.said.rfind("\n") + 1
+        skipped = 1 if start < len(self.said) else 0
+        while True:
+            for line in self.said[start:].split("\r\n")[skipped:-1]:
+                if line.startswith(beginning):
+                    return line
+            self._hear_more(end, f"a line with {beginning!r}", start)
 
     def send(self, line: str, seconds: float = 20.0) -> str:
         """A command and its answer up to the line with ok or error.
@@ -144,13 +157,13 @@ class Emulator:
         end = time.monotonic() + seconds
         start = len(self.said)
         self.console.sendall(line.encode() + b"\r")
-        while time.monotonic() < end:
-            whole = self.said[start:].split("\r\n")[:-1]
+        while True:
+            # The end of the line before may be half heard.
+            whole = self.said[start:].removeprefix("\n").split("\r\n")[:-1]
             for number, text in enumerate(whole, start=1):
                 if text.startswith(("ok", "error")):
                     return "".join(f"{item}\r\n" for item in whole[:number])
-            self.wait_for("\r\n", end - time.monotonic(), len(self.said))
-        raise TimeoutError(f"no answer to {line!r}, heard {self.said[start:]!r}")
+            self._hear_more(end, f"the answer to {line}", start)
 
     def ask(self, line: str, expected: str, seconds: float = 20.0) -> str:
         """The command again and again until its answer holds ``expected``.
@@ -177,19 +190,38 @@ class Emulator:
         self.console.sendall(b"marker\r")
         self.wait_for("try help: marker\r\n", 60.0, start)
 
-    def write_memory(self, address: int, data: bytes) -> None:
-        """By the debugger's port, with the processor stopped and let go again."""
+    @contextmanager
+    def debugging(self) -> Iterator[Callable[[str, bytes], None]]:
+        """Orders to the debugger's port, each with what is awaited; the processor stands still."""
         with socket.socket(socket.AF_UNIX) as port:
             port.connect(str(self.debugger))
             port.settimeout(10.0)
-            for text in (f"M{address:x},{len(data):x}:{data.hex()}", "D"):
+
+            def order(text: str, awaited: bytes) -> None:
                 port.sendall(f"${text}#{sum(text.encode()) % 256:02x}".encode())
                 answer = b""
                 # The news that the processor has stopped may come first.
-                while b"$OK#" not in answer:
+                while awaited not in answer:
                     answer += port.recv(4096)
                     assert b"$E" not in answer, answer
                 port.sendall(b"+")
+
+            yield order
+            order("D", b"$OK#")
+
+    def write_memory(self, address: int, data: bytes) -> None:
+        with self.debugging() as order:
+            order(f"M{address:x},{len(data):x}:{data.hex()}", b"$OK#")
+
+    @contextmanager
+    def stopped_at(self, address: int) -> Iterator[None]:
+        """The next time that the processor comes there, a Thumb instruction; then it goes on."""
+        breakpoint_there = f"0,{address:x},2"
+        with self.debugging() as order:
+            order(f"Z{breakpoint_there}", b"$OK#")
+            order("c", b"$T05")
+            yield
+            order(f"z{breakpoint_there}", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:
         """Accesses of qtest's protocol, beside the processor: its answers without the OK."""

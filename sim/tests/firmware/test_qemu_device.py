@@ -91,7 +91,8 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
         machine.wait_for(READY)
         machine.send("telemetry on")
         machine.ask("status", "phase capture")
-        stop_timer(machine)
+        with machine.stopped_at(symbol("interrupts_sleep_unless")):
+            stop_timer(machine)
         start = len(machine.said)
         hand_over(machine)
         with pytest.raises(TimeoutError):
@@ -101,6 +102,19 @@ def test_an_interrupt_alone_wakes_it(tmp_path: Path) -> None:
         status = machine.send("status")
         assert field(status, "interrupts") == "1"
         assert field(status, "banks_without_interrupt") != "0", "the last bank stays ready here"
+
+
+def test_a_command_that_comes_before_the_sleep_is_heard(tmp_path: Path) -> None:
+    """Its interrupt is taken before the processor sleeps, and nothing else would wake it."""
+    with running(tmp_path, one_sample()) as machine:
+        machine.wait_for(READY)
+        machine.ask("status", "phase capture")
+        start = len(machine.said)
+        with machine.stopped_at(symbol("interrupts_sleep_unless")):
+            stop_timer(machine)
+            machine.console.sendall(b"set\r")
+            time.sleep(0.3)
+        machine.wait_for("error: use: set", 5.0, start)
 
 
 def test_a_lost_interrupt_does_not_stop_it(tmp_path: Path) -> None:
@@ -148,10 +162,7 @@ def test_a_line_that_is_stuck_does_not_stop_it(tmp_path: Path) -> None:
 
 
 def temperature_told(machine: Emulator) -> Any:
-    start = len(machine.said)
-    told = machine.wait_for("}\r\n", 5.0, start)
-    lines = [line for line in told.split("\r\n")[:-1] if line.startswith("{")]
-    return json.loads(lines[-1])
+    return json.loads(machine.next_line("{", 5.0))
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
