@@ -9,15 +9,21 @@ from scripts.netlist import ToolError
 
 SYNC_WORD = bytes.fromhex("AA995566")
 IDCODE_WRITE = bytes.fromhex("30018001")  # one word to register IDCODE
+FRAMES_WRITE = bytes.fromhex(
+    "30004000"
+)  # to register FDRI; a packet of type 2 tells how many words
+PACKET_TYPE_2 = 0b010
+TYPE_2_WORDS = 0x07FF_FFFF
 REVISION = 0xF000_0000  # the top four bits of an identification code are the silicon's revision
+WORDS_A_FRAME = 101
 
-# Identification code and the bytes of all configuration frames (UG585, table of bitstream lengths).
+# Identification code and configuration frames, those that only pad the end of a row among them.
+# UG585's lengths of whole bitstreams are 2,332 bytes of commands more.
 DIES = {
-    "xc7z010": (0x0372_2093, 2_083_740),
-    "xc7z020": (0x0372_7093, 4_045_564),
+    "xc7z010": (0x0372_2093, 5_152),
+    "xc7z020": (0x0372_7093, 10_008),
 }
-LONGEST_HEAD = 1024  # bytes before the sync word: Xilinx' tagged fields, dummy words
-LONGEST_REST = 4096  # bytes of commands round the frames
+LONGEST_HEAD = 1024  # bytes before the sync word, or before the frames: tagged fields, commands
 
 
 def check_bitstream(path: Path, part: str) -> str:
@@ -35,15 +41,27 @@ def check_bitstream(path: Path, part: str) -> str:
     if not die or die[0] not in DIES:
         return f"{path}: {len(data):,} bytes (length and code of {part} are not known here)"
     code, frames = DIES[die[0]]
-    length = len(data) - start
-    if not frames <= length <= frames + LONGEST_REST:
-        raise ToolError(
-            f"{path}: {length:,} bytes from the sync word on; expected {frames:,} of frames and at "
-            f"most {LONGEST_REST:,} more for {part}"
-        )
     place = data.find(IDCODE_WRITE, start, start + LONGEST_HEAD)
     found = int.from_bytes(data[place + 4 : place + 8], "big") if place >= 0 else -1
     if found < 0 or found & ~REVISION != code & ~REVISION:
         told = "none" if found < 0 else f"0x{found:08X}"
         raise ToolError(f"{path}: expected the code 0x{code:08X} of {part}, found {told}")
+    words, there = _frame_words(data, start)
+    if words != frames * WORDS_A_FRAME:
+        raise ToolError(
+            f"{path}: expected {frames * WORDS_A_FRAME:,} words of frames for {part}, "
+            f"found {words:,} (is it compressed or partial?)"
+        )
+    if there < words:
+        raise ToolError(f"{path}: cut off: {there:,} of {words:,} words of frames are there")
     return f"{path}: {len(data):,} bytes for {part}"
+
+
+def _frame_words(data: bytes, start: int) -> tuple[int, int]:
+    """How many words of frames are told, and how many follow."""
+    place = data.find(FRAMES_WRITE, start, start + LONGEST_HEAD)
+    if place < 0:
+        return 0, 0
+    header = int.from_bytes(data[place + 4 : place + 8], "big")
+    words = header & TYPE_2_WORDS if header >> 29 == PACKET_TYPE_2 else 0
+    return words, (len(data) - place - 8) // 4

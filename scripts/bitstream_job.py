@@ -76,19 +76,25 @@ class Job:
 
 @dataclass(frozen=True)
 class Tool:
-    """A program: where it may be named, and what to do when it is not there."""
+    """A program: where it may be named, and what to do when it is not there.
+
+    ``folder`` of this tree is looked into after PATH.
+    """
 
     variable: str
     commands: tuple[str, ...]
     advice: str
+    folder: Path | None = None
 
     def find(self) -> str | None:
-        """The command: the variable's when it is set, else the first on PATH; None without."""
+        """The command: the variable's when it is set, else the first that is there, or None."""
         chosen = os.environ.get(self.variable)
-        for candidate in (chosen,) if chosen else self.commands:
-            if found := shutil.which(candidate):
-                return found
-        return None
+        if chosen:
+            return shutil.which(chosen)
+        found = [shutil.which(command) for command in self.commands]
+        if self.folder:
+            found += [shutil.which(command, path=str(self.folder)) for command in self.commands]
+        return next((command for command in found if command), None)
 
     def missing(self) -> str:
         """One line: what was looked for, where, and what to do."""

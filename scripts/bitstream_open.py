@@ -1,4 +1,4 @@
-"""The open flow: GHDL, Yosys, nextpnr, FASM, Project X-Ray's bitstream tools."""
+"""The open flow: GHDL, Yosys, nextpnr, FASM, Project X-Ray's database and bitstream writer."""
 
 from __future__ import annotations
 
@@ -8,29 +8,32 @@ import re
 import subprocess
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from scripts.bitstream_job import Job, TimingError, Tool, Top, all_found
-from scripts.netlist import ToolError, find_ghdl, find_yosys, synthesise, write_netlist
+from scripts.fasm_frames import frames_of
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
+UNPACKED = ROOT / "build" / "place_and_route"
+"""What scripts/install_place_and_route.sh makes."""
+INSTALL = "Run scripts/install_place_and_route.sh, "
 NEXTPNR = Tool(
     "NEXTPNR",
-    ("nextpnr-himbaechel", "nextpnr-xilinx"),
-    "Build nextpnr with its himbaechel/xilinx architecture (github.com/YosysHQ/nextpnr), or "
-    "nextpnr-xilinx (github.com/openXC7/nextpnr-xilinx); or name it: NEXTPNR=/path/to/nextpnr-...",
-)
-FASM2FRAMES = Tool(
-    "FASM2FRAMES",
-    ("fasm2frames", "fasm2frames.py"),
-    "It is utils/fasm2frames.py of Project X-Ray (github.com/f4pga/prjxray); "
-    "or name it: FASM2FRAMES=/path/to/fasm2frames",
+    ("nextpnr-himbaechel", "nextpnr-himbaechel-xilinx", "nextpnr-xilinx"),
+    f"{INSTALL}or build nextpnr with its himbaechel/xilinx architecture "
+    "(github.com/YosysHQ/nextpnr); or name it: NEXTPNR=/path/to/nextpnr-...",
+    UNPACKED / "bin",
 )
 FRAMES2BIT = Tool(
     "XC7FRAMES2BIT",
     ("xc7frames2bit",),
-    "Build it from Project X-Ray (github.com/f4pga/prjxray), folder tools; "
+    f"{INSTALL}or build Project X-Ray's (github.com/f4pga/prjxray, folder tools); "
     "or name it: XC7FRAMES2BIT=/path/to/xc7frames2bit",
+    UNPACKED / "bin",
 )
+FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/f4pga/prjxray")
+"""Used only where it is named: scripts/fasm_frames.py does the same but for banks below 3.3 V."""
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
@@ -50,15 +53,16 @@ def is_himbaechel(nextpnr: str) -> bool:
 def database_of(part: str) -> tuple[Path | None, str]:
     """Project X-Ray's folder of the family, or None and what to do."""
     named = os.environ.get(DATABASE)
-    if not named:
+    folder = Path(named) if named else UNPACKED / "database"
+    if not named and not folder.exists():
         return None, (
-            f"{DATABASE} is not set. Clone github.com/f4pga/prjxray-db and set "
+            f"{DATABASE} is not set. {INSTALL}or clone github.com/f4pga/prjxray-db and set "
             f"{DATABASE}=/path/to/prjxray-db"
         )
-    family = Path(named) / FAMILY
+    family = folder / FAMILY
     description = family / part / "part.yaml"
     if not description.exists():
-        return None, f"{DATABASE}={named} does not know the part {part}: no {description}"
+        return None, f"{folder} does not know the part {part}: no {description}"
     return family, ""
 
 
@@ -67,6 +71,9 @@ def chip_database(nextpnr: str | None) -> tuple[str | None, str]:
     named = os.environ.get(CHIPDB)
     if named and not Path(named).exists():
         return None, f"{CHIPDB}={named}: there is no such file"
+    unpacked = UNPACKED / "chipdb-xc7z020.bin"
+    if nextpnr and not named and Path(nextpnr).is_relative_to(UNPACKED):
+        return str(unpacked), ""
     if nextpnr and not named and not is_himbaechel(nextpnr):
         return None, (
             f"{CHIPDB} is not set: nextpnr-xilinx needs the chip's database. Make it with its "
@@ -93,16 +100,24 @@ def check_primitives(netlist: Path, top: Top) -> None:
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
-    done = subprocess.run(
-        command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
-    )
-    log.write_text(f"{' '.join(command)}\n{done.stdout}", encoding="utf-8")
-    return done.returncode, done.stdout
+    """Exit code and what was said, which can be followed in the log meanwhile."""
+    with log.open("w", encoding="utf-8") as file:
+        file.write(f"{' '.join(command)}\n")
+        file.flush()
+        done = subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, check=False)
+    return done.returncode, log.read_text(encoding="utf-8", errors="replace")
 
 
 def _failed(command: str, log: Path, told: str) -> ToolError:
     tail = "\n".join(told.splitlines()[-SHOWN_LINES:])
     return ToolError(f"{command} failed. The end of {log}:\n{tail}")
+
+
+def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
+    log = job.reports / f"{name}.log"
+    code, told = _run(command, log)
+    if code:
+        raise _failed(command[0], log, told)
 
 
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> tuple[Path, str]:
@@ -138,11 +153,19 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     return fasm, f"nextpnr's estimate, which times no block RAM, DSP or PS7 in full: {reached}"
 
 
-def run_open(job: Job) -> str:
-    """Make the bitstream and return a sentence about the timing.
+@dataclass(frozen=True)
+class OpenTools:
+    """What comes behind Yosys; ``fasm2frames`` only where it is named."""
 
-    Raises ToolError for what is missing (all at once) or fails, TimingError for a slow clock.
-    """
+    nextpnr: str
+    chipdb: str | None
+    frames2bit: str
+    family: Path
+    fasm2frames: str | None
+
+
+def find_open_tools(part: str) -> OpenTools:
+    """Raises ToolError that names all that is missing, GHDL and Yosys too."""
     missing = []
     for find in (find_ghdl, find_yosys):
         try:
@@ -150,37 +173,45 @@ def run_open(job: Job) -> str:
         except ToolError as error:
             missing.append(str(error))
     chipdb, no_chipdb = chip_database(NEXTPNR.find())
-    family, no_family = database_of(job.part)
+    family, no_family = database_of(part)
     others = [*missing, *(text for text in (no_chipdb, no_family) if text)]
-    nextpnr, fasm2frames, frames2bit = all_found([NEXTPNR, FASM2FRAMES, FRAMES2BIT], others)
+    named = [FASM2FRAMES] if os.environ.get(FASM2FRAMES.variable) else []
+    nextpnr, frames2bit, *fasm2frames = all_found([NEXTPNR, FRAMES2BIT, *named], others)
     assert family is not None
+    return OpenTools(nextpnr, chipdb, frames2bit, family, next(iter(fasm2frames), None))
 
+
+def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
+    """From the mapped netlist to the bitstream; a sentence about the timing.
+
+    Raises ToolError for a step that fails, TimingError for a slow clock.
+    """
+    log = job.reports / "nextpnr.log"
+    print(f"bitstream: place and route ({Path(tools.nextpnr).name}); log: {log}", flush=True)
+    fasm, timing = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
+    print("bitstream: frames and bitstream (Project X-Ray)", flush=True)
+    frames = job.folder / "arctrue.frames"
+    if tools.fasm2frames:
+        options = ["--part", job.part, "--db-root", str(tools.family), str(fasm), str(frames)]
+        _run_step(job, "fasm2frames", [tools.fasm2frames, *options])
+    else:
+        frames_of(fasm, tools.family, job.part).write(frames)
+    options = ["--part_file", str(tools.family / job.part / "part.yaml")]
+    options += ["--part_name", job.part, "--frm_file", str(frames)]
+    options += ["--output_file", str(job.bitstream)]
+    _run_step(job, "xc7frames2bit", [tools.frames2bit, *options])
+    return timing
+
+
+def run_open(job: Job) -> str:
+    """Make the bitstream and return a sentence about the timing.
+
+    Raises ToolError for what is missing (all at once) or fails, TimingError for a slow clock.
+    """
+    tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)
     print(f"bitstream: netlist of {job.top.name} (GHDL, Yosys)", flush=True)
     verilog = write_netlist(job.top.name, job.folder / "netlist", generics=job.generics)
     netlist = synthesise(verilog, flatten=True)
     check_primitives(netlist, job.top)
-    print(f"bitstream: place and route ({Path(nextpnr).name})", flush=True)
-    fasm, timing = place_and_route(job, nextpnr, chipdb, netlist)
-    print("bitstream: frames and bitstream (Project X-Ray)", flush=True)
-    frames = job.folder / "arctrue.frames"
-    for command, log in (
-        (
-            [fasm2frames, "--part", job.part, "--db-root", str(family), str(fasm), str(frames)],
-            job.reports / "fasm2frames.log",
-        ),
-        (
-            [
-                frames2bit,
-                *("--part_file", str(family / job.part / "part.yaml")),
-                *("--part_name", job.part),
-                *("--frm_file", str(frames)),
-                *("--output_file", str(job.bitstream)),
-            ],
-            job.reports / "xc7frames2bit.log",
-        ),
-    ):
-        code, told = _run(command, log)
-        if code:
-            raise _failed(command[0], log, told)
-    return timing
+    return write_bitstream(job, tools, netlist)

@@ -249,7 +249,7 @@ begin
       swap_done          => swap_done
     );
 
-  output : entity work.quadrature_output
+  edges : entity work.quadrature_output
     port map (
       clock              => clock,
       reset              => reset,

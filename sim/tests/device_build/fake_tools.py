@@ -9,14 +9,16 @@ import json
 import os
 import stat
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from scripts import bitstream_open
+from scripts.bitstream_job import Tool
 
 CALLS = "FAKE_CALLS"
 PART = "xc7z020clg400-1"
-FRAME_BYTES = 4_045_564  # UG585
 
 HEAD = f"""#!{sys.executable}
 import json, os, sys
@@ -76,7 +78,8 @@ if reached:
     print(("ERROR: " if late else "Info: ") + line.format(reached, "FAIL" if late else "PASS"))
 code = int(os.environ.get("FAKE_NEXTPNR_CODE", "0"))
 if not code:
-    open(options["fasm"], "w").write("PSS2_X1.PS7 fake")
+    fasm = os.environ.get("FAKE_FASM", "PSS2_X1.PS7.USED[2:0] = 3'b101")
+    open(options["fasm"], "w").write(f"# what the processor needs\\n{fasm}\\n")
 sys.exit(code)
 """
 
@@ -84,17 +87,19 @@ FASM2FRAMES = """
 assert after("--part") == "xc7z020clg400-1"
 need(os.path.join(after("--db-root"), after("--part"), "part.yaml"))
 need(arguments[-2], "PSS2_X1.PS7")
-open(arguments[-1], "w").write("0x0 0x1")
+open(arguments[-1], "w").write("0x00000100 " + "0x0,0x120" + ",0x0" * 99)
 """
 
 FRAMES2BIT = """
 assert after("--part_name") in after("--part_file")
 need(after("--part_file"))
-need(after("--frm_file"), "0x0")
+need(after("--frm_file"), "0x00000100 ")
 code = bytes.fromhex(os.environ.get("FAKE_IDCODE", "03727093"))
 with open(after("--output_file"), "wb") as bitstream:
     bitstream.write(bytes(50) + bytes.fromhex("aa995566 20000000 30018001") + code)
-    bitstream.write(bytes(int(os.environ.get("FAKE_FRAMES", "4045564"))))
+    told = int(os.environ.get("FAKE_WORDS", "1010808"))  # as in one that Project X-Ray wrote
+    bitstream.write(bytes.fromhex("30004000") + (0x50000000 | told).to_bytes(4, "big"))
+    bitstream.write(bytes(4 * int(os.environ.get("FAKE_WORDS_THERE", told))))
 """
 
 VIVADO = """
@@ -109,9 +114,35 @@ OPEN_TOOLS = {
     "ghdl": GHDL,
     "yosys": YOSYS,
     "nextpnr-himbaechel": NEXTPNR,
-    "fasm2frames": FASM2FRAMES,
     "xc7frames2bit": FRAMES2BIT,
 }
+
+# Project X-Ray's database of a chip that is one tile.
+GRID = {
+    "PSS2_X1": {
+        "type": "PSS2",
+        "bits": {
+            "CLB_IO_CLK": {"baseaddr": "0x00000100", "frames": 2, "offset": 1, "words": 2},
+        },
+    }
+}
+SEGBITS = """PSS2.PS7.USED[0] 00_05
+PSS2.PS7.USED[1] 00_06
+PSS2.PS7.USED[2] 00_08 !01_33
+PSS2.PS7.ALONE 01_33
+"""
+
+
+def add_database(folder: Path) -> Path:
+    """The database's folder of the family."""
+    family = folder / "prjxray-db" / "zynq7"
+    (family / PART).mkdir(parents=True)
+    (family / PART / "part.yaml").write_text("part", encoding="utf-8")
+    (family / "xc7z020").mkdir()
+    (family / "xc7z020" / "tilegrid.json").write_text(json.dumps(GRID), encoding="utf-8")
+    (family / "segbits_pss2.db").write_text(SEGBITS, encoding="utf-8")
+    (family / "ppips_pss2.db").write_text("PSS2.PS7.WIRE always\n", encoding="utf-8")
+    return family
 
 
 class Bench:
@@ -126,6 +157,10 @@ class Bench:
         monkeypatch.setenv(CALLS, str(self.calls_file))
         for variable in ("NEXTPNR", "FASM2FRAMES", "XC7FRAMES2BIT", "VIVADO", "CHIPDB"):
             monkeypatch.delenv(variable, raising=False)
+        for tool in ("NEXTPNR", "FRAMES2BIT"):
+            unpacked: Tool = getattr(bitstream_open, tool)
+            monkeypatch.setattr(bitstream_open, tool, replace(unpacked, folder=None))
+        monkeypatch.setattr(bitstream_open, "UNPACKED", folder / "not_unpacked")
         self.set_path()
 
     def set_path(self, *more: str) -> None:
@@ -143,9 +178,7 @@ class Bench:
             self.add(name, text)
         self.monkeypatch.setenv("GHDL_NETLIST", str(self.programs / "ghdl"))
         self.monkeypatch.setenv("YOSYS", str(self.programs / "yosys"))
-        part = self.folder / "prjxray-db" / "zynq7" / PART
-        part.mkdir(parents=True)
-        (part / "part.yaml").write_text("part", encoding="utf-8")
+        add_database(self.folder)
         self.monkeypatch.setenv("PRJXRAY_DB_DIR", str(self.folder / "prjxray-db"))
 
     def calls(self, name: str) -> list[list[str]]:

@@ -66,7 +66,8 @@ proc write_bitstream args {
     set file [open [lindex $args end] wb]
     puts -nonewline $file [string repeat \0 100]
     puts -nonewline $file [binary format H* aa9955662000000030018001[setting FAKE_IDCODE 23727093]]
-    puts -nonewline $file [string repeat \0 4045564]
+    puts -nonewline $file [binary format H* 30004000500f6c78]
+    puts -nonewline $file [string repeat \0 4043232]
     close $file
 }
 

@@ -1,0 +1,220 @@
+"""``python -m scripts.fasm_frames``: FASM of nextpnr to the chip's configuration frames.
+
+By Project X-Ray's database, whose own program for this, fasm2frames, is in no package. A feature of
+a tile is named in the database of the tile's type with the bits that it sets and clears; the tile
+grid tells where the tile's bits lie. Banks below 3.3 V need STEPDOWN in the unused pads of their
+bank too, which is not done here but refused: constraints/ has none.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, Final
+
+from scripts.netlist import ToolError
+
+WORDS_A_FRAME: Final = 101
+WORD_BITS: Final = 32
+SHOWN: Final = 5
+
+FEATURE = re.compile(
+    r"(?P<tile>\w+)\.(?P<name>[\w.]+)"
+    r"(?:\[(?P<high>\d+)(?::(?P<low>\d+))?\])?"
+    r"(?:\s*=\s*(?:\d+'(?P<base>[bhd]))?(?P<value>[0-9a-fA-F_]+))?"
+)
+BASES: Final = {"b": 2, "h": 16, "d": 10, None: 10}
+
+Bit = tuple[int, int, bool]
+"""Frame within the tile, bit within the tile's words, set or cleared."""
+
+
+def _bits(text: str) -> list[Bit]:
+    """``28_05 !27_11``: frame_bit, with ! cleared."""
+    found = []
+    for word in text.split():
+        frame, _, bit = word.removeprefix("!").partition("_")
+        found.append((int(frame), int(bit), not word.startswith("!")))
+    return found
+
+
+class TileType:
+    """What the features of one type of tile set, by kind of frames; read from its files."""
+
+    def __init__(self, family: Path, name: str) -> None:
+        """``family``: the database's folder of the family."""
+        lower = name.lower()
+        self.features: dict[str, tuple[str, list[Bit]]] = {}
+        for kind, file in (
+            ("CLB_IO_CLK", f"segbits_{lower}.db"),
+            ("BLOCK_RAM", f"segbits_{lower}.block_ram.db"),
+        ):
+            for feature, bits in self._entries(family / file):
+                self.features[feature] = (kind, _bits(bits))
+        # Connections that are always there, or are made by others: they set nothing.
+        self.without_bits = {feature for feature, _ in self._entries(family / f"ppips_{lower}.db")}
+
+    @staticmethod
+    def _entries(path: Path) -> Iterator[tuple[str, str]]:
+        if path.exists():
+            for line in path.read_text(encoding="ascii").splitlines():
+                entry, _, rest = line.partition(" ")
+                if entry:
+                    yield entry.partition(".")[2], rest
+
+    def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
+        """Kind of frames and bits; without any where the feature sets nothing; None: unknown."""
+        if feature in self.without_bits:
+            return "", []
+        if not index and feature in self.features:
+            return self.features[feature]
+        for digits in (1, 2, 3):
+            found = self.features.get(f"{feature}[{index or 0:0{digits}d}]")
+            if found:
+                return found
+        return None
+
+
+class Frames:
+    """The frames of a chip, all zero at first."""
+
+    def __init__(self, family: Path, part: str) -> None:
+        """``family``: the database's folder. Raises ToolError when it lacks the part."""
+        grids = [
+            path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
+        ]
+        if not grids:
+            raise ToolError(f"{family} has no tilegrid.json for the part {part}")
+        self.family = family
+        self.part = part
+        self.tiles: dict[str, Any] = json.loads(grids[0].read_text(encoding="utf-8"))
+        self.types: dict[str, TileType] = {}
+        self.set_by: dict[tuple[int, int, bool], str] = {}
+        self.words: dict[int, list[int]] = {}
+        for tile in self.tiles.values():
+            for block in tile["bits"].values():
+                base = int(block["baseaddr"], 16)
+                for address in range(base, base + block["frames"]):
+                    self.words.setdefault(address, [0] * WORDS_A_FRAME)
+
+    def _type(self, name: str) -> TileType:
+        if name not in self.types:
+            self.types[name] = TileType(self.family, name)
+        return self.types[name]
+
+    def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
+        """False: the database does not know it. Raises ToolError where two features disagree."""
+        tile = self.tiles.get(tile_name)
+        if tile is None:
+            return False
+        own = self._type(tile["type"])
+        if feature in own.without_bits:
+            return True
+        aliases = [block["alias"] for block in tile["bits"].values() if "alias" in block]
+        if aliases:
+            # A tile at the chip's edge has one site of two and takes the bits of the whole type.
+            own = self._type(aliases[0]["type"])
+            site, dot, rest = feature.partition(".")
+            feature = aliases[0]["sites"].get(site, site) + dot + rest
+        found = own.find(feature, index)
+        if found is None:
+            return False
+        kind, bits = found
+        for frame, bit, is_set in bits:
+            block = tile["bits"][kind]
+            first_word = block["offset"] - block.get("alias", {}).get("start_offset", 0)
+            self._put(
+                int(block["baseaddr"], 16) + frame, first_word * WORD_BITS + bit, is_set, line
+            )
+        return True
+
+    def _put(self, address: int, bit: int, is_set: bool, line: str) -> None:
+        other = self.set_by.get((address, bit, not is_set))
+        if other is not None:
+            raise ToolError(
+                f"bit {bit} of frame 0x{address:08X} is {'set' if is_set else 'cleared'} "
+                f"by '{line}' and {'cleared' if is_set else 'set'} by '{other}'"
+            )
+        self.set_by.setdefault((address, bit, is_set), line)
+        if is_set:
+            self.words[address][bit // WORD_BITS] |= 1 << bit % WORD_BITS
+
+    def add(self, lines: Iterable[str], name: str) -> None:
+        """Features, one a line; ``name`` is what messages call their file.
+
+        Raises ToolError for a line that is no feature or that the database does not know.
+        """
+        unknown = []
+        for number, whole in enumerate(lines, start=1):
+            line = whole.partition("#")[0].strip()
+            if not line:
+                continue
+            found = FEATURE.fullmatch(line)
+            if found is None:
+                raise ToolError(f"{name}:{number}: expected a feature of FASM, found '{line}'")
+            if "STEPDOWN" in found["name"]:
+                raise ToolError(
+                    f"{name}:{number}: '{line}': a bank below 3.3 V needs Project X-Ray's own "
+                    "fasm2frames; name it: FASM2FRAMES=/path/to/fasm2frames"
+                )
+            unknown += [
+                f"{name}:{number}: {line}"
+                for index in _indices(found)
+                if not self.enable(found["tile"], found["name"], index, line)
+            ]
+        if unknown:
+            raise ToolError(
+                f"{len(unknown)} features are not in {self.family} for {self.part}; the first:\n"
+                + "\n".join(unknown[:SHOWN])
+            )
+
+    def write(self, path: Path) -> None:
+        """As xc7frames2bit reads them: address and words, in order."""
+        with path.open("w", encoding="ascii") as file:
+            for address in sorted(self.words):
+                words = ",".join(f"0x{word:08X}" for word in self.words[address])
+                file.write(f"0x{address:08X} {words}\n")
+
+
+def _indices(found: re.Match[str]) -> list[int | None]:
+    """The indices of what is enabled: [None] for a feature without, nothing for one that is 0."""
+    value = int(found["value"].replace("_", ""), BASES[found["base"]]) if found["value"] else 1
+    if found["high"] is None:
+        return [None] if value else []
+    low = int(found["low"] or found["high"])
+    return [low + place for place in range(value.bit_length()) if value >> place & 1]
+
+
+def frames_of(fasm: Path, family: Path, part: str) -> Frames:
+    """The frames of a FASM file and of what the part asks for besides. Raises ToolError."""
+    frames = Frames(family, part)
+    required = family / part / "required_features.fasm"
+    for path in (fasm, required):
+        if path == fasm or path.exists():
+            with path.open(encoding="ascii") as lines:
+                frames.add(lines, str(path))
+    return frames
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
+    parser.add_argument("--part", required=True)
+    parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")
+    parser.add_argument("fasm", type=Path)
+    parser.add_argument("frames", type=Path)
+    chosen = parser.parse_args(arguments)
+    try:
+        frames_of(chosen.fasm, chosen.db_root, chosen.part).write(chosen.frames)
+    except (ToolError, OSError, ValueError) as error:
+        print(f"fasm_frames: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Unpacks the open place and route for the XC7Z020: scripts/install_place_and_route.sh
+#
+# nextpnr with the chip's database, and Project X-Ray's database and bitstream writer, are packages
+# since Debian 14 (testing when this was written). Nothing is installed: they are unpacked into
+# build/place_and_route, of the databases only what is for this chip, and its bin/ starts the
+# programs with the libraries of the same packages. When it is there already, this does nothing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+SUITE=forky
+PACKAGES=(nextpnr-himbaechel-xilinx prjxray prjxray-database)
+CHIP=xc7z020
+FAMILY=zynq7
+TARGET=$PWD/build/place_and_route
+LOG=$PWD/build/logs/install_place_and_route.log
+TAG=place_and_route
+# shellcheck source=scripts/debian_packages.sh
+. scripts/debian_packages.sh
+BY_HAND=("By other means: docs/device.md, 'Open tools', tells where each program is looked for.")
+
+# A line about what is there, when every part of it runs.
+version() {
+    local line
+    line=$("$TARGET/bin/nextpnr-himbaechel-xilinx" --version 2>&1 | head -n 1) &&
+        { "$TARGET/bin/xc7frames2bit" --help 2>&1 || true; } | grep part_file >/dev/null &&
+        [ -r "$TARGET/chipdb-$CHIP.bin" ] && [ -d "$TARGET/database/$FAMILY/$CHIP" ] &&
+        printf '%s\n' "$line"
+}
+
+if found=$(version); then
+    say "there already: $found in $TARGET"
+    exit 0
+fi
+
+need_debian_amd64 "place and route"
+say "taking ${PACKAGES[*]} of Debian's release $SUITE: 31 MB, 202 MB unpacked"
+open_archive
+fetch_with_dependencies "${PACKAGES[@]}"
+for package in "$work"/packages/*.deb; do
+    case $(basename "$package") in
+        nextpnr-himbaechel-xilinx-chipdb_*) unpack_package "$package" "*/chipdb-$CHIP.bin" ;;
+        prjxray-database_*) unpack_package "$package" "*/database/$FAMILY" ;;
+        lib* | gcc-*-base* | zlib1g_* | nextpnr-* | prjxray_*) unpack_package "$package" ;;
+    esac
+done
+mv "$work/usr/share/nextpnr/himbaechel/xilinx/chipdb-$CHIP.bin" "$work"
+mv "$work/usr/share/prjxray/database" "$work"
+for program in nextpnr-himbaechel-xilinx xc7frames2bit bitread; do
+    write_starter "$program" "usr/bin/$program"
+done
+take_into_use
+found=$(version) || give_up "All was unpacked to $TARGET, but not all of it runs." \
+    "See what it says: $TARGET/bin/nextpnr-himbaechel-xilinx --version"
+say "ready: $found in $TARGET"
