@@ -103,6 +103,7 @@ void application_start(struct application *application) {
         !core_set_up(&application->core, &setup)) {
         return;
     }
+    application->head2_zero = 0;
     give_back_old_bank(application);
     application->overruns = core_overrun_count(&application->core);
     application->phase = PHASE_WAIT_FOR_INDEX;
@@ -168,6 +169,7 @@ static void take_bank(struct application *application) {
         .flags = header.flags,
         .counts_per_rev = turn,
         .angle_offset = angle_offset(&position, turn),
+        .head2_zero = application->head2_zero,
         .period_clocks = (uint32_t)application->parameters.sample_period,
         .clock_hz = application->configuration.clock_hz,
     };
@@ -188,6 +190,7 @@ static uint32_t alarms_of(struct application *application) {
                       ? ALARM_SEPARATION
                       : 0;
     }
+    alarms |= application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
     alarms |= core_status(&application->core).cannot_keep_up ? ALARM_OUTPUT : 0;
     alarms |= overruns != application->overruns ? ALARM_OVERRUN : 0;
     application->overruns = overruns;
@@ -228,28 +231,46 @@ static void take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-static bool zero_is_lost(const struct application *application, uint32_t head) {
+/* The angle of a head at its last index where it is not the one that is known, within the
+   repeatability of the index; `known` otherwise. */
+static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
     uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    double tolerance = application->parameters.index_tolerance;
     int32_t angle = core_angle_at_index(&application->core, head, turn);
-    return fabs((double)angle) > application->parameters.index_tolerance;
+    if (fabs((double)angle) <= tolerance) {
+        return 0;
+    }
+    return fabs((double)angle - known) > tolerance ? angle : known;
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. Where an index says that head 1
-   lost counts, its angle is wrong by them, and so is the place of every correction: the zero is
-   found anew, uncorrected until then. The coefficients belong to the index and stay. Head 2 is not
-   worth a turn without correction: its zero is only told. */
+/* Head 1 lost counts: its angle is wrong by them, and so is the place of every correction. The
+   zero is found anew, uncorrected until then. The coefficients belong to the index and stay. */
+static void find_zeros_anew(struct application *application) {
+    core_rearm(&application->core);
+    application->head2_zero = 0;
+    application->phase = PHASE_WAIT_FOR_INDEX;
+}
+
+/* The flags are sticky: the next turn is to be judged by itself. Where an index says that counts
+   were lost, head 2 is not worth a turn without correction: what its zero is off by is taken off
+   its words from the next turn on. Every change of it is an index error of the turn in which it
+   came, so that no turn is taken with another's; one that came since the refused turn ended is
+   about to be cleared and is looked at here as well. */
 static void after_refusal(struct application *application) {
+    bool told = application->report.reason == REFUSED_INDEX_ERROR ||
+                core_index_error(&application->core);
     core_clear_faults(&application->core);
-    if (application->report.reason != REFUSED_INDEX_ERROR) {
+    if (!told) {
         return;
     }
-    bool lost = zero_is_lost(application, 0);
-    if (lost || zero_is_lost(application, 1)) {
+    bool lost = zero_of(application, 0, 0) != 0;
+    int32_t head2_zero = zero_of(application, 1, application->head2_zero);
+    if (lost || head2_zero != application->head2_zero) {
         application->report.alarms |= ALARM_ZERO_LOST;
     }
+    application->head2_zero = head2_zero;
     if (lost) {
-        core_rearm(&application->core);
-        application->phase = PHASE_WAIT_FOR_INDEX;
+        find_zeros_anew(application);
     }
 }
 

@@ -80,6 +80,9 @@ struct application {
     struct capture capture;
     uint32_t dumped;
     int32_t position_at_bank;
+    /* The angle of head 2 at its own index, counts: what it lost since the index that made its
+       zero. Head 1's zero is found anew in place of that. */
+    int32_t head2_zero;
     uint32_t swaps_before;
     /* What is known of the error. */
     struct estimate estimate;

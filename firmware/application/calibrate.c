@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "separation.h"
 #include "units.h"
 
 /* So many noisy turns in a row are no accident: their noise is then the usual one. */
@@ -22,7 +23,13 @@ static struct calibration_settings settings_of(const struct parameters *paramete
 static enum refusal estimate_turn(struct application *application, struct turn *turn) {
     struct calibration_settings settings = settings_of(&application->parameters);
     union calibration_workspace *workspace = &application->workspace;
-    turn_align(turn, settings.nominal_separation_rad);
+    double apart_rad = turn_align(turn, settings.nominal_separation_rad);
+    if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
+        /* Told, and nothing more: what either method made of it would be an error for another
+           table. */
+        application->estimate.measured_separation_rad = apart_rad;
+        return REFUSED_HEADS_EXCHANGED;
+    }
     if (application->parameters.method != 0.0) {
         return least_squares_estimate(&workspace->least_squares, turn, &settings,
                                       &application->estimate);

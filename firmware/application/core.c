@@ -14,7 +14,7 @@ enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
 enum { REARM_READS = 128 };
 /* The register file of a head; its masks have names that its description decides. */
-enum { INDEX_SEEN = 1 };
+enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
 
 static uint32_t read_at(const struct core_access *core, uint32_t offset) {
     return core->read(core->context, offset);
@@ -105,6 +105,10 @@ struct core_status core_status(const struct core_access *core) {
 
 bool core_indices_seen(const struct core_access *core) {
     return read_at(core, AT(head1.flags)) & read_at(core, AT(head2.flags)) & INDEX_SEEN;
+}
+
+bool core_index_error(const struct core_access *core) {
+    return ((read_at(core, AT(head1.flags)) | read_at(core, AT(head2.flags))) & INDEX_ERROR) != 0;
 }
 
 struct core_header core_capture_header(const struct core_access *core) {

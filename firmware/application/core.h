@@ -78,6 +78,8 @@ int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
 void core_control(const struct core_access *core, bool compensate, bool output, bool capture);
 struct core_status core_status(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
+/* An index of a head was in the wrong place since the faults were cleared. */
+bool core_index_error(const struct core_access *core);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 void core_release_capture(const struct core_access *core);

@@ -43,16 +43,27 @@ static void set_up_pll(const struct pll *pll, uint32_t factor, uint32_t configur
     register_write(pll->control, control);
 }
 
+/* Begun anew after a fault, a clock that is right is not touched: the fabric is at work. */
+static void set(uint32_t address, uint32_t word) {
+    if (register_read(address) != word) {
+        register_write(address, word);
+    }
+}
+
 void clocks_set_up(void) {
     static const struct pll arm = {SLCR_ARM_PLL_CTRL, SLCR_ARM_PLL_CFG, SLCR_ARM_PLL_LOCK};
     static const struct pll io = {SLCR_IO_PLL_CTRL, SLCR_IO_PLL_CFG, SLCR_IO_PLL_LOCK};
     register_write(SLCR_UNLOCK, SLCR_UNLOCK_KEY);
     set_up_pll(&arm, BOARD_ARM_PLL_FACTOR, BOARD_ARM_PLL_CONFIGURATION);
     set_up_pll(&io, BOARD_IO_PLL_FACTOR, BOARD_IO_PLL_CONFIGURATION);
-    register_write(SLCR_ARM_CLK_CTRL, ARM_CLOCKS_ACTIVE | BOARD_PROCESSOR_DIVISOR << 8);
-    register_write(SLCR_UART_CLK_CTRL, CLOCKS_UART_DIVISOR << 8 | 1U);
-    register_write(SLCR_PCAP_CLK_CTRL, CLOCKS_PORT_DIVISOR << 8 | 1U);
-    register_write(SLCR_FPGA0_CLK_CTRL, CLOCKS_FABRIC_DIVISOR1 << 20 | CLOCKS_FABRIC_DIVISOR0 << 8);
-    register_write(SLCR_MIO_PIN(BOARD_UART_RECEIVE_PIN), PIN_UART_RECEIVE);
-    register_write(SLCR_MIO_PIN(BOARD_UART_TRANSMIT_PIN), PIN_UART_TRANSMIT);
+    set(SLCR_ARM_CLK_CTRL, ARM_CLOCKS_ACTIVE | BOARD_PROCESSOR_DIVISOR << 8);
+    set(SLCR_APER_CLK_CTRL, register_read(SLCR_APER_CLK_CTRL) | SLCR_APER_UART0 | SLCR_APER_QSPI);
+    set(SLCR_LQSPI_CLK_CTRL, CLOCKS_FLASH_DIVISOR << 8 | 1U);
+    set(SLCR_UART_CLK_CTRL, CLOCKS_UART_DIVISOR << 8 | 1U);
+    set(SLCR_PCAP_CLK_CTRL, CLOCKS_PORT_DIVISOR << 8 | 1U);
+    set(SLCR_FPGA0_CLK_CTRL, CLOCKS_FABRIC_DIVISOR1 << 20 | CLOCKS_FABRIC_DIVISOR0 << 8);
+    set(SLCR_MIO_PIN(BOARD_UART_RECEIVE_PIN), PIN_UART_RECEIVE);
+    set(SLCR_MIO_PIN(BOARD_UART_TRANSMIT_PIN), PIN_UART_TRANSMIT);
+    /* Before the first access to a device that they serve. */
+    registers_settle();
 }

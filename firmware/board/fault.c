@@ -16,6 +16,11 @@
 #define GUARD_FIRST 0x18000U
 #define GUARD_LAST 0x18FFFU
 #define RECORD_MARK 0x4152464CU
+/* DFSR: an external abort that came after its instruction. */
+#define STATE_KIND 0x40FU
+#define STATE_LATE 0x406U
+
+_Static_assert(FAULTS <= SLCR_REBOOT_KEPT >> SLCR_REBOOT_KEPT_SHIFT, "a fault fits into its bits");
 
 static struct fault_record record __attribute__((section(".record")));
 
@@ -31,6 +36,7 @@ const char *fault_name(enum fault_code code) {
     static const char *const names[FAULTS] = {
         "none",       "undefined_instruction", "supervisor_call", "prefetch_abort",
         "data_abort", "stack_overflow",        "watchdog",        "hang",
+        "bus_error",
     };
     return (unsigned)code < FAULTS ? names[code] : "unknown";
 }
@@ -44,19 +50,33 @@ static bool is_valid(const struct fault_record *held) {
     return held->mark == RECORD_MARK && held->check == check_of(held) && held->code < FAULTS;
 }
 
+static void keep_code(uint32_t code) {
+    register_write(SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    register_write(SLCR_REBOOT_STATUS, (register_read(SLCR_REBOOT_STATUS) & ~SLCR_REBOOT_KEPT) |
+                                           code << SLCR_REBOOT_KEPT_SHIFT);
+}
+
 struct fault_record fault_last(void) {
     struct fault_record last = {.code = FAULT_NONE};
+    uint32_t status = register_read(SLCR_REBOOT_STATUS);
+    uint32_t kept = (status & SLCR_REBOOT_KEPT) >> SLCR_REBOOT_KEPT_SHIFT;
     if (is_valid(&record)) {
         last = record;
-    } else if (register_read(SLCR_REBOOT_STATUS) & SLCR_REBOOT_WATCHDOG) {
+    } else if (kept != FAULT_NONE && kept < FAULTS) {
+        /* The watchdog ended what the fault had begun. */
+        last.code = kept;
+    } else if (status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;
     }
     record.mark = 0;
     clean_record();
-    /* The flag stays until it is written: the next reset tells for itself. */
-    register_write(SLCR_REBOOT_STATUS,
-                   register_read(SLCR_REBOOT_STATUS) & ~SLCR_REBOOT_WATCHDOG);
+    /* They stay until they are written: the next reset tells for itself. */
+    register_write(SLCR_REBOOT_STATUS, status & ~(SLCR_REBOOT_WATCHDOG | SLCR_REBOOT_KEPT));
     return last;
+}
+
+void fault_bus_errors_on(void) {
+    __asm__ volatile("cpsie a" ::: "memory");
 }
 
 static void put_word(const char *word) {
@@ -71,9 +91,12 @@ static void put_hexadecimal(uint32_t value) {
     }
 }
 
-/* Without a fabric the access would never end. */
+/* Without a fabric the access would never end; without a core it would be the next fault. */
 static void bypass(void) {
-    if (!board_fabric_usable()) {
+    uint32_t identification =
+        BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, identification);
+    if (!board_fabric_usable() ||
+        register_probe(identification) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
         return;
     }
     uint32_t control = BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, control);
@@ -93,16 +116,31 @@ static void tell(void) {
     uart_drain();
 }
 
-/* From start.S, on the stack of the fault's mode. */
+static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32_t address,
+                                     uint32_t state) {
+    struct fault_record made = {RECORD_MARK, code, instruction, address, state, 0};
+    if (code == FAULT_DATA_ABORT && (state & STATE_KIND) == STATE_LATE) {
+        /* Whose address is not known. */
+        made.code = FAULT_BUS_ERROR;
+        made.address = 0;
+    } else if (code == FAULT_DATA_ABORT && address >= GUARD_FIRST && address <= GUARD_LAST) {
+        made.code = FAULT_STACK_OVERFLOW;
+    }
+    made.check = check_of(&made);
+    return made;
+}
+
+/* From start.S, on the stack of the fault's mode. The record comes first: should anything below
+   not end, the watchdog's reset still tells the name. A record that nobody has taken yet is of a
+   fault whose handling failed; that one is not handled in the same way again. */
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state) {
-    bool guard = code == FAULT_DATA_ABORT && address >= GUARD_FIRST && address <= GUARD_LAST;
-    bypass();
-    record = (struct fault_record){
-        RECORD_MARK, guard ? FAULT_STACK_OVERFLOW : code, instruction, address, state, 0,
-    };
-    record.check = check_of(&record);
-    tell();
-    clean_record();
+    if (!is_valid(&record)) {
+        record = record_of(code, instruction, address, state);
+        clean_record();
+        keep_code(record.code);
+        bypass();
+        tell();
+    }
     start();
 }
 

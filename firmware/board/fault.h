@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
 /* A fault of the program, or a program that hangs: the correction goes to bypass, which the fabric
-   ramps; a record is kept beyond the reset; one line goes to the console; the firmware begins
-   anew. */
+   ramps; a record is kept; one line goes to the console; the firmware begins anew. A reset of the
+   system clears the on-chip memory and the record with it; the fault's name alone outlives it, in
+   REBOOT_STATUS. */
 
 #ifndef ARCTRUE_FAULT_H
 #define ARCTRUE_FAULT_H
@@ -18,10 +19,12 @@ enum fault_code {
     FAULT_STACK_OVERFLOW,
     FAULT_WATCHDOG,
     FAULT_HANG,
+    /* A write that the bus refused, told some instructions later. */
+    FAULT_BUS_ERROR,
     FAULTS,
 };
 
-/* Kept in memory that no start clears. */
+/* Kept in memory that no new start clears. */
 struct fault_record {
     uint32_t mark;
     uint32_t code;
@@ -35,6 +38,9 @@ struct fault_record {
 /* Why the firmware began; FAULT_NONE at power-on, instruction 0 where it is not known. Forgets it,
    so that a later reset is not taken for this one. */
 struct fault_record fault_last(void);
+
+/* From now on a write that the bus refuses is a fault. One from before comes at once. */
+void fault_bus_errors_on(void);
 
 /* The program is stuck at `instruction`: as any other fault. Does not come back. */
 void fault_hang(uint32_t instruction) __attribute__((noreturn));

@@ -9,6 +9,21 @@
 #define MIDDLE_PRIORITY 0xA0U
 #define FIRST_PROCESSOR 0x01U
 
+/* Nothing is supposed of what a debugger or another program has left. */
+static void silence(void) {
+    register_write(GIC_ICDDCR, 0);
+    for (uint32_t word = 0; word < GIC_WORDS; word++) {
+        register_write(GIC_ICDICER(word), 0xFFFFFFFFU);
+        register_write(GIC_ICDICPR(word), 0xFFFFFFFFU);
+    }
+}
+
+/* Of a device's line, which is high until the device is served. */
+static void make_level(uint32_t interrupt) {
+    uint32_t kinds = register_read(GIC_ICDICFR(interrupt));
+    register_write(GIC_ICDICFR(interrupt), kinds & ~GIC_ICDICFR_EDGE(interrupt));
+}
+
 static void enable(uint32_t interrupt) {
     *(volatile uint8_t *)(uintptr_t)GIC_ICDIPR(interrupt) = MIDDLE_PRIORITY;
     *(volatile uint8_t *)(uintptr_t)GIC_ICDIPTR(interrupt) = FIRST_PROCESSOR;
@@ -26,7 +41,9 @@ void interrupts_fabric_off(void) {
     register_write(GIC_ICDICER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
+/* What the main program wrote to the core has arrived there, and its line is low again. */
 void interrupts_fabric_on(void) {
+    registers_settle();
     register_write(GIC_ICDISER(INTERRUPT_FABRIC / 32U), 1U << (INTERRUPT_FABRIC % 32U));
 }
 
@@ -43,7 +60,9 @@ void interrupts_set_up(void) {
     finish(INTERRUPT_GLOBAL_TIMER);
     finish(INTERRUPT_UART0);
     finish(INTERRUPT_FABRIC);
-    register_write(GIC_ICDDCR, 0);
+    silence();
+    make_level(INTERRUPT_UART0);
+    make_level(INTERRUPT_FABRIC);
     enable(INTERRUPT_GLOBAL_TIMER);
     enable(INTERRUPT_UART0);
     enable(INTERRUPT_FABRIC);

@@ -30,6 +30,9 @@ void interrupt_taken(uint32_t instruction);
 void interrupt_taken(uint32_t instruction) {
     uint32_t acknowledged = register_read(GIC_ICCIAR);
     uint32_t interrupt = acknowledged & 0x3FFU;
+    if (interrupt >= GIC_SPURIOUS) {
+        return;
+    }
     if (interrupt == INTERRUPT_GLOBAL_TIMER) {
         timer_interrupt();
     } else if (interrupt == INTERRUPT_UART0) {
@@ -44,13 +47,17 @@ void interrupt_taken(uint32_t instruction) {
     }
 }
 
-/* Without a fabric everything reads 0, which is no core. */
+/* Without a fabric everything reads 0, which is no core. In a fabric that holds something else the
+   bus may answer with an error; the first word tells, and is the only one that is asked then. */
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
     if (!board_fabric_usable()) {
         firmware.console.fabric = fabric_state_name(board_fabric_look_again());
     }
-    return board_fabric_usable() ? register_read(BOARD_CORE_BASE + offset) : 0;
+    if (!board_fabric_usable()) {
+        return 0;
+    }
+    return offset == 0 ? register_probe(BOARD_CORE_BASE) : register_read(BOARD_CORE_BASE + offset);
 }
 
 static void write_core(void *context, uint32_t offset, uint32_t word) {
@@ -135,15 +142,16 @@ int main(void) {
     static const struct core_access core = {read_core, write_core, capture_words, NULL};
     static const struct text_sink sink = {put, NULL};
     clocks_set_up();
-    uart_set_up(&firmware.uart);
     timer_set_up();
     watchdog_start();
+    uart_set_up(&firmware.uart);
     interrupts_set_up();
     application_prepare(&firmware.application, &core);
     console_prepare(&firmware.console, &firmware.application, &sink);
     struct fault_record last = fault_last();
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
+    fault_bus_errors_on();
     enum fabric_state fabric = board_fabric_start();
     firmware.console.fabric = fabric_state_name(fabric);
     die_temperature_prepare(board_registers());

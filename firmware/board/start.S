@@ -2,8 +2,10 @@
 
 /* From the boot ROM to C: vectors, stacks, caches, translation tables, floating point.
 
-   The boot ROM hands over with the on-chip memory at 0 and caches and MMU off. The MMU goes on
-   before any C: with it off every access is strongly ordered and may not be unaligned. */
+   The boot ROM hands over with the on-chip memory at 0 and caches and MMU off; a debugger may hand
+   over anything, so nothing is supposed. The MMU goes on before any C: with it off every access is
+   strongly ordered and may not be unaligned. The level-2 cache stays off: it does not serve the
+   on-chip memory. */
 
     .syntax unified
     .arch armv7-a
@@ -34,17 +36,26 @@ vectors:
     .global start
     .type start, %function
 start:
-    cpsid if
+    cpsid aif
     mrc p15, 0, r0, c0, c0, 5       /* MPIDR: the other core sleeps */
     ands r0, r0, #3
 other_core:
     wfene
     bne other_core
 
-    mrc p15, 0, r0, c1, c0, 0       /* SCTLR: MMU, caches, branch prediction, alignment off; */
-    bic r0, r0, #0x1800
+    /* Branch prediction goes first: with the MMU off, what it foretells would be fetched from
+       anywhere (erratum 794073 of the Cortex-A9). */
+    mov r0, #0
+    mcr p15, 0, r0, c7, c5, 6
+    mrc p15, 0, r0, c1, c0, 0       /* SCTLR */
+    bic r0, r0, #0x0800
+    mcr p15, 0, r0, c1, c0, 0
+    dsb
+    isb
+    bic r0, r0, #0x1000             /* instruction cache, MMU, alignment, data cache off; */
     bic r0, r0, #0x0007
-    bic r0, r0, #0x40000000         /* exceptions in ARM state */
+    bic r0, r0, #0x70000000         /* exceptions in ARM state; no access flag, no remapping; */
+    bic r0, r0, #0x02000000         /* little endian; */
     bic r0, r0, #0x2000             /* vectors where VBAR says */
     mcr p15, 0, r0, c1, c0, 0
     isb
@@ -146,7 +157,26 @@ set:
     fault undefined_instruction, 1, 2
     fault supervisor_call, 2, 2
     fault prefetch_abort, 3, 4
-    fault data_abort, 4, 8
+    fault data_fault, 4, 8
+
+/* One load may fail: it gives 0. Nobody else comes back, so registers need not be kept. */
+data_abort:
+    sub r1, lr, #8
+    ldr r0, =probing_load
+    cmp r0, r1
+    bne data_fault
+    mov r0, #0
+    subs pc, lr, #4
+
+/* uint32_t register_probe(uint32_t address). The link register is on the stack: in the mode of an
+   abort, another one takes it. */
+    .global register_probe
+    .type register_probe, %function
+register_probe:
+    push {r4, lr}
+probing_load:
+    ldr r0, [r0]
+    pop {r4, pc}
 
 /* Floating-point registers are saved too: C may use them for anything. */
 interrupt_request:
@@ -184,12 +214,8 @@ translation_table:
     .rept 0x3FF
     .word 0
     .endr
-    .set megabyte, 0x400            /* the fabric, through both general-purpose ports */
-    .rept 0xC00 - 0x400
-    .word (megabyte << 20) | SECTION_DEVICE
-    .set megabyte, megabyte + 1
-    .endr
-    .rept 0xE00 - 0xC00
+    .word (0x400 << 20) | SECTION_DEVICE    /* the core; where nothing is, a bus never answers, */
+    .rept 0xE00 - 0x401                     /* so nothing else of the fabric's windows is mapped */
     .word 0
     .endr
     .set megabyte, 0xE00            /* UARTs and other peripherals */

@@ -10,6 +10,7 @@
 /* Samples a bit; the divisor in front is rounded. */
 #define SAMPLES_A_BIT 7U
 #define CONTROL_RESET_PATHS 0x03U
+#define CONTROL_DISABLE_PATHS 0x28U
 #define CONTROL_ENABLE_PATHS 0x14U
 #define MODE_8N1 0x20U
 
@@ -18,10 +19,14 @@ void uart_set_up(struct uart *uart) {
     uart->written = 0;
     uart->taken = 0;
     register_write(UART_IDR, 0xFFFFFFFFU);
+    /* UG585, 19.3: the baud rate changes while both paths are off, and takes a reset. */
+    register_write(UART_CR, CONTROL_DISABLE_PATHS);
     register_write(UART_MR, MODE_8N1);
     register_write(UART_BAUDGEN, divisor);
     register_write(UART_BAUDDIV, SAMPLES_A_BIT - 1U);
-    register_write(UART_CR, CONTROL_RESET_PATHS);
+    register_write(UART_CR, CONTROL_DISABLE_PATHS | CONTROL_RESET_PATHS);
+    while (register_read(UART_CR) & CONTROL_RESET_PATHS) {
+    }
     register_write(UART_CR, CONTROL_ENABLE_PATHS);
     register_write(UART_RXWM, 1);
     register_write(UART_ISR, 0xFFFFFFFFU);
@@ -60,6 +65,7 @@ void uart_put(char character) {
 }
 
 void uart_drain(void) {
-    while ((register_read(UART_SR) & UART_SR_TRANSMIT_EMPTY) == 0) {
+    const uint32_t wanted = UART_SR_TRANSMIT_EMPTY;
+    while ((register_read(UART_SR) & (wanted | UART_SR_TRANSMIT_ACTIVE)) != wanted) {
     }
 }

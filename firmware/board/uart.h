@@ -15,7 +15,8 @@ enum { UART_RING = 4096 };
 struct uart {
     volatile uint32_t written;
     volatile uint32_t taken;
-    uint8_t ring[UART_RING];
+    /* Volatile too, so that a character is in it before `written` says so. */
+    volatile uint8_t ring[UART_RING];
 };
 
 void uart_set_up(struct uart *uart);
@@ -25,6 +26,7 @@ bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
 /* Waits while the transmitter is full. */
 void uart_put(char character);
+/* Waits until the last bit has left. */
 void uart_drain(void);
 
 #endif

@@ -13,6 +13,7 @@
 _Static_assert((uint64_t)CLOCKS_TIMER_HZ *WATCHDOG_S <= UINT32_MAX, "the load has 32 bits");
 
 void watchdog_start(void) {
+    register_write(SLCR_RS_AWDT_CTRL, 0);
     watchdog_feed();
     register_write(WATCHDOG_CONTROL, WATCHDOG_RUN);
 }

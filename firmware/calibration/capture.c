@@ -232,17 +232,21 @@ enum refusal capture_verify(const struct capture *capture, uint32_t most_order, 
         .first = capture->words[0],
         .counts_per_rev = (int32_t)capture->counts_per_rev,
         .start_angle = start_angle(capture),
+        .head2_ahead = capture->head2_zero,
         .step_counts = median[0],
     };
     return verify_travel(capture, median[0], &turn->samples);
 }
 
-void turn_align(struct turn *turn, double nominal_separation_rad) {
+double turn_align(struct turn *turn, double nominal_separation_rad) {
     int64_t sum = 0;
     for (uint32_t sample = 0; sample < turn->samples; sample++) {
-        sum += counts_apart(turn->words[2 * sample + 1], turn->words[2 * sample]);
+        int32_t apart = counts_apart(turn->words[2 * sample + 1], turn->words[2 * sample]);
+        sum += counts_apart(apart, turn->head2_ahead);
     }
     double mean_turns = (double)sum / turn->samples / turn->counts_per_rev;
     double whole = rint(mean_turns - nominal_separation_rad / (2.0 * PI));
-    turn->whole_turns = (int32_t)((int64_t)whole * turn->counts_per_rev);
+    uint32_t whole_counts = (uint32_t)((int64_t)whole * turn->counts_per_rev);
+    turn->head2_ahead = (int32_t)((uint32_t)turn->head2_ahead + whole_counts);
+    return (mean_turns - whole) * 2.0 * PI;
 }

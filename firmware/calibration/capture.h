@@ -20,6 +20,8 @@ struct capture {
     /* What must be added to head 1's word to have its angle modulo the turn: not 0 once the
        word has wrapped and the turn does not divide 2^32. */
     uint32_t angle_offset;
+    /* What head 2's words are ahead of its angle by, counts: not 0 once head 2 lost counts. */
+    int32_t head2_zero;
     /* Clocks between two samples; 0: sampled at equal angles. */
     uint32_t period_clocks;
     uint32_t clock_hz;
@@ -34,8 +36,9 @@ struct turn {
     int32_t counts_per_rev;
     /* Angle of head 1 at the first sample, 0 <= angle < counts_per_rev. */
     int32_t start_angle;
-    /* Whole turns between the counters of the heads, in counts; they mean nothing. */
-    int32_t whole_turns;
+    /* Counts that do not belong to the angle between the heads: what head 2's zero is off by, and
+       whole turns between their counters, which mean nothing. */
+    int32_t head2_ahead;
     /* Median step of head 1 with its sign. */
     double step_counts;
 };
@@ -60,8 +63,9 @@ struct capture_fault {
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,
                             struct capture_fault *fault);
 
-/* Take whole turns out of head 2 less head 1, so that its mean is nearest to the separation. */
-void turn_align(struct turn *turn, double nominal_separation_rad);
+/* Take whole turns out of head 2 less head 1, so that its mean is nearest to the separation;
+   returns the mean, rad. */
+double turn_align(struct turn *turn, double nominal_separation_rad);
 
 static inline int32_t angle_reduced(int32_t angle, int32_t counts_per_rev) {
     while (angle >= counts_per_rev) {
@@ -82,7 +86,7 @@ static inline struct reading turn_reading(const struct turn *turn, uint32_t samp
     int32_t head2 = turn->words[2 * sample + 1];
     struct reading reading;
     reading.travel = counts_apart(head1, turn->first);
-    reading.difference = counts_apart(head2, head1) - turn->whole_turns;
+    reading.difference = counts_apart(counts_apart(head2, head1), turn->head2_ahead);
     reading.angle1 = angle_reduced(turn->start_angle + reading.travel, turn->counts_per_rev);
     reading.angle2 = angle_reduced(reading.angle1 + reading.difference, turn->counts_per_rev);
     return reading;

@@ -18,6 +18,7 @@ static const char *const names[REFUSALS] = {
     [REFUSED_WRONG_STEP] = "wrong_step",
     [REFUSED_OVER_SPEED] = "over_speed",
     [REFUSED_INCONSISTENT_HEADS] = "inconsistent_heads",
+    [REFUSED_HEADS_EXCHANGED] = "heads_exchanged",
     [REFUSED_SINGULAR] = "singular",
     [REFUSED_NOT_CONVERGED] = "not_converged",
     [REFUSED_NOT_FINITE] = "not_finite",

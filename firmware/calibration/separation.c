@@ -16,6 +16,14 @@ enum separation_choice separation_judge(double nominal_rad, double measured_rad,
     return believed ? SEPARATION_MEASURED : SEPARATION_NOMINAL;
 }
 
+static bool is_believable(double off_rad) {
+    return fabs(remainder(off_rad, 2.0 * PI)) * ARCSEC_PER_RAD <= SEPARATION_BELIEVABLE_ARCSEC;
+}
+
+bool separation_is_exchanged(double nominal_rad, double measured_rad) {
+    return is_believable(measured_rad + nominal_rad) && !is_believable(measured_rad - nominal_rad);
+}
+
 double index_uncertainty_rad(int32_t counts_per_rev) {
     return 2.0 * PI / counts_per_rev / sqrt(3.0);
 }

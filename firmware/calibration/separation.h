@@ -22,6 +22,10 @@ enum separation_choice { SEPARATION_AUTOMATIC, SEPARATION_MEASURED, SEPARATION_N
 enum separation_choice separation_judge(double nominal_rad, double measured_rad,
                                         enum separation_choice asked);
 
+/* The heads are as far apart as they should be, the other way round: each sees what the other
+   should. Not where both ways are the same. */
+bool separation_is_exchanged(double nominal_rad, double measured_rad);
+
 /* Standard uncertainty of the value that `choice` takes. */
 double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_per_rev);
 

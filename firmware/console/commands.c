@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "advice.h"
 #include "units.h"
 
 typedef void command_action(struct console *console, char *const *words, uint32_t number);
@@ -54,6 +55,23 @@ static void named_hexadecimal(struct console *console, const char *name, uint32_
     text_word(&console->sink, " 0x");
     text_hexadecimal(&console->sink, value);
     text_word(&console->sink, "\r\n");
+}
+
+static void advise(struct console *console, const char *name) {
+    const char *advice = advice_for(name);
+    if (advice != NULL) {
+        named_word(console, "advice", advice);
+    }
+}
+
+static void show_alarms(struct console *console) {
+    uint32_t alarms = console->application->report.alarms;
+    for (uint32_t bit = 1; bit != 0 && bit <= alarms; bit <<= 1) {
+        if (alarms & bit && alarm_name(bit) != NULL) {
+            named_word(console, "alarm", alarm_name(bit));
+            advise(console, alarm_name(bit));
+        }
+    }
 }
 
 static void show_refusals(struct console *console) {
@@ -109,6 +127,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
     if (application->turns != 0) {
         named_word(console, "last", turn_result_name(application->report.result));
         named_word(console, "reason", refusal_name(application->report.reason));
+        advise(console, refusal_name(application->report.reason));
         named_fixed(console, "noise_arcsec", application->estimate.noise_arcsec);
         if (application->report.has_temperature) {
             named_fixed(console, "temperature_c", application->report.temperature_c);
@@ -118,9 +137,13 @@ static void status(struct console *console, char *const *words, uint32_t number)
         named_fixed(console, "separation_deg",
                     application->estimate.measured_separation_rad * 180.0 / PI);
     }
+    show_alarms(console);
     if (application->phase != PHASE_NO_CORE) {
         named(console, "lanes", application->configuration.lanes);
         named(console, "overruns", application->overruns);
+        text_word(&console->sink, "head2_zero_counts ");
+        text_signed(&console->sink, application->head2_zero);
+        line(console, "");
         show_heads(console);
     }
     show_refusals(console);
@@ -277,7 +300,7 @@ static void rearm(struct console *console, char *const *words, uint32_t number) 
 static void help(struct console *console, char *const *words, uint32_t number);
 
 static const struct command commands[] = {
-    {"help", "help", 1, 1, help},
+    {"help", "help | help WORD: what a reason or an alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
@@ -292,12 +315,23 @@ static const struct command commands[] = {
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void help(struct console *console, char *const *words, uint32_t number) {
-    (void)words;
-    (void)number;
+    const char *word = number > 1 ? words[1] : NULL;
+    bool found = word == NULL;
     for (uint32_t place = 0; place < COMMANDS; place++) {
-        line(console, commands[place].use);
+        if (word == NULL || text_equal(commands[place].name, word)) {
+            line(console, commands[place].use);
+            found = true;
+        }
     }
-    line(console, "ok");
+    if (word != NULL && advice_for(word) != NULL) {
+        line(console, advice_for(word));
+        found = true;
+    }
+    if (found) {
+        line(console, "ok");
+    } else {
+        error(console, "no command, reason or alarm ", word);
+    }
 }
 
 void commands_run(struct console *console, char *const *words, uint32_t number) {

@@ -100,7 +100,7 @@ static void dump_row(const struct console *console, uint32_t sample) {
     text_word(sink, ",");
     text_signed(sink, capture->words[2 * sample]);
     text_word(sink, ",");
-    text_signed(sink, capture->words[2 * sample + 1]);
+    text_signed(sink, counts_apart(capture->words[2 * sample + 1], capture->head2_zero));
     text_word(sink, "\r\n");
 }
 

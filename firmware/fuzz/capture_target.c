@@ -3,8 +3,8 @@
 /* Any capture: verified, and where it is accepted, calibrated with both methods, chosen from,
    quantised and judged. What is not refused must be finite and fit the gateware.
 
-   Bytes of the input: one of choices, one of orders, counts a turn (4), flags (2), period (4),
-   angle offset (4); then the samples: as words, or, so that turns that can be used are met at all,
+   Bytes of the input: one of choices, one of orders, counts a turn (4), flags (2), period or, of
+   an even turn, head 2's zero (4), angle offset (4); then the samples: as words, or, so that turns that can be used are met at all,
    as small departures from an even turn. */
 
 #include <math.h>
@@ -75,6 +75,11 @@ static uint32_t clipped(uint32_t value, uint32_t low, uint32_t high) {
     return low + value % (high - low + 1);
 }
 
+/* Up to half a turn to each side. */
+static int32_t zero_of(uint32_t word, uint32_t counts_per_rev) {
+    return (int32_t)(word % counts_per_rev) - (int32_t)(counts_per_rev / 2);
+}
+
 static void judge(const struct capture *capture) {
     struct estimate *estimate = &fuzz.estimate;
     require(estimate_is_finite(estimate));
@@ -99,7 +104,8 @@ static void judge(const struct capture *capture) {
 
 static void calibrate(const struct capture *capture, struct turn *turn,
                       const struct calibration_settings *settings) {
-    turn_align(turn, settings->nominal_separation_rad);
+    double apart_rad = turn_align(turn, settings->nominal_separation_rad);
+    require(fabs(apart_rad - settings->nominal_separation_rad) <= PI * (1.0 + 1e-9));
     enum refusal reason =
         least_squares_estimate(&fuzz.least_squares, turn, settings, &fuzz.estimate);
     if (reason == NOT_REFUSED) {
@@ -129,6 +135,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         .counts_per_rev = counts_per_rev,
         .period_clocks = choices & CHOICE_EVEN ? 0 : word_of(data + 8),
         .angle_offset = word_of(data + 12) % counts_per_rev,
+        .head2_zero = choices & CHOICE_EVEN ? zero_of(word_of(data + 8), counts_per_rev) : 0,
         .clock_hz = 100000000,
     };
     struct calibration_settings settings = {

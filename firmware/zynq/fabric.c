@@ -14,6 +14,8 @@ enum { WORD_BYTES = 4 };
 #define CLEAR_TIMEOUT_US 500000U
 #define SEND_TIMEOUT_US 2000000U
 #define DONE_TIMEOUT_US 500000U
+/* A piece that is done need not have left the queue in the same clock. */
+#define QUEUE_TIMEOUT_US 10000U
 /* Nothing is written to memory. */
 #define DESTINATION_PORT 0xFFFFFFFFU
 /* In an address: the DMA says done when the configuration port has taken all. */
@@ -84,11 +86,17 @@ static void disconnect(const struct fabric *fabric) {
     write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_TO_FABRIC);
 }
 
-/* The boot ROM has set up pins and clock of the controller. UG585, 12.3: linear addressing. */
+/* The boot ROM has set up the controller's pins. UG585, 12.3: linear addressing. Nothing else that
+   it leaves is supposed; with one data wire the flash's HOLD is one of the others, and driven. */
 static void open_flash(const struct fabric *fabric) {
-    uint32_t manual = QSPI_CONFIG_MANUAL_START | QSPI_CONFIG_MANUAL_SELECT | QSPI_CONFIG_SELECT;
+    const uint32_t off = QSPI_CONFIG_BIG_ENDIAN | QSPI_CONFIG_START | QSPI_CONFIG_MANUAL_START |
+                         QSPI_CONFIG_MANUAL_SELECT | QSPI_CONFIG_NOT_SELECTED |
+                         QSPI_CONFIG_OTHER_CLOCK | QSPI_CONFIG_DIVISOR | QSPI_CONFIG_CLOCK_MODE;
+    const uint32_t on = QSPI_CONFIG_FLASH_MODE | QSPI_CONFIG_HOLD_HIGH | QSPI_CONFIG_WORDS |
+                        QSPI_CONFIG_DIVIDE_BY_8 | QSPI_CONFIG_MASTER;
     write_at(fabric, QSPI_EN, 0);
-    write_at(fabric, QSPI_CONFIG, read_at(fabric, QSPI_CONFIG) & ~manual);
+    write_at(fabric, QSPI_CONFIG, (read_at(fabric, QSPI_CONFIG) & ~off) | on);
+    write_at(fabric, QSPI_LPBK_DLY_ADJ, 0);
     write_at(fabric, QSPI_LQSPI_CFG, LINEAR_FAST_READ);
     write_at(fabric, QSPI_EN, 1);
 }
@@ -194,7 +202,9 @@ static void follow_init(struct fabric *fabric) {
 static void send(struct fabric *fabric) {
     uint32_t status = read_at(fabric, DEVC_STATUS);
     if (status & DEVC_STATUS_QUEUE_FULL || !(status & DEVC_STATUS_QUEUE_EMPTY)) {
-        enter(fabric, FABRIC_QUEUE_BUSY);
+        if (waited(fabric, QUEUE_TIMEOUT_US)) {
+            enter(fabric, FABRIC_QUEUE_BUSY);
+        }
         return;
     }
     uint32_t bytes = left(fabric, SEND_BYTES);

@@ -20,12 +20,23 @@
 #define SLCR_PLL_BYPASS 0x10U
 #define SLCR_PLL_FACTOR_SHIFT 12U
 #define SLCR_ARM_CLK_CTRL 0xF8000120U
+/* Bus clocks of the peripherals. */
+#define SLCR_APER_CLK_CTRL 0xF800012CU
+#define SLCR_APER_UART0 0x00100000U
+#define SLCR_APER_QSPI 0x00800000U
+#define SLCR_LQSPI_CLK_CTRL 0xF800014CU
 #define SLCR_UART_CLK_CTRL 0xF8000154U
 #define SLCR_PCAP_CLK_CTRL 0xF8000168U
 #define SLCR_FPGA0_CLK_CTRL 0xF8000170U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
+/* 0: the processor's watchdog resets the system, not the processor alone. */
+#define SLCR_RS_AWDT_CTRL 0xF800024CU
+/* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
+   that failed, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
+#define SLCR_REBOOT_KEPT 0x0F000000U
+#define SLCR_REBOOT_KEPT_SHIFT 24U
 #define SLCR_BOOT_MODE 0xF800025CU
 #define SLCR_BOOT_MODE_MASK 0x7U
 #define SLCR_BOOT_MODE_QSPI 0x1U
@@ -73,10 +84,21 @@
 /* Quad-SPI controller, and its flash as memory. */
 #define QSPI_CONFIG 0xE000D000U
 #define QSPI_EN 0xE000D014U
+#define QSPI_LPBK_DLY_ADJ 0xE000D038U
 #define QSPI_LQSPI_CFG 0xE000D0A0U
+#define QSPI_CONFIG_FLASH_MODE 0x80000000U
+#define QSPI_CONFIG_BIG_ENDIAN 0x04000000U
+#define QSPI_CONFIG_HOLD_HIGH 0x00080000U
+#define QSPI_CONFIG_START 0x00010000U
 #define QSPI_CONFIG_MANUAL_START 0x00008000U
 #define QSPI_CONFIG_MANUAL_SELECT 0x00004000U
-#define QSPI_CONFIG_SELECT 0x00000400U
+#define QSPI_CONFIG_NOT_SELECTED 0x00000400U
+#define QSPI_CONFIG_OTHER_CLOCK 0x00000100U
+#define QSPI_CONFIG_WORDS 0x000000C0U
+#define QSPI_CONFIG_DIVISOR 0x00000038U
+#define QSPI_CONFIG_DIVIDE_BY_8 0x00000010U
+#define QSPI_CONFIG_CLOCK_MODE 0x00000006U
+#define QSPI_CONFIG_MASTER 0x00000001U
 #define FLASH_BASE 0xFC000000U
 
 /* UART 0. */
@@ -94,6 +116,7 @@
 #define UART_SR_RECEIVE_EMPTY 0x02U
 #define UART_SR_TRANSMIT_EMPTY 0x08U
 #define UART_SR_TRANSMIT_FULL 0x10U
+#define UART_SR_TRANSMIT_ACTIVE 0x800U
 #define UART_RECEIVE_TRIGGER 0x01U
 
 /* Private to a processor: interrupt controller, global timer, watchdog. */
@@ -104,9 +127,17 @@
 #define GIC_ICDDCR 0xF8F01000U
 #define GIC_ICDISER(word) (0xF8F01100U + 4U * (word))
 #define GIC_ICDICER(word) (0xF8F01180U + 4U * (word))
+#define GIC_ICDICPR(word) (0xF8F01280U + 4U * (word))
 #define GIC_ICDABR(word) (0xF8F01300U + 4U * (word))
 #define GIC_ICDIPR(interrupt) (0xF8F01400U + (interrupt))
 #define GIC_ICDIPTR(interrupt) (0xF8F01800U + (interrupt))
+/* Two bits an interrupt, the upper one: an edge. */
+#define GIC_ICDICFR(interrupt) (0xF8F01C00U + 4U * ((interrupt) / 16U))
+#define GIC_ICDICFR_EDGE(interrupt) (2U << 2U * ((interrupt) % 16U))
+/* 96 interrupts in words of 32. */
+#define GIC_WORDS 3U
+/* From here on: nothing is pending. */
+#define GIC_SPURIOUS 1020U
 #define INTERRUPT_GLOBAL_TIMER 27U
 #define INTERRUPT_UART0 59U
 /* IRQ_F2P[0]. */

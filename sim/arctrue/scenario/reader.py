@@ -60,6 +60,7 @@ REASONS = (
     "wrong_step",
     "over_speed",
     "inconsistent_heads",
+    "heads_exchanged",
     "singular",
     "not_converged",
     "not_finite",

@@ -17,6 +17,7 @@ from sim.tests.faults.setting import (
     PARAMETERS,
     PERIOD_COUNTS,
     POLL_CLOCKS,
+    SEPARATION_RAD,
     SPEED_RAD_S,
     TURN_CLOCKS,
     TURN_RAD,
@@ -186,6 +187,12 @@ class Scene:
         assert clean.most < self.clean_bound
         assert clean.illegal == 0
         assert not self.faults()
+
+    def knows_the_separation(self) -> None:
+        """To a count of each index: that which made the zero, and the latest."""
+        assert self.told["separation"] == "measured"
+        off_arcsec = (self.told["separation_deg"] - np.rad2deg(SEPARATION_RAD)) * 3600
+        assert abs(off_arcsec) < 2 * ARCSEC_A_COUNT
 
     # What it tells
 

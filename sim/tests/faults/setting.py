@@ -49,12 +49,13 @@ PARAMETERS: dict[str, float] = {
 }
 
 _ARCSEC_RAD = np.pi / 648_000
+SEPARATION_RAD = float(np.deg2rad(33.0)) + 50 * _ARCSEC_RAD
 
 
 def table() -> RotaryTable:
     """±1500″ are ±19 counts here."""
     return RotaryTable(
-        heads=two_heads(separation_rad=float(np.deg2rad(33.0)) + 50 * _ARCSEC_RAD),
+        heads=two_heads(separation_rad=SEPARATION_RAD),
         effects=(
             DiscEccentricity(37.7e-5, 2.1),
             GraduationHarmonics(

@@ -30,10 +30,10 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     assert during.illegal == 0
     scene.turn(1.0)
     scene.recovers()
-    # Its zero is lost by what it missed. That is told, and the nominal separation is used.
+    # Its zero is lost by what it missed. That is told, and the zero is followed.
     assert any("zero_lost" in told["alarms"] for told in scene.firmware.telemetry[turns:])
-    assert scene.told["separation"] == "nominal"
-    assert "separation" in scene.told["alarms"]
+    assert scene.told["alarms"] == []
+    scene.knows_the_separation()
 
 
 @pytest.mark.parametrize("level", ["held", "low", "high"])

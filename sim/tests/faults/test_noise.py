@@ -51,8 +51,8 @@ def test_burst_on_head_2(scene: Scene) -> None:
     during = scene.compare()
     assert during.most < scene.clean_bound
     assert during.illegal == 0
-    # What is left is a separation that is wrong by the slip, at most by what is believed.
     scene.recovers()
+    scene.knows_the_separation()
 
 
 def spikes(scene: Scene) -> list[PinFault]:

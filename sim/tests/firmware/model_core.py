@@ -86,6 +86,14 @@ class ModelCore:
         for head in ("head1", "head2"):
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
 
+    def head2_slips(self, slip: int, travel: int = 1000) -> None:
+        """What head 2's registers show where its angle at its last index was ``slip``."""
+        index = 123_456_789
+        self.set("head2.index", index)
+        self.set("snapshot.head2_position", index + travel)
+        angle = (slip + travel) % self.get("counts_per_rev_active")
+        self.set("snapshot.head2_angle", angle)
+
     def hand_over(self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN) -> None:
         """A bank with counts (2, n)."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)

@@ -163,6 +163,134 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
     assert "refused illegal_transition 1\r\n" in status
 
 
+LOST = BOTH_INDICES_SEEN | header_flag("index_error2")
+
+
+def slipped(counts: Any, slip: int) -> Any:
+    return counts + np.array([[0], [slip]])
+
+
+@pytest.mark.parametrize("method", [0, 1])
+@pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
+def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
+    """4 counts to half a turn; without what is tested the separation would be off by them."""
+    running.send(f"set method {method}")
+    running.turn(turn())
+    clean = running.turn(turn(seed=2))
+    good = dict(running.core.active)
+    running.core.head2_slips(slip)
+    running.core.writes.clear()
+    told = running.turn(slipped(turn(seed=3), slip), LOST)
+    assert (told["reason"], told["alarms"]) == ("index_error", ["zero_lost"])
+    rearm = (address("command"), bit("command", "rearm"))
+    assert rearm not in running.core.writes, "not worth a turn without correction"
+    assert controls(running.core)["compensate"]
+    assert running.core.active == good
+    assert f"head2_zero_counts {slip}\r\n" in running.send("status")
+    after = running.turn(slipped(turn(seed=2), slip))
+    assert after["alarms"] == []
+    assert after["separation"] == "measured"
+    assert after["separation_deg"] == clean["separation_deg"]
+    assert after["residual_arcsec"] == clean["residual_arcsec"]
+
+
+def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
+    """Within index_tolerance it is no news; beyond it it is, and so is the way back."""
+    for slip, zero, alarms in (
+        (1, 0, []),
+        (-40, -40, ["zero_lost"]),
+        (-38, -40, []),
+        (-44, -44, ["zero_lost"]),
+        (2, 0, ["zero_lost"]),
+    ):
+        running.core.head2_slips(slip)
+        told = running.turn(turn(), LOST)
+        assert (running.application.head2_zero, told["alarms"]) == (zero, alarms)
+
+
+@pytest.mark.parametrize("head", ["head1", "head2"])
+def test_an_index_error_that_would_be_cleared_unseen(running: Firmware, head: str) -> None:
+    """It came behind a turn that is refused for another reason."""
+    running.core.set(f"{head}.flags", 0b11)
+    running.core.set("head1.index", -8 if head == "head1" else 0)
+    running.core.head2_slips(40 if head == "head2" else 0)
+    running.core.writes.clear()
+    told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
+    assert (told["reason"], told["alarms"]) == ("illegal_transition", ["zero_lost"])
+    assert running.application.head2_zero == (40 if head == "head2" else 0)
+    rearmed = (address("command"), bit("command", "rearm")) in running.core.writes
+    assert rearmed == (head == "head1")
+    running.core.set(f"{head}.flags", 0b01)
+    told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
+    assert told["alarms"] == [], "not looked at without an index error"
+
+
+def test_a_re_arm_makes_both_zeros_anew(running: Firmware) -> None:
+    running.core.head2_slips(40)
+    running.turn(turn(), LOST)
+    assert running.send("rearm").startswith("ok")
+    assert running.application.head2_zero == 0
+    running.step()
+    running.turn(turn(), LOST)
+    assert running.application.head2_zero == 40
+    running.core.set("head1.index", -8)
+    running.core.head2_slips(80)
+    running.core.writes.clear()
+    running.turn(turn(), LOST)
+    assert (address("command"), bit("command", "rearm")) in running.core.writes
+    assert running.application.head2_zero == 0
+
+
+def test_a_dump_has_the_zero_that_is_known(running: Firmware) -> None:
+    running.core.head2_slips(-400)
+    running.turn(turn(), LOST)
+    running.send("dump")
+    running.core.hand_over(slipped(turn(), -400))
+    first = running.step(3).splitlines()[2]
+    assert first.split(",")[2:] == [str(int(word)) for word in turn()[:, 0]]
+
+
+@pytest.mark.parametrize("method", [0, 1])
+def test_heads_that_are_exchanged(running: Firmware, method: int) -> None:
+    running.send(f"set method {method}")
+    told = running.turn(turn()[::-1])
+    assert (told["result"], told["reason"]) == ("refused", "heads_exchanged")
+    assert told["alarms"] == ["separation"]
+    assert not running.core.active
+    assert not controls(running.core)["compensate"]
+    status = running.send("status")
+    assert "reason heads_exchanged\r\nadvice head 2 is where head 1 should be: exchange" in status
+    (line,) = [text for text in status.splitlines() if text.startswith("separation_deg")]
+    assert float(line.split()[1]) == pytest.approx(-33.0, abs=0.01)
+    assert running.turn(turn(seed=2))["result"] == "applied"
+    # Or what was said of them is wrong.
+    assert running.send("set separation_deg 327") == "ok\r\n"
+    assert running.turn(turn(seed=3))["reason"] == "heads_exchanged"
+    assert running.turn(turn(seed=4)[::-1])["reason"] in ("none", "not_better")
+
+
+@pytest.mark.parametrize(
+    ("nominal", "measured", "exchanged"),
+    [
+        (33.0, -33.0, True),
+        (33.0, 327.2, True),
+        # Beyond what is believed of a separation: 0.25°.
+        (33.0, -33.3, False),
+        (33.0, 33.2, False),
+        (33.0, 90.0, False),
+        # Both ways are the same.
+        (180.0, 180.0, False),
+        (180.0, -180.0, False),
+        (0.1, -0.1, False),
+    ],
+)
+def test_which_separation_is_an_exchanged_one(
+    nominal: float, measured: float, exchanged: bool
+) -> None:
+    library = c_library()[1]
+    assert library.separation_is_exchanged(*np.radians([nominal, measured])) == exchanged
+
+
 def test_noise_that_stays_is_taken_for_usual(running: Firmware) -> None:
     running.turn(turn())
     reasons = [running.turn(turn(noise=1.5, seed=9 + i))["reason"] for i in range(6)]

@@ -58,6 +58,37 @@ def test_bad_input_gets_one_line(running: Firmware, line: str, answer: str) -> N
     assert running.send("freeze off") == "ok\r\n", "and the next line is heard"
 
 
+def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
+    ffi, library = firmware()
+    reasons = [library.refusal_name(reason) for reason in range(1, library.REFUSALS)]
+    alarms = [name for bit in range(32) if (name := library.alarm_name(1 << bit)) != ffi.NULL]
+    assert len(alarms) == 9
+    for name in {ffi.string(name).decode() for name in (*reasons, *alarms)}:
+        answer = running.send(f"help {name}").splitlines()
+        assert len(answer) == 2, name
+        assert len(answer[0].split()) >= 5, "a sentence"
+        assert answer[1] == "ok"
+
+
+def test_help_with_a_word(running: Firmware) -> None:
+    assert running.send("help set") == "set PARAMETER VALUE\r\nok\r\n"
+    assert running.send("help heads_exchanged").startswith("head 2 is where head 1 should be")
+    assert running.send("help me") == "error: no command, reason or alarm me\r\n"
+
+
+def test_status_tells_what_to_do(running: Firmware) -> None:
+    assert "advice" not in running.send("status")
+    running.turn(turn())
+    assert "advice" not in running.send("status")
+    bad = turn(seed=2)
+    bad[1] = -bad[1]
+    assert running.turn(bad)["reason"] == "inconsistent_heads"
+    assert "advice the heads count in different senses: exchange A and B" in running.send("status")
+    running.send("set alarm_noise_arcsec 0.001")
+    running.turn(turn(seed=3))
+    assert "alarm noise\r\nadvice much noisier than usual" in running.send("status")
+
+
 def test_editing_and_empty_lines(running: Firmware) -> None:
     assert running.send(b"fre\x7f\x08\x08\x08\x08freeze  on \r") == "ok\r\n"
     assert running.send(b"\r\n\r\n   \r") == ""

@@ -22,6 +22,15 @@ READ_US = 5
 PROG_B, LOOPBACK = 1 << 30, 1 << 4
 INIT, QUEUE_EMPTY, QUEUE_FULL = 1 << 4, 1 << 30, 1 << 31
 CONFIGURED, DMA_AND_PCAP_DONE, DMA_DONE, AXI_ERROR = 1 << 2, 1 << 12, 1 << 13, 1 << 22
+QSPI_LEFT = 0x8403_FDFE
+"""What a boot ROM may leave: manual, deselected, slave, divided by 256, another clock mode."""
+QSPI_LINEAR = 0x8008_00C1
+"""Flash interface, HOLD driven high, words of 32 bits, master (UG585, qspi.Config_reg)."""
+QSPI_NEVER = 0x0401_C506
+"""Byte order, start, manual start, manual select, deselected, reference clock, phase, polarity."""
+QSPI_REFERENCE_MHZ = 200
+QSPI_MOST_MHZ = 40
+"""Beyond it the data come late: the loop-back of MIO 8 is needed."""
 
 
 def addresses() -> dict[str, int]:
@@ -66,6 +75,8 @@ class ZynqModel:
         self.words[AT["DEVC_CTRL"]] = 0x0C00_6000
         self.words[AT["DEVC_MCTRL"]] = 0x3080_0100 | LOOPBACK
         self.words[AT["SLCR_LVL_SHFTR_EN"]] = 0
+        self.words[AT["QSPI_CONFIG"]] = QSPI_LEFT
+        self.words[AT["QSPI_LPBK_DLY_ADJ"]] = 0x20
         self.words[AT["SLCR_FPGA_RST_CTRL"]] = 0xF
         self.interrupt_status = 0
         self.init = False
@@ -75,6 +86,9 @@ class ZynqModel:
         # How much later than the DMA the port has taken everything.
         self.port_us = 1000
         self.port_done_us: int | None = None
+        # How much later than it is done a transfer leaves the queue.
+        self.queue_us = 40
+        self.queue_empty_us = 0
         self.temperature_code: int | None = 0x977
         self.answers: deque[int] = deque()
         self.previous = 0
@@ -99,7 +113,8 @@ class ZynqModel:
             self.finish_transfer()
             return self.interrupt_status
         if address == AT["DEVC_STATUS"]:
-            queue = QUEUE_FULL if self.stuck == "queue" else QUEUE_EMPTY
+            queue = QUEUE_EMPTY if self.now_us >= self.queue_empty_us else 0
+            queue = QUEUE_FULL if self.stuck == "queue" else queue
             return queue | (INIT if self.init else 0)
         if address == AT["XADC_MSTS"]:
             return 0 if self.answers else 0x100
@@ -110,6 +125,11 @@ class ZynqModel:
     def flash_word(self, address: int) -> int:
         assert self.words[AT["QSPI_LQSPI_CFG"]] >> 31, "linear mode is off"
         assert self.words[AT["QSPI_EN"]] == 1, "the controller is off"
+        config = self.words[AT["QSPI_CONFIG"]]
+        assert config & QSPI_LINEAR == QSPI_LINEAR
+        assert not config & QSPI_NEVER
+        assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
+        assert not self.value("QSPI_LPBK_DLY_ADJ") & 0x20, "the loop-back is for faster clocks"
         place = address - FLASH - IMAGE_OFFSET
         word = self.flash[place : place + 4].ljust(4, b"\xff")
         return int.from_bytes(word, "little")
@@ -146,6 +166,7 @@ class ZynqModel:
 
     def start_transfer(self) -> None:
         assert not self.value("DEVC_MCTRL") & LOOPBACK
+        assert self.now_us >= self.queue_empty_us, "one at a time"
         assert self.value("DEVC_DMA_DST_ADDR") == 0xFFFF_FFFF
         source = self.value("DEVC_DMA_SRC_ADDR")
         assert source & 0x3F in (0, 1), "64 bytes aligned, and the mark of the last piece"
@@ -166,6 +187,7 @@ class ZynqModel:
             self.interrupt_status |= AXI_ERROR
             return
         self.interrupt_status |= DMA_DONE
+        self.queue_empty_us = self.now_us + self.queue_us
         if self.last:
             self.port_done_us = self.now_us + self.port_us
 

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "advice.h"
+
+#include <stddef.h>
+
+#include "text.h"
+
+static const struct {
+    const char *name;
+    const char *text;
+} advices[] = {
+    {"empty", "the capture holds no sample: rearm"},
+    {"index_not_seen", "turn the table past the index of both heads; is Z connected?"},
+    {"index_error",
+     "two index marks were not a turn apart: A or B lost counts, or Z had a pulse that "
+     "is none; look at cables, terminations, index_tolerance"},
+    {"illegal_transition", "A and B changed together: crosstalk, a missing termination, or edges "
+                           "nearer than filter_length clocks"},
+    {"edge_spacing",
+     "edges came nearer than minimum_edge_spacing: turn slower; is there crosstalk?"},
+    {"bank_full",
+     "the table is too slow for its capture: turn faster or set a longer sample_period"},
+    {"stands_still", "a head does not move: does the table turn, is the head connected?"},
+    {"short_of_a_turn", "the table stopped, or counts_per_rev is more than the disc has"},
+    {"more_than_a_turn", "sample_period is too long for this speed, or counts_per_rev too small"},
+    {"reversal", "the table turned back: nothing is lost, the next steady turn is taken"},
+    {"jump",
+     "a head moved by more than two steps at once: it lost counts, or the table was pushed"},
+    {"wrong_step", "the speed changed by more than a tenth: the next steady turn is taken"},
+    {"over_speed",
+     "too few samples a turn: turn slower, set a shorter sample_period or less orders"},
+    {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
+    {"heads_exchanged",
+     "head 2 is where head 1 should be: exchange the plugs of the two heads, or A "
+     "and B of both if they count down counter-clockwise; if neither is so, set "
+     "separation_deg to 360 less its value. No turn is used until then"},
+    {"singular", "the fit has no answer: set less orders; is separation_deg right?"},
+    {"not_converged", "the fit does not end: set less orders; is separation_deg right?"},
+    {"not_finite", "the fit has no answer: set less orders; is separation_deg right?"},
+    {"amplitude", "an order is beyond what a coefficient holds: is counts_per_rev right?"},
+    {"noise", "much noisier than usual (noise_limit), or above alarm_noise_arcsec: vibration, an "
+              "unsteady speed, cables"},
+    {"not_better", "nothing is wrong: the coefficients in use are as good"},
+    {"error", "the correction in use leaves more than alarm_error_arcsec; new coefficients follow "
+              "unless they are frozen"},
+    {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
+                   "was moved, set separation_deg to what status shows; else look at the index of "
+                   "both heads"},
+    {"output", "the output cannot keep up: turn slower or set a shorter output_spacing"},
+    {"overrun",
+     "turns came faster than they are worked on and were left out; nothing else is lost"},
+    {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
+    {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
+    {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
+    {"zero_lost", "a head lost counts: the zero of head 1 is found anew at its index, that of head "
+                  "2 is followed; look at cables and terminations"},
+};
+
+const char *advice_for(const char *name) {
+    for (size_t place = 0; place < sizeof advices / sizeof advices[0]; place++) {
+        if (text_equal(advices[place].name, name)) {
+            return advices[place].text;
+        }
+    }
+    return NULL;
+}

@@ -1,0 +1,213 @@
+"""The UART's own C over a model of its registers: what QEMU's UART, which takes no time, hides.
+
+Written from UG585, chapter 19 and appendix B.33: FIFOs, a transmitter that still shifts when its
+FIFO is empty, resets that end by themselves, a receiver trigger that is set when its level is
+reached and stays until it is cleared.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections import deque
+from typing import Any
+
+import pytest
+from cffi import FFI
+from sim.tests.firmware.library import FIRMWARE, GENERATED
+from sim.tests.firmware.zynq_model import AT
+
+BOARD = FIRMWARE / "board"
+REGISTERS = {AT[name]: name for name in AT if name.startswith("UART_") and name != "UART_BASE"}
+RX_RESET, TX_RESET, RX_ON, RX_OFF, TX_ON, TX_OFF = (1 << bit for bit in range(6))
+RX_EMPTY, TX_EMPTY, TX_FULL, TX_ACTIVE = 1 << 1, 1 << 3, 1 << 4, 1 << 11
+RX_TRIGGER = 1
+FIFO = 64
+RESET_READS = 3
+CHARACTER_READS = 20
+"""Time goes on with the reads. At 115,200 baud a character takes as long as hundreds of them."""
+
+SEAM = """
+#include <stdint.h>
+extern uint32_t (*model_read)(uint32_t);
+extern void (*model_write)(uint32_t, uint32_t);
+static inline uint32_t register_read(uint32_t address) { return model_read(address); }
+static inline void register_write(uint32_t address, uint32_t word) { model_write(address, word); }
+"""
+DECLARATIONS = """
+extern uint32_t (*model_read)(uint32_t);
+extern void (*model_write)(uint32_t, uint32_t);
+struct uart { uint32_t written; uint32_t taken; uint8_t ring[4096]; };
+void uart_set_up(struct uart *uart);
+void uart_interrupt(struct uart *uart);
+bool uart_take(struct uart *uart, uint8_t *character);
+void uart_put(char character);
+void uart_drain(void);
+"""
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[FFI, Any]:
+    """board/uart.c with the model in place of the bus."""
+    folder = tmp_path_factory.mktemp("uart")
+    seam, made = folder / "seam.h", folder / "uart.so"
+    seam.write_text(SEAM, encoding="ascii")
+    places = folder / "places.c"
+    places.write_text("uint32_t (*model_read)(uint32_t); void (*model_write)(uint32_t, uint32_t);")
+    shutil.copy(BOARD / "boards" / "pynq_z2.h", folder / "board_settings.h")
+    includes = [f"-I{path}" for path in (folder, BOARD, FIRMWARE / "zynq", GENERATED)]
+    command = ["gcc", "-std=c11", "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror"]
+    command += ["-DARCTRUE_MEMORY_MAPPED_H", "-include", str(seam), *includes]
+    subprocess.run([*command, BOARD / "uart.c", places, "-o", made], check=True)
+    ffi = FFI()
+    ffi.cdef(DECLARATIONS)
+    return ffi, ffi.dlopen(str(made))
+
+
+class Uart:
+    """The controller; ``arrivals``: number of the read before which a character comes."""
+
+    def __init__(self, compiled: tuple[FFI, Any]) -> None:
+        self.ffi, self.library = compiled
+        self.words = dict.fromkeys(REGISTERS.values(), 0)
+        self.words["UART_CR"] = RX_OFF | TX_OFF
+        self.words["UART_RXWM"] = FIFO // 2
+        self.status = 0
+        self.reads = 0
+        self.resetting = 0
+        self.received: deque[int] = deque()
+        self.waiting: deque[int] = deque()
+        self.shifting: int | None = None
+        self.shifted_at = 0
+        self.sent = bytearray()
+        self.arrivals: dict[int, int] = {}
+        self._calls = (
+            self.ffi.callback("uint32_t(uint32_t)", self.read),
+            self.ffi.callback("void(uint32_t, uint32_t)", self.write),
+        )
+        self.library.model_read, self.library.model_write = self._calls
+        self.ring = self.ffi.new("struct uart *")
+
+    def arrive(self, character: int) -> None:
+        if self.words["UART_CR"] & RX_ON and len(self.received) < FIFO:
+            self.received.append(character)
+            if len(self.received) == self.words["UART_RXWM"]:
+                self.status |= RX_TRIGGER
+
+    def time_goes_on(self) -> None:
+        self.reads += 1
+        if self.reads in self.arrivals:
+            self.arrive(self.arrivals.pop(self.reads))
+        if self.resetting:
+            self.resetting -= 1
+            if not self.resetting:
+                self.words["UART_CR"] &= ~(RX_RESET | TX_RESET)
+        if self.shifting is not None and self.reads >= self.shifted_at:
+            self.sent.append(self.shifting)
+            self.shifting = None
+        if self.shifting is None and self.waiting:
+            self.shifting = self.waiting.popleft()
+            self.shifted_at = self.reads + CHARACTER_READS
+
+    def read(self, address: int) -> int:
+        self.time_goes_on()
+        name = REGISTERS[address]
+        if name == "UART_SR":
+            return (
+                (0 if self.received else RX_EMPTY)
+                | (0 if self.waiting else TX_EMPTY)
+                | (TX_FULL if len(self.waiting) >= FIFO else 0)
+                | (0 if self.shifting is None else TX_ACTIVE)
+            )
+        if name == "UART_FIFO":
+            return self.received.popleft()
+        return self.status if name == "UART_ISR" else self.words[name]
+
+    def write(self, address: int, word: int) -> None:
+        name = REGISTERS[address]
+        if name == "UART_FIFO":
+            assert self.words["UART_CR"] & TX_ON
+            assert len(self.waiting) < FIFO
+            self.waiting.append(word)
+            return
+        if name == "UART_ISR":
+            self.status &= ~word
+            return
+        if name in ("UART_BAUDGEN", "UART_BAUDDIV", "UART_MR"):
+            assert not self.words["UART_CR"] & (RX_ON | TX_ON), "changed under way"
+        if name == "UART_CR":
+            assert not self.resetting, "a reset is cut short"
+            if word & (RX_RESET | TX_RESET):
+                self.resetting = RESET_READS
+                self.received.clear()
+                self.waiting.clear()
+                self.shifting = None
+        self.words[name] = word
+
+    def set_up(self) -> None:
+        self.library.uart_set_up(self.ring)
+
+    def say(self, text: bytes) -> None:
+        for character in text:
+            self.library.uart_put(bytes([character]))
+
+    def interrupts(self) -> None:
+        """As long as its line is high."""
+        for _ in range(10):
+            if not self.status & self.words["UART_IER"]:
+                return
+            self.library.uart_interrupt(self.ring)
+        raise AssertionError("the line stays high")
+
+    def heard(self) -> bytes:
+        character = self.ffi.new("uint8_t *")
+        said = bytearray()
+        while self.library.uart_take(self.ring, character):
+            said.append(character[0])
+        return bytes(said)
+
+
+@pytest.fixture
+def uart(compiled: tuple[FFI, Any]) -> Uart:
+    made = Uart(compiled)
+    made.set_up()
+    return made
+
+
+def test_the_rate_and_the_paths(uart: Uart) -> None:
+    assert uart.words["UART_CR"] & 0x3F == RX_ON | TX_ON
+    clocks = uart.words["UART_BAUDGEN"] * (uart.words["UART_BAUDDIV"] + 1)
+    assert 100e6 / clocks == pytest.approx(115_200, rel=1e-3)
+    assert 4 <= uart.words["UART_BAUDDIV"] <= 255, "UG585: from 4 on"
+
+
+@pytest.mark.parametrize("length", [1, 70, 300])
+def test_all_is_sent_before_the_next_set_up(uart: Uart, length: int) -> None:
+    """What a fault says is followed by a new start, which resets both paths."""
+    text = bytes(32 + place % 90 for place in range(length))
+    uart.say(text)
+    uart.library.uart_drain()
+    uart.set_up()
+    assert uart.sent == text
+
+
+@pytest.mark.parametrize("first", range(1, 12))
+@pytest.mark.parametrize("apart", [1, 2, 3])
+def test_a_character_that_comes_at_any_moment_is_heard(uart: Uart, first: int, apart: int) -> None:
+    """Also between the handler's last look and its end."""
+    uart.arrive(ord("a"))
+    uart.arrivals = {uart.reads + first: ord("b"), uart.reads + first + apart: ord("c")}
+    for _ in range(30):
+        uart.interrupts()
+        uart.time_goes_on()
+    assert uart.heard() == b"abc"
+
+
+def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
+    for character in range(5000):
+        uart.arrive(character % 251)
+        uart.interrupts()
+    assert uart.heard() == bytes(place % 251 for place in range(4096))
+    uart.arrive(7)
+    uart.interrupts()
+    assert uart.heard() == b"\x07"
