@@ -2,23 +2,30 @@
 #
 # Pins of arctrue_zynq_top on the Digilent Arty Z7-20 (XC7Z020-1CLG400C).
 # RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
-# Only LOC and IOSTANDARD of ports stand here, which every tool reads; the rest is in vivado.xdc.
+# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado.xdc.
+# An open input is pulled low, so that it counts no edges.
 
 # Reference head: receivers' outputs on the upper row of Pmod JA.
 set_property LOC Y18 [get_ports head1_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_a]
+set_property PULLTYPE PULLDOWN [get_ports head1_a]
 set_property LOC Y19 [get_ports head1_b]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_b]
+set_property PULLTYPE PULLDOWN [get_ports head1_b]
 set_property LOC Y16 [get_ports head1_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head1_z]
+set_property PULLTYPE PULLDOWN [get_ports head1_z]
 
 # Calibration head: receivers' outputs on the lower row of Pmod JA.
 set_property LOC U18 [get_ports head2_a]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_a]
+set_property PULLTYPE PULLDOWN [get_ports head2_a]
 set_property LOC U19 [get_ports head2_b]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_b]
+set_property PULLTYPE PULLDOWN [get_ports head2_b]
 set_property LOC W18 [get_ports head2_z]
 set_property IOSTANDARD LVCMOS33 [get_ports head2_z]
+set_property PULLTYPE PULLDOWN [get_ports head2_z]
 
 # Corrected encoder signal: drivers' inputs on the upper row of Pmod JB.
 set_property LOC W14 [get_ports out_a]

@@ -11,23 +11,30 @@
 # two: head1_a_p and head1_a_n, out_a_p and out_a_n; both get the standard (LVDS_25 or TMDS_33), and the
 # pins must be the two of one pair.
 #
+# An open input is pulled low, so that it counts no edges; pairs have no pull-down: leave PULLTYPE out there.
 # Write nothing else in here: the open tools ignore other commands, so the two flows would differ.
 
 # Reference head.
 set_property LOC PIN [get_ports head1_a]
 set_property IOSTANDARD STANDARD [get_ports head1_a]
+set_property PULLTYPE PULLDOWN [get_ports head1_a]
 set_property LOC PIN [get_ports head1_b]
 set_property IOSTANDARD STANDARD [get_ports head1_b]
+set_property PULLTYPE PULLDOWN [get_ports head1_b]
 set_property LOC PIN [get_ports head1_z]
 set_property IOSTANDARD STANDARD [get_ports head1_z]
+set_property PULLTYPE PULLDOWN [get_ports head1_z]
 
 # Calibration head.
 set_property LOC PIN [get_ports head2_a]
 set_property IOSTANDARD STANDARD [get_ports head2_a]
+set_property PULLTYPE PULLDOWN [get_ports head2_a]
 set_property LOC PIN [get_ports head2_b]
 set_property IOSTANDARD STANDARD [get_ports head2_b]
+set_property PULLTYPE PULLDOWN [get_ports head2_b]
 set_property LOC PIN [get_ports head2_z]
 set_property IOSTANDARD STANDARD [get_ports head2_z]
+set_property PULLTYPE PULLDOWN [get_ports head2_z]
 
 # Corrected encoder signal.
 set_property LOC PIN [get_ports out_a]

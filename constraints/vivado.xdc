@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # What Vivado alone reads, for every board: the fabric's clock, which paths need no timing and which a
-# bound, pull-downs. The open tools take the clock's frequency as an option and time nothing that
+# bound. The open tools take the clock's frequency as an option and time nothing that
 # leaves the fabric.
 
 # FCLK 0, set to 100 MHz by the firmware (firmware/board/clocks.h).
@@ -18,6 +18,3 @@ set_false_path -through [get_pins -hierarchical -filter {NAME =~ *ps7_primitive/
 # within one. Clocks of what they go to are unknown: no output delay.
 set_max_delay -datapath_only -from [get_clocks fabric_clock] -to [get_ports out*] 10.000
 set_false_path -to [get_ports led*]
-
-# An open input stays low, so that it counts no edges; pairs have no pull-down.
-set_property -quiet PULLTYPE PULLDOWN [get_ports -quiet -filter {NAME !~ *_p && NAME !~ *_n} head*]

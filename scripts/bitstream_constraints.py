@@ -1,6 +1,7 @@
 """Pin files: the XDC subset that every place-and-route tool reads, checked before a long run.
 
-A line is empty, a comment, or ``set_property LOC|IOSTANDARD value [get_ports name]``.
+A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with LOC, IOSTANDARD
+or PULLTYPE.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from scripts.make_docs import read_entity
 from scripts.netlist import ROOT
 
 PROPERTY = re.compile(
-    r"set_property\s+(?P<property>LOC|IOSTANDARD)\s+(?P<value>\w+)\s+"
+    r"set_property\s+(?P<property>LOC|IOSTANDARD|PULLTYPE)\s+(?P<value>\w+)\s+"
     r"\[\s*get_ports\s+(?P<port>\w+)\s*\]"
 )
 PIN = re.compile(r"[A-Z]{1,2}[1-9][0-9]?")
 STANDARDS = frozenset(
     {"LVCMOS33", "LVCMOS25", "LVCMOS18", "LVCMOS15", "LVCMOS12", "LVTTL", "LVDS_25", "TMDS_33"}
 )
+PULLS = ("NONE", "PULLDOWN", "PULLUP", "KEEPER")
 
 
 class ConstraintError(Exception):
@@ -44,8 +46,8 @@ def read_pins(path: Path) -> dict[str, dict[str, tuple[str, int]]]:
         entry = PROPERTY.fullmatch(text)
         if not entry:
             faults.append(
-                f"{path}:{number}: expected set_property LOC|IOSTANDARD value [get_ports name], "
-                f"found '{text}'"
+                f"{path}:{number}: expected set_property LOC|IOSTANDARD|PULLTYPE value "
+                f"[get_ports name], found '{text}'"
             )
             continue
         of_port = found.setdefault(entry["port"], {})
@@ -100,6 +102,12 @@ def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
                 known = ", ".join(sorted(STANDARDS))
                 faults.append(
                     f"{path}:{line}: '{standard}' is no standard; expected one of {known}"
+                )
+        if "PULLTYPE" in given:
+            pull, line = given["PULLTYPE"]
+            if pull not in PULLS:
+                faults.append(
+                    f"{path}:{line}: '{pull}' is no pull; expected one of {', '.join(PULLS)}"
                 )
     if faults:
         raise ConstraintError("\n".join(faults))

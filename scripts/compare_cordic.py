@@ -9,7 +9,7 @@ Each folder is a clone that the caller makes; nothing of it comes into this tree
 
 Every core gets a cosine of 18 bits and 16 iterations, its vector input tied to a constant and its
 sine left open. The same Yosys maps each, and Verilator runs the same source over a sweep of the
-turn. Writes docs/cordic-comparison.md. Needs g++, verilator, git, Yosys and GHDL 4 or newer.
+turn. Writes docs/cordic-comparison.md. Needs g++, verilator, git, Yosys and GHDL 5 or newer.
 Exit code 2 when a tool is missing or a core cannot be made.
 """
 

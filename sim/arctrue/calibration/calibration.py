@@ -122,10 +122,12 @@ def _disagreements(estimate: Estimate, capture: Capture) -> list[str]:
     if apart[worst] < LEAST_LINE_ARCSEC:
         return []
     named = ", ".join(str(estimate.orders[i]) for i in orders[:6])
+    if orders.size > 6:
+        named += ", …"
+    at_worst = f" at order {estimate.orders[orders[worst]]}" if orders.size > 1 else ""
     text = (
-        f"the runs disagree at order{'s' if orders.size > 1 else ''} {named}"
-        f"{', …' if orders.size > 6 else ''}: by up to {apart[worst]:.2f}″ "
-        f"at order {estimate.orders[orders[worst]]}; the uncertainties include that"
+        f"the runs disagree at order{'s' if orders.size > 1 else ''} {named} by up to "
+        f"{apart[worst]:.2f}″{at_worst}; the uncertainties include that"
     )
     if capture.temperature_c is not None:
         by_run = [float(capture.temperature_c[capture.run == r.run].mean()) for r in estimate.runs]

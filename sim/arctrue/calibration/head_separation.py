@@ -32,6 +32,20 @@ def u_index_rad(counts_per_rev: int) -> float:
     return INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0) * rad_per_count(counts_per_rev)
 
 
+def doubts(nominal_rad: float, measured_rad: float) -> str | None:
+    """What is said of a measured separation that no head's mounting explains; None: it may be."""
+    off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
+    if abs(off_arcsec) <= BELIEVABLE_ARCSEC:
+        return None
+    said = f"the measured head separation is {off_arcsec:+.1f}″ from nominal"
+    if abs(measured_rad + nominal_rad) * ARCSEC_PER_RAD <= BELIEVABLE_ARCSEC:
+        return f"{said}, which is the other way round: are head1_counts and head2_counts swapped?"
+    return (
+        f"{said}: do both heads count from the same index mark, and are "
+        "table.head_separation_deg and table.counts_per_rev right?"
+    )
+
+
 def judge(
     nominal_rad: float,
     by_run_rad: Sequence[float],
@@ -52,12 +66,9 @@ def judge(
             f"the runs disagree on the head separation by {spread * ARCSEC_PER_RAD:.2f}″, "
             f"more than the index's repeatability ({allowed * ARCSEC_PER_RAD:.2f}″)"
         )
-    if abs(off_arcsec) > BELIEVABLE_ARCSEC:
+    if unbelievable := doubts(nominal_rad, measured_rad):
         trusted = False
-        warnings.append(
-            f"the measured head separation is {off_arcsec:+.1f}″ from nominal: do both heads "
-            "count from the same index mark, and is table.head_separation_deg right?"
-        )
+        warnings.append(unbelievable)
     elif abs(off_arcsec) > NOMINAL_TOLERANCE_ARCSEC:
         warnings.append(
             f"the measured head separation is {off_arcsec:+.1f}″ from nominal, "
@@ -65,5 +76,5 @@ def judge(
         )
     choice: Choice = asked or ("measured" if trusted else "nominal")
     if not trusted and asked is None:
-        warnings[-1] += "; the nominal value is used (--head-separation measured forces the other)"
+        warnings[-1] += " (the nominal value is used; --head-separation measured forces the other)"
     return choice, warnings

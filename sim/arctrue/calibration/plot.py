@@ -13,6 +13,7 @@ from arctrue.calibration.comparison import extent
 from arctrue.calibration.selection import significance_factor
 
 _BEFORE, _AFTER, _QUIET = "#b5482a", "#1f6f8b", "#8a8a8a"
+_EIGHTHS_DEG = range(0, 361, 45)
 
 
 def save_plot(calibration: Calibration, title: str, path: Path) -> None:
@@ -49,9 +50,8 @@ def _curve(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-d
             ms=4,
             label="reference run",
         )
-    axis.set(xlabel="angle / °", ylabel="error / ″", xlim=(0, 360), title="Error of head 1")
-    axis.legend(loc="upper right")
-    axis.grid(alpha=0.3)
+    axis.set(xlabel="angle / °", ylabel="error / ″", xlim=(0, 360), xticks=_EIGHTHS_DEG)
+    _head(axis, "Error of head 1")
 
 
 def _after(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-def]
@@ -69,7 +69,7 @@ def _after(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-d
                 ms=3.5,
                 ls="",
                 color=_AFTER if sign == 1 else _QUIET,
-                label="after" if direction is None else f"after, {name}",
+                label="after" if direction is None else name,
             )
     if comparison.noise is not None:
         axis.axhspan(
@@ -77,17 +77,16 @@ def _after(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-d
             comparison.noise.highest,
             color="black",
             alpha=0.07,
-            label="scatter of the reference's repeats",
+            label="scatter of the repeats",
         )
     after = extent(comparison.after_arcsec)
     axis.set(
         xlabel="angle / °",
         ylabel="error / ″",
         xlim=(0, 360),
-        title=f"After, through the gateware: {after.lowest:+.2f} to {after.highest:+.2f}″",
+        xticks=_EIGHTHS_DEG,
     )
-    axis.legend(loc="upper right", fontsize="small")
-    axis.grid(alpha=0.3)
+    _head(axis, f"After, through the gateware: {after.lowest:+.2f} to {after.highest:+.2f}″")
 
 
 def _orders(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-def]
@@ -116,8 +115,15 @@ def _orders(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-
         yscale="log",
         xlabel="order n",
         ylabel="amplitude / ″",
-        title="Orders",
         ylim=(max(lowest / 3.0, 1e-5), max(float(amplitude.max()) * 3.0, 1e-3)),
     )
-    axis.legend(loc="upper right")
+    _head(axis, "Orders")
+
+
+def _head(axis, title: str) -> None:  # type: ignore[no-untyped-def]
+    """Title to the left, legend to the right of it: over the axes, where no point is hidden."""
+    axis.set_title(title, loc="left")
+    axis.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, fontsize="small"
+    )
     axis.grid(alpha=0.3)

@@ -20,6 +20,20 @@ from arctrue import cli
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+GENERATED = "arctrue.generated"
+
+
+class _NotGeneratedError(click.ClickException):
+    """The modules that are made from registers and number formats are not there yet."""
+
+    exit_code = 2
+
+    def __init__(self) -> None:
+        super().__init__(
+            "sim/arctrue/generated is not there yet: run make generate in the source tree first"
+        )
+
+
 class _Commands(click.Group):
     """Imports a command's module only when it is asked for."""
 
@@ -31,7 +45,12 @@ class _Commands(click.Group):
         if cmd_name not in self.list_commands(ctx):
             return None
         name = cmd_name.replace("-", "_")
-        module = importlib.import_module(f"arctrue.cli.{name}")
+        try:
+            module = importlib.import_module(f"arctrue.cli.{name}")
+        except ModuleNotFoundError as error:
+            if not (error.name or "").startswith(GENERATED):
+                raise
+            raise _NotGeneratedError from error
         command = getattr(module, name, getattr(module, "command", None))
         return command if isinstance(command, click.Command) else None
 

@@ -48,6 +48,10 @@ class Progress:
         self._doing = doing
         self._show(doing)
 
+    def keep(self, text: str) -> None:
+        """A line that stays, above the live one."""
+        progress_console.print(text, soft_wrap=True, markup=False)
+
     def read(self, path: Path, done: int, total: int) -> None:
         """Bytes of a file that are read."""
         if total >= LONG_FILE_BYTES:
@@ -66,4 +70,4 @@ class Progress:
             return
         if time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = time.monotonic()
-            progress_console.print(text)
+            self.keep(text)

@@ -11,12 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 from rich.console import Console
 
+from arctrue.calibration.head_separation import doubts
+from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
 from arctrue.cli._progress import Progress
 from arctrue.effects.base import Effect
 from arctrue.effects.registry import EffectFileError, EffectNotFoundError, catalogue
-from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.model.growth import AlreadyThereError, NotTestableError
 from arctrue.model.model import Model, default_model
 from arctrue.model.model_file import ModelFileError, read_model
@@ -58,9 +61,15 @@ def set_argument(function: Callable[..., None]) -> Callable[..., None]:
 def common_options(function: Callable[..., None]) -> Callable[..., None]:
     """--model, --effects, --json, --out, --seed."""
     for option in (
-        click.option("--seed", type=int, default=1, show_default=True, help="Of the surrogates."),
-        click.option("--out", type=click.Path(path_type=Path), help="Folder for pictures."),
-        click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON."),
+        click.option(
+            "--seed",
+            type=int,
+            default=1,
+            show_default=True,
+            help="Of the surrogates that compare draws; the others average over all.",
+        ),
+        click.option("--out", type=OutputFolder(), help="Folder for pictures."),
+        click.option("--json", "json_file", type=OutputFile(), help="Write JSON."),
         click.option(
             "--effects",
             "folders",
@@ -84,10 +93,16 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            click.echo(f"arctrue: {error}", err=True)
+            click.echo(f"arctrue: {_sentence(error)}", err=True)
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
+
+
+def _sentence(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        return f"{error.filename}: cannot be read or written: {error.strerror}"
+    return str(error)
 
 
 def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
@@ -126,17 +141,28 @@ def load(
             progress=progress.rows,
             reference_temperature_c=model.reference_temperature_c,
         )
-    for warning in measurement.warnings:
+    for warning in (*measurement.warnings, *_doubts(measurement)):
         click.echo(f"warning: {warning}", err=True)
     return Workbench(observations, model, effects, measurement.title or measurement_set.name)
+
+
+def _doubts(measurement: MeasurementSet) -> list[str]:
+    """What a calibration would say of the heads' separation: the name of no effect mends it."""
+    capture, table = measurement.capture, measurement.table
+    if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
+        return []
+    nominal_rad = math.radians(table.head_separation_deg)
+    counts = float(np.mean(capture.head2_counts - capture.head1_counts))
+    # Whole turns between the heads' counters mean nothing.
+    off_rad = math.remainder(2.0 * math.pi * counts / table.counts_per_rev - nominal_rad, math.tau)
+    said = doubts(nominal_rad, nominal_rad + off_rad)
+    return [] if said is None else [said]
 
 
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON if a path is given; what is not a finite number becomes null."""
     if path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(plain(data), indent=1, ensure_ascii=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        write_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
 
 
 def plain(value: Any) -> Any:

@@ -79,18 +79,18 @@ def add(
         console.print(f"wrote {model_file}")
     if json_file is not None:
         with Progress("diagnosing what is left"):
-            write_json(json_file, step_data(bench, model, solution, seed))
+            write_json(json_file, step_data(bench, model, solution))
     if out is not None:
         from arctrue.report.model_plots import plot_history
 
         console.print(f"wrote {plot_history(model.history, out)}")
 
 
-def step_data(bench: Workbench, model: Model, solution: Solution, seed: int) -> dict[str, Any]:
+def step_data(bench: Workbench, model: Model, solution: Solution) -> dict[str, Any]:
     """The ladder's last step, before and after, and the verdict on what is left."""
     after = model.history[-1]
     before = model.history[-2] if len(model.history) > 1 else after
-    left = diagnose(bench.observations, solution.terms, bench.effects, seed=seed)
+    left = diagnose(bench.observations, solution.terms, bench.effects)
     entry = model.effects[-1]
     return {
         "schema": 1,

@@ -18,6 +18,7 @@ from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSet
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.comparison import Comparison, Extent, extent
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
+from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, read_measurement_set
@@ -93,12 +94,12 @@ class _ManyRuns(click.Command):
 @click.option(
     "--json",
     "json_file",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=OutputFile(),
     help="Write figures here.",
 )
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=OutputFolder(),
     help="Folder of coefficients.toml and calibration.png.  [default: build/calibration/NAME]",
 )
 def calibrate(
@@ -152,7 +153,7 @@ def calibrate(
         save_plot(calibration, measurement.title or name, picture)
         click.echo(f"\nCoefficients: {coefficients}\nPlot: {picture}")
         if json_file is not None:
-            json_file.write_text(json.dumps(_figures(calibration), indent=1) + "\n", "utf-8")
+            write_text(json_file, json.dumps(_figures(calibration), indent=1) + "\n")
             click.echo(f"Figures: {json_file}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
@@ -276,12 +277,14 @@ def _figures(calibration: Calibration) -> dict[str, Any]:
         "before_arcsec": before,
         "after_arcsec": after,
         "head_separation_deg": math.degrees(estimate.measured_separation_rad),
+        "u_head_separation_arcsec": estimate.u_measured_separation_rad * ARCSEC_PER_RAD,
         "orders": [
             {
                 "order": verdict.order,
                 "amplitude_arcsec": _finite(estimate.amplitude_arcsec[i]),
                 "phase_deg": _finite(math.degrees(estimate.phase_rad[i])),
                 "u_amplitude_arcsec": _finite(estimate.u_amplitude_arcsec[i]),
+                "u_phase_deg": _finite(math.degrees(estimate.u_phase_rad[i])),
                 "noise_gain": _finite(estimate.noise_gain[i]),
                 "applied": verdict.applied,
             }

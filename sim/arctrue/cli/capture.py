@@ -7,15 +7,17 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._outputs import OutputFolder
 from arctrue.device.console import Console, ConsoleError
 from arctrue.measurement import write_measurement_set
+from arctrue.measurement.description import FILE_NAME
 
 NO_DEVICE = 2
 
 
 @click.command(short_help="Write one capture of a device as a set.")
 @click.argument("port")
-@click.argument("out", type=click.Path(file_okay=False, path_type=Path))
+@click.argument("out", type=OutputFolder())
 @click.option(
     "--timeout",
     type=click.FloatRange(min=1.0),
@@ -26,8 +28,12 @@ NO_DEVICE = 2
 def capture(port: str, out: Path, timeout: float) -> None:
     """Write the next turn that the device at PORT captures to the folder OUT.
 
-    12,000 samples take 40 s at 115,200 baud. Exit code 2: no answer, or characters were lost.
+    12,000 samples take 40 s at 115,200 baud. Exit code 2: no answer, characters
+    were lost, or OUT holds a measurement set already.
     """
+    if (out / FILE_NAME).exists():
+        click.echo(f"capture: {out}: holds a measurement set already; name a new folder", err=True)
+        sys.exit(NO_DEVICE)
     try:
         console = Console(port)
         measurement = console.dump(timeout)

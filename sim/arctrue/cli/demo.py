@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._workbench import for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.demo.acts import Beside
 from arctrue.demo.judgement import RecordingError
@@ -29,7 +31,7 @@ SECOND_FOLDER = "second_act"
 @click.command(short_help="See the error fall, through the real VHDL and C.")
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=OutputFolder(),
     default=ROOT / "build" / "demo",
     show_default="build/demo",
     help="Folder of the pages and of the files in between.",
@@ -48,6 +50,7 @@ SECOND_FOLDER = "second_act"
     show_default=True,
     help="Run one act alone.",
 )
+@for_people
 def demo(out: Path, lanes: int, act: str) -> None:
     """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
 

@@ -69,7 +69,6 @@ def diagnose(
             bench.observations,
             terms,
             bench.effects,
-            seed=seed,
             matters_counts=matters,
             progress=progress.now,
         )

@@ -45,7 +45,7 @@ def drop(
         write_model(model_file, model)
     console.print(ladder_table(model.history))
     if json_file is not None:
-        write_json(json_file, step_data(bench, model, solution, seed))
+        write_json(json_file, step_data(bench, model, solution))
     if out is not None:
         from arctrue.report.model_plots import plot_history
 

@@ -10,6 +10,7 @@ import click
 from rich.table import Table
 from rich.text import Text
 
+from arctrue.cli._outputs import OutputFile
 from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
 from arctrue.effects.base import Effect
 from arctrue.effects.new_effect import write_new_effect
@@ -30,7 +31,7 @@ CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing"}
     multiple=True,
     help="Folder of own effects.",
 )
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.pass_context
 @for_people
 def effects(
@@ -56,7 +57,7 @@ def effects(
 
 @effects.command("show")
 @click.argument("name")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.pass_context
 @for_people
 def show(context: click.Context, name: str, json_file: Path | None) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from rich.table import Table
 
+from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
@@ -36,7 +37,7 @@ from arctrue.model.growth import fitted
 @click.option(
     "--coefficients",
     "coefficient_file",
-    type=click.Path(path_type=Path),
+    type=OutputFile(),
     default=Path("coefficients.toml"),
     show_default=True,
     help="File to write.",

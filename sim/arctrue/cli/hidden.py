@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
-from arctrue.cli._progress import progress_console
-from arctrue.cli._workbench import console, write_json
+from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
+from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.hidden_effect.cases import CASES
 
 if TYPE_CHECKING:
     from arctrue.hidden_effect.experiment import HiddenResult
     from arctrue.hidden_effect.follow import FollowedTurn
-    from arctrue.instrument import Progress
 
 FULL_LINES = 16384
 USUAL_LINES = 1024
@@ -46,15 +45,16 @@ FOLLOWED_TURNS = 4
 @click.option("--follow", is_flag=True, help="Of thermal eccentricity: while the table warms.")
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=OutputFolder(),
     default=Path("build") / "hidden",
     show_default=True,
     help="Folder of the measurement sets and coefficients; EFFECT is added to it.",
 )
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option(
-    "--picture", type=click.Path(path_type=Path), help="Write a picture (.svg, .png or .pdf)."
+    "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."
 )
+@for_people
 def hidden(
     effect: str,
     lanes: int,
@@ -76,7 +76,6 @@ def hidden(
     from arctrue.hidden_effect.experiment import run_hidden
     from arctrue.hidden_effect.follow import follow_warming
     from arctrue.hidden_effect.settings import HiddenSettings
-    from arctrue.instrument import InstrumentError
 
     if follow and effect != "thermal_eccentricity":
         raise click.UsageError("--follow is about thermal_eccentricity")
@@ -85,13 +84,10 @@ def hidden(
     settings = dataclasses.replace(settings, revolution=scale)
     folder = out / effect
     followed: dict[str, list[FollowedTurn]] = {}
-    try:
-        result = run_hidden(CASES[effect], settings, folder, progress=_tell, say=click.echo)
+    with on_the_instrument() as shown:
+        result = run_hidden(CASES[effect], settings, folder, progress=shown.progress, say=shown.say)
         if follow:
-            followed = follow_warming(result, FOLLOWED_TURNS, progress=_tell)
-    except InstrumentError as error:
-        click.echo(f"hidden: {error}", err=True)
-        sys.exit(2)
+            followed = follow_warming(result, FOLLOWED_TURNS, progress=shown.progress)
     print_result(result)
     _print_followed(followed)
     data = result.as_json()
@@ -103,14 +99,9 @@ def hidden(
     if picture is not None:
         from arctrue.report.hidden_figures import save_three_curves
 
+        picture.parent.mkdir(parents=True, exist_ok=True)
         save_three_curves(result, picture)
         click.echo(f"wrote {picture}")
-
-
-def _tell(now: Progress) -> None:
-    progress_console.print(
-        f"  {now.stage}: clock {now.clock:>11,}, {now.clocks_per_s:>9,.0f} clocks/s"
-    )
 
 
 def print_result(result: HiddenResult) -> None:
@@ -135,12 +126,11 @@ def print_result(result: HiddenResult) -> None:
             f"{curve.rms_arcsec:8.3f}{curve.order_arcsec[0]:9.3f}{curve.order_arcsec[1]:8.3f}"
             f"{curve.signal_arcsec[0]:15.3f}"
         )
-    if result.fresh_capture_arcsec is not None:
-        without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
-        click.echo(
-            f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
-            f"{with_effect:.3f}″ with it"
-        )
+    without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
+    click.echo(
+        f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
+        f"{with_effect:.3f}″ with it"
+    )
     if result.reversal_arcsec is not None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
         click.echo(

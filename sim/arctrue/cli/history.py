@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.model.model_file import read_model
 
@@ -20,14 +21,15 @@ from arctrue.model.model_file import read_model
     required=True,
     help="Model (TOML).",
 )
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the picture.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
     """Print every step of a model and, with --out, draw the falling error.
 
-    RMS and peak are those of the rows fitted to; "held out" is the RMS of every fourth revolution
-    or cycle under a fit without it; noise is the scatter of the repeats, which no model can beat.
+    RMS and peak are those of the rows fitted to; "held out" is the RMS of a quarter of each
+    revolution, or of every fourth cycle, under a fit without it; noise is the scatter of the
+    repeats, which no model can beat.
     """
     model = read_model(model_file)
     if not model.history:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.device.console import Console, ConsoleError, Turn
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import write_measurement_set
@@ -21,12 +22,12 @@ NO_DEVICE = 2
 @click.option("--turns", type=click.IntRange(min=1), help="End after so many turns.")
 @click.option(
     "--record",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=OutputFile(),
     help="Append every turn to this SQLite file.",
 )
 @click.option(
     "--sets",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=OutputFolder(),
     help="Folder: the capture of the first turn as a measurement set, and again every --every.",
 )
 @click.option("--every", type=click.IntRange(min=1), default=100, show_default=True, help="Turns.")

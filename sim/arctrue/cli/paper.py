@@ -8,27 +8,30 @@ from typing import TYPE_CHECKING
 import click
 from rich.table import Table
 
-from arctrue.cli._progress import Progress
+from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
     from arctrue.paper.experiment import ExperimentResult
 
 FULL_INTERPOLATION = 1024
+LEAST_INTERPOLATION = 16
+"""With less, the ramp takes longer than the turns between calibration and cycles."""
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
 @click.option("--cycles", type=click.IntRange(2), default=10, show_default=True)
 @click.option(
     "--interpolation",
-    type=click.IntRange(4, FULL_INTERPOLATION),
+    type=click.IntRange(LEAST_INTERPOLATION, FULL_INTERPOLATION),
     default=FULL_INTERPOLATION,
     show_default=True,
     help="Counts a line. 64 takes a sixteenth of the time and steps of 1.2″.",
 )
 @click.option("--seed", type=int, default=1, show_default=True, help="Of instruments and noise.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for Fig. 11.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--out", type=OutputFolder(), help="Folder for Fig. 11.")
 @for_people
 def paper(
     cycles: int, interpolation: int, seed: int, json_file: Path | None, out: Path | None
@@ -38,7 +41,6 @@ def paper(
     The table is captured, calibrated and corrected by gateware and firmware, every edge through the
     decoders. At the paper's size a cycle takes about a minute and a half.
     """
-    from arctrue.instrument import InstrumentError
     from arctrue.instrument.revolution import RevolutionSettings
     from arctrue.paper.experiment import ExperimentSettings, run_experiment
 
@@ -47,18 +49,8 @@ def paper(
         cycles=cycles,
         seed=seed,
     )
-    try:
-        with Progress("building the instrument") as shown:
-            result = run_experiment(
-                settings,
-                say=shown.now,
-                progress=lambda now: shown.now(
-                    f"{now.stage}: {now.clock / 1e6:,.0f} million clocks, "
-                    f"{now.clocks_per_s / 1e3:,.0f} thousand a second"
-                ),
-            )
-    except InstrumentError as error:
-        raise click.ClickException(str(error)) from error
+    with on_the_instrument() as shown:
+        result = run_experiment(settings, say=shown.say, progress=shown.progress)
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
+from arctrue.cli._workbench import for_people, write_json
+
 if TYPE_CHECKING:
-    from arctrue.instrument import Progress
     from arctrue.instrument.revolution import RevolutionResult
 
 FULL_LINES = 16384
+LEAST_LINES = 64
+"""With fewer, noise and whole counts reach the limits."""
 FULL_LANES = 32
 FULL_SAMPLES = 12000
 
@@ -22,7 +25,7 @@ FULL_SAMPLES = 12000
 @click.option("--lanes", type=click.IntRange(1, 64), default=FULL_LANES, show_default=True)
 @click.option(
     "--lines",
-    type=click.IntRange(16, FULL_LINES),
+    type=click.IntRange(LEAST_LINES, FULL_LINES),
     default=FULL_LINES,
     show_default=True,
     help="Lines of the disc, 1024 counts each. 1024 takes a sixteenth of the time.",
@@ -35,10 +38,11 @@ FULL_SAMPLES = 12000
     help="Samples that are captured in a turn.",
 )
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the readings' noise.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option(
-    "--picture", type=click.Path(path_type=Path), help="Write a picture (.svg, .png or .pdf)."
+    "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."
 )
+@for_people
 def revolution(
     lanes: int, lines: int, samples: int, seed: int, json_file: Path | None, picture: Path | None
 ) -> None:
@@ -48,34 +52,23 @@ def revolution(
     compared with the true angle. Ends with exit code 1 when the corrected output is outside its
     limit, and 2 when the instrument cannot run.
     """
-    from arctrue.instrument import InstrumentError
     from arctrue.instrument.revolution import RevolutionSettings, run_revolution
 
     settings = RevolutionSettings(lines=lines, lanes=lanes, samples=samples, seed=seed)
-    try:
-        result = run_revolution(settings, progress=_tell, say=lambda text: click.echo(text))
-    except InstrumentError as error:
-        click.echo(f"revolution: {error}", err=True)
-        sys.exit(2)
+    with on_the_instrument() as shown:
+        result = run_revolution(settings, progress=shown.progress, say=shown.say)
     _print(result)
-    if json_file is not None:
-        json_file.write_text(json.dumps(result.as_json(), indent=1) + "\n", encoding="utf-8")
+    write_json(json_file, result.as_json())
     if picture is not None:
         from arctrue.report.revolution_figure import plot_revolution
 
+        picture.parent.mkdir(parents=True, exist_ok=True)
         plot_revolution(result, picture)
         click.echo(f"wrote {picture}")
     for fault in result.faults:
         click.echo(f"revolution: {fault}", err=True)
-    sys.exit(1 if result.faults else 0)
-
-
-def _tell(now: Progress) -> None:
-    angle_deg = now.true_angle_rad * 57.29577951308232
-    click.echo(
-        f"  {now.stage}: table at {angle_deg:6.1f}°, clock {now.clock:>11,}, "
-        f"{now.clocks_per_s:>9,.0f} clocks/s"
-    )
+    if result.faults:
+        raise SystemExit(1)
 
 
 def _print(result: RevolutionResult) -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from arctrue.cli._progress import Progress
+from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ FULL_LINES = 16384
     help="Lines of the disc in place of the scenario's. 64 is a quick look with counts of 20″; "
     "the limits in arcsec are not asked for then.",
 )
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write JSON.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the picture.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Path | None) -> None:
     """Run SCENARIO.toml: a table with effects and faults before gateware and firmware.
@@ -34,22 +35,11 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
     Scenarios for each effect are in sim/scenarios; docs/scenarios.md tells what a file may say.
     Ends with exit code 1 where a limit of the scenario is broken, and 2 when it cannot be run.
     """
-    from arctrue.instrument import InstrumentError
     from arctrue.scenario import read_scenario, run_scenario
 
     scenario = read_scenario(scenario_file, lines=lines)
-    try:
-        with Progress("building the instrument") as shown:
-            result = run_scenario(
-                scenario,
-                say=shown.now,
-                progress=lambda now: shown.now(
-                    f"{now.stage}: {now.clock / 1e6:,.1f} million clocks, "
-                    f"{now.clocks_per_s / 1e3:,.0f} thousand a second"
-                ),
-            )
-    except InstrumentError as error:
-        raise ValueError(f"{scenario_file}: {error}") from error
+    with on_the_instrument(str(scenario_file)) as shown:
+        result = run_scenario(scenario, say=shown.say, progress=shown.progress)
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:

@@ -7,12 +7,13 @@ from pathlib import Path
 import click
 import numpy as np
 
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.simulate.experiment import EXPERIMENTS, FURTHER
 from arctrue.simulate.recipes import RECIPES
 from arctrue.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
-from arctrue.simulate.truth import write_truth
+from arctrue.simulate.truth import refuse_recorded, write_truth
 
 
 def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:
@@ -25,7 +26,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
 
 
 @click.command("simulate", short_help="Write the measurement set of a simulated table.")
-@click.argument("out", metavar="OUT", type=click.Path(path_type=Path, file_okay=False))
+@click.argument("out", metavar="OUT", type=OutputFolder())
 @click.option(
     "--effect",
     "effects",
@@ -96,6 +97,7 @@ def simulate(
         raise ValueError(f"{len(sizes)} sizes for {len(effects)} effects")
     if again and seed is None:
         raise ValueError("--again needs the --seed of the table that is measured again")
+    refuse_recorded(out)
     if seed is None:
         seed = int(np.random.SeedSequence().generate_state(1)[0])
     if hidden:

@@ -12,7 +12,6 @@ from typing import Any
 from arctrue.hidden_effect.cases import CASES
 from arctrue.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.hidden_effect.settings import HiddenSettings
-from arctrue.instrument import Progress
 
 Say = Callable[[str], None]
 
@@ -48,11 +47,9 @@ def run_second_act(settings: HiddenSettings, folder: Path, say: Say) -> SecondAc
     started = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
 
-    def tell(now: Progress) -> None:
-        turns = now.true_angle_rad / 6.283185307179586
-        say(f"  table at {turns:5.2f} turns, {now.clocks_per_s:>9,.0f} clocks/s  {now.stage}")
-
-    result = run_hidden(CASES[HIDDEN], settings, folder, progress=tell, say=say)
+    result = run_hidden(
+        CASES[HIDDEN], settings, folder, progress=lambda now: say(f"  {now.words}"), say=say
+    )
     act = SecondAct(result, tuple(faults(result)), time.monotonic() - started)
     text = json.dumps(act.as_json(), indent=1, default=str)
     (folder / "result.json").write_text(text + "\n", encoding="utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -43,7 +44,13 @@ class Console:
         try:
             self._serial = serial.serial_for_url(port, BAUD, timeout=timeout_s)
         except (serial.SerialException, ValueError) as error:
-            raise ConsoleError(f"{port}: cannot be opened: {error}") from error
+            # pyserial says the port's name and the system's error twice.
+            number = getattr(error, "errno", None)
+            why = os.strerror(number) if number else str(error)
+            raise ConsoleError(
+                f"{port}: cannot be opened: {why}; is the device plugged in, "
+                "and may you use the port?"
+            ) from error
         self.port = port
         self._turns: list[Turn] = []
 

@@ -81,9 +81,9 @@ def register_named(path: str) -> Register:
     """The register called ``path``, as in ``head1.flags``; raises KeyError with near names."""
     if path in _BY_PATH:
         return _BY_PATH[path]
-    last = path.rsplit(".", 1)[-1]
-    near = [known for known in _BY_PATH if last in known] or sorted(_BY_PATH)
-    raise KeyError(f"no register {path}; there are: {', '.join(near)}")
+    parts = path.split(".")
+    near = [known for known in _BY_PATH if any(part in known for part in parts)]
+    raise KeyError(f"no register {path!r}; there are: {', '.join(near or sorted(_BY_PATH))}")
 
 
 class RegisterMap:
@@ -120,7 +120,9 @@ class RegisterMap:
                 raise KeyError(f"{path} has several fields, name one: {', '.join(values)}")
             return next(iter(values.values()))
         register, _, field = path.rpartition(".")
-        return register_named(register).field(field).get(await self.read_raw(register))
+        # A name without such a register is told whole.
+        known = register_named(register if register in _BY_PATH else path)
+        return known.field(field).get(await self.read_raw(register))
 
     async def write_raw(self, path: str, value: int) -> None:
         """Write a whole 32-bit register."""

@@ -54,9 +54,8 @@ class HiddenResult:
     """The output with the firmware's coefficients: the paper's model."""
     corrected: SignalScore
     """The output with the exported ones."""
-    fresh_capture_arcsec: dict[str, float] | None
-    """RMS that the fresh capture leaves of the model ``without`` and ``with`` the effect; None
-    after another temperature: a stored model takes T₀ from the set that it is compared with."""
+    fresh_capture_arcsec: dict[str, float]
+    """RMS that the fresh capture leaves of the model ``without`` and ``with`` the effect."""
     firmware_orders: int
     reversal_arcsec: dict[str, float] | None
     """Mean of up less down, of the output with the paper's model and with the export."""
@@ -165,23 +164,9 @@ class _Run:
         write_set(measured, "what the gateware measured", settings, self.runs, self.references)
         seal(measured, case.name, self.causes)
 
-        effects_folder = self.folder / "effects"
-        # Of an earlier run: an effect file that is there is never written over.
-        (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
-        self.say("Workbench: it is given the measurement set, and nothing else")
         before_workbench = time.monotonic()
-        examined = examine(
-            measured,
-            adopted_name=ADOPTED,
-            effects_folder=effects_folder,
-            seed=settings.seed,
-        )
-        temperature = case.fresh_c
-        export = examined.export(settings.revolution.lanes, temperature)
-        write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
+        examined, export = self._examined(measured)
         workbench_s = time.monotonic() - before_workbench
-        for words in examined.words():
-            self.say(f"  {words}")
 
         if paper is None:
             self._fresh_power_up()
@@ -211,15 +196,26 @@ class _Run:
             raw=score(corrected.head1, corrected.head1, lines),
             paper=score(paper.output, paper.head1, lines),
             corrected=score(corrected.output, corrected.head1, lines),
-            fresh_capture_arcsec=None
-            if case.fresh_c is not None
-            else left_on_fresh_set(examined, fresh_set),
+            fresh_capture_arcsec=left_on_fresh_set(examined, fresh_set),
             firmware_orders=int(np.count_nonzero(paper_bank.amplitudes)),
             reversal_arcsec=reversal,
             clocks=rig.instrument.clock,
             simulating_s=time.monotonic() - started - workbench_s,
             workbench_s=workbench_s,
         )
+
+    def _examined(self, measured: Path) -> tuple[Examined, Export]:
+        """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
+        effects_folder = self.folder / "effects"
+        # Of an earlier run: an effect file that is there is never written over.
+        (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
+        self.say("Workbench: it is given the measurement set, and nothing else")
+        examined = examine(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
+        export = examined.export(self.settings.revolution.lanes, self.case.fresh_c)
+        write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
+        for words in examined.words():
+            self.say(f"  {words}")
+        return examined, export
 
     def _drive(self, plan: RunPlan, turns: float) -> Drive:
         scale = self.settings.revolution

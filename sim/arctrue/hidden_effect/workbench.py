@@ -65,7 +65,7 @@ class Examined:
         return sentences(self.diagnosis)
 
 
-def examine(folder: Path, *, adopted_name: str, effects_folder: Path, seed: int = 1) -> Examined:
+def examine(folder: Path, *, adopted_name: str, effects_folder: Path) -> Examined:
     """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains)."""
     measurement = read_measurement_set(folder)
     observations = observations_of(measurement)
@@ -73,7 +73,7 @@ def examine(folder: Path, *, adopted_name: str, effects_folder: Path, seed: int 
     title = measurement.title or folder.name
     before, solution = fitted(default_model(), observations, effects)
     terms = settle(before, observations, effects)
-    found = diagnose(observations, terms, effects, seed=seed)
+    found = diagnose(observations, terms, effects)
     name, settings, file = None, {}, None
     if found.named is not None:
         name = found.named.name

@@ -50,6 +50,17 @@ class Progress:
     true_angle_rad: float
     """NaN without a table."""
 
+    @property
+    def words(self) -> str:
+        """One line for people."""
+        table = ""
+        if math.isfinite(self.true_angle_rad):
+            table = f"table at {self.true_angle_rad / (2 * math.pi):.2f} turns, "
+        return (
+            f"{self.stage}: {table}{self.clock / 1e6:,.1f} million clocks, "
+            f"{self.clocks_per_s / 1e3:,.0f} thousand a second"
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class PinFault:

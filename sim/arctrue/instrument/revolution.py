@@ -22,7 +22,7 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import Instrument, Progress, clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
-from arctrue.instrument.recording import ARCSEC_A_TURN, EdgeTrack
+from arctrue.instrument.recording import ARCSEC_A_TURN, EdgeTrack, Recording
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
@@ -285,14 +285,7 @@ def run_revolution(
             poll_clocks=poll,
         )
 
-        instrument.record(bins=FINE_BINS, turns=1.0)
-        begin = instrument.true_angle_rad
-        firmware.run(
-            until=lambda _: instrument.true_angle_rad >= begin + TURN_RAD,
-            stage="first turn: captured, not corrected",
-            poll_clocks=poll,
-        )
-        before = score_turn(instrument.recording().output)
+        before = _recorded_turn(instrument, settings, "first turn: captured, not corrected")
         firmware.run(
             until=lambda f: bool(f.telemetry) and settled(instrument, f),
             stage="calibration, swap and ramp",
@@ -301,20 +294,12 @@ def run_revolution(
         told = firmware.telemetry[0]
         firmware.send("freeze on")
 
-        instrument.record(bins=FINE_BINS, turns=1.0)
-        begin = instrument.true_angle_rad
-        firmware.run(
-            until=lambda _: instrument.true_angle_rad >= begin + TURN_RAD,
-            stage="second turn: corrected",
-            poll_clocks=poll,
-        )
-        recording = instrument.recording()
+        after = _recorded_turn(instrument, settings, "second turn: corrected")
         coefficients = firmware.coefficients
-        after = score_turn(recording.output)
         result = RevolutionResult(
             settings=settings,
-            before=before,
-            after=after,
+            before=score_turn(before.output),
+            after=score_turn(after.output),
             telemetry=told,
             applied_orders=0
             if coefficients is None
@@ -324,7 +309,19 @@ def run_revolution(
             wall_s=time.monotonic() - started,
             faults=(),
         )
-        return _with_faults(result, instrument, recording.illegal)
+        return _with_faults(result, instrument, after.illegal)
+
+
+def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: str) -> Recording:
+    """Every edge of the next whole turn."""
+    instrument.record(bins=FINE_BINS, turns=1.0)
+    end = instrument.true_angle_rad + TURN_RAD
+    instrument.firmware.run(
+        until=lambda _: instrument.true_angle_rad >= end,
+        stage=stage,
+        poll_clocks=settings.poll_clocks,
+    )
+    return instrument.recording()
 
 
 def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:

@@ -87,8 +87,9 @@ def _data_file(description: Description, section: str) -> Path | None:
     if there:
         return path
     if name is not None or section in description.sections:
+        found = "is a folder" if path.is_dir() else "no such file"
         raise MeasurementError(
-            "missing", path, f"no such file, but {description.path.name} has a [{section}]"
+            "missing", path, f"{found}, but {description.path.name} has a [{section}]"
         )
     return None
 
@@ -99,6 +100,13 @@ def _require_for_capture(description: Description) -> None:
             raise MeasurementError(
                 "missing", description.path, f"table.{key}: is missing; a capture needs it"
             )
+    if description.values["table"]["head_separation_deg"] == 0:
+        raise MeasurementError(
+            "value",
+            description.path,
+            "table.head_separation_deg: expected an angle other than 0, found 0: "
+            "two heads at the same place see no difference",
+        )
 
 
 def _capture(

@@ -46,7 +46,7 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
     axes.set_title("Error against the true angle")
     bottom, top = axes.get_ylim()
     # Room above for what happened.
-    axes.set_ylim(bottom, top * (top / bottom) ** 0.7)
+    axes.set_ylim(bottom, top * (top / bottom) ** 1.1)
     for turn in result.turns:
         if said := _said(turn):
             axes.axvline(turn.number, color=MUTED, linestyle=":", linewidth=1)
@@ -54,11 +54,14 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
                 said,
                 (turn.number, 0.99),
                 xycoords=("data", "axes fraction"),
+                xytext=(-6, 0),
+                textcoords="offset points",
                 rotation=90,
                 ha="right",
                 va="top",
                 fontsize=7,
                 color=MUTED,
+                bbox={"facecolor": "white", "linewidth": 0, "pad": 1},
             )
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 

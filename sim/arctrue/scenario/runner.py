@@ -166,7 +166,10 @@ def run_scenario(
                 min(poll, first - instrument.clock), poll_clocks=poll, stage="over the indices"
             )
         if instrument.firmware.phase == "wait_for_index":
-            raise InstrumentError("a head did not find its index before the first turn")
+            raise InstrumentError(
+                "a head did not find its index before the first turn; "
+                "are there enough counts a turn (scale.lines, --lines)?"
+            )
         instrument.record(every=scenario.kept_every)
         run.go(poll)
         run.look()

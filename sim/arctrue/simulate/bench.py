@@ -161,7 +161,7 @@ class Bench:
         plans = _mountings(plan)
         if plan.moving is not None:
             end_s = float(plans[-1].time_s[-1]) + plan.station_s
-            plans += _passes(plan, plan.moving, end_s, int(plans[-1].cycle[-1]) + 1)
+            plans += _passes(plan.moving, end_s, int(plans[-1].cycle[-1]) + 1)
         sizes = [item.target_deg.size for item in plans]
         run = np.repeat(np.arange(len(plans)), sizes)
         speed = np.repeat([item.speed_rad_s for item in plans], sizes)
@@ -246,9 +246,7 @@ def _mountings(plan: ReferencePlan) -> list[_Stations]:
     return found
 
 
-def _passes(
-    plan: ReferencePlan, moving: MovingReference, start_s: float, first_cycle: int
-) -> list[_Stations]:
+def _passes(moving: MovingReference, start_s: float, first_cycle: int) -> list[_Stations]:
     found = []
     for number, speed_rad_s in enumerate(moving.speeds_rad_s):
         target_deg = np.linspace(0.0, 360.0, moving.stations, endpoint=False)

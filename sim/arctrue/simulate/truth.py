@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from arctrue.measurement.description import FILE_NAME
+
 READ_ONLY = 0o444
 
 
@@ -27,6 +29,15 @@ def fingerprint(folder: Path) -> dict[str, str]:
         for file in sorted(folder.iterdir())
         if file.is_file()
     }
+
+
+def refuse_recorded(folder: Path) -> None:
+    """Raise ValueError where ``folder`` holds a set whose truth is not beside it.
+
+    Such a set was recorded, and nothing brings it back once it is written over.
+    """
+    if (folder / FILE_NAME).exists() and not truth_path(folder).exists():
+        raise ValueError(f"{folder}: holds a measurement set already; name a new folder")
 
 
 def write_truth(folder: Path, truth: dict[str, Any]) -> Path:

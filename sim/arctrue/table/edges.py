@@ -46,16 +46,16 @@ def count_edges(
         return table.reading_rad(head, motion.state(time_s)) / table.count_rad
 
     offset = -0.5 if table.rounding == "nearest" else 0.0
-    grid = _time_grid(table, motion)
+    grid = _time_grid(motion)
     time_s, level, step = level_crossings(reading, grid, offset, tolerance=TOLERANCE_COUNTS)
     first = int(table.round_counts(reading(grid[:1]))[0])
     count = level - (step < 0)
     if random is not None and table.noise_rad and time_s.size:
-        time_s = _displaced(table, head, motion, time_s, random)
+        time_s = _displaced(table, motion, time_s, random)
     return CountEdges(first, time_s, count, motion.state(time_s).angle_rad)
 
 
-def _time_grid(table: RotaryTable, motion: Motion) -> NDArray[np.float64]:
+def _time_grid(motion: Motion) -> NDArray[np.float64]:
     # 256 intervals a turn of travel, at least 64 between two bends of the profile: short
     # against ripple of some tens a turn, so the reading is monotonic in each.
     bends = motion.turning_times_s()
@@ -69,7 +69,6 @@ def _time_grid(table: RotaryTable, motion: Motion) -> NDArray[np.float64]:
 
 def _displaced(
     table: RotaryTable,
-    head: int,
     motion: Motion,
     time_s: NDArray[np.float64],
     random: np.random.Generator,

@@ -53,14 +53,20 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert loaded.orders[loaded.amplitudes != 0].tolist() == [1, 2, 8]
 
     data = json.loads(figures.read_text())
-    assert set(data) == {"before_arcsec", "after_arcsec", "head_separation_deg", "orders"}
+    assert set(data) == {
+        "before_arcsec", "after_arcsec",
+        "head_separation_deg", "u_head_separation_arcsec", "orders",
+    }  # fmt: skip
     for key in ("before_arcsec", "after_arcsec"):
         assert set(data[key]) == {"min", "max", "rms"}
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
+    # The index of a count, 0.077″, rectangular over ±1 count; noise is far below it.
+    assert data["u_head_separation_arcsec"] == pytest.approx(0.0772 / 3**0.5, rel=0.05)
     assert set(data["orders"][0]) == {
-        "order", "amplitude_arcsec", "phase_deg", "u_amplitude_arcsec", "noise_gain", "applied",
+        "order", "amplitude_arcsec", "phase_deg", "u_amplitude_arcsec", "u_phase_deg", "noise_gain",
+        "applied",
     }  # fmt: skip
     found = {entry["order"]: entry for entry in data["orders"] if entry["applied"]}
     assert list(found) == [1, 2, 8]

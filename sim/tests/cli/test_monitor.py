@@ -14,12 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from sim.tests.firmware.emulator import PATIENCE_S
+from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware, ModelCore
 from sim.tests.firmware.test_application import Sensor
 from sim.tests.firmware.test_estimates import counts_of
 
 from arctrue.cli.capture import capture
 from arctrue.cli.monitor import monitor
+from arctrue.device import console
 from arctrue.device.console import Turn
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import read_measurement_set
@@ -67,17 +70,23 @@ class Device(threading.Thread):
 
 
 @pytest.fixture(params=[False, True], ids=["without a sensor", "with a sensor"])
-def device(request: pytest.FixtureRequest) -> Iterator[Device]:
+def device(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
+    # Compiled, where it must be, before anybody waits for an answer.
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     made = Device()
     made.with_sensor = request.param
     made.start()
     yield made
     made.ended = True
-    made.join(5.0)
+    made.join(PATIENCE_S)
+    assert not made.is_alive()
 
 
 def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> None:
-    done = CliRunner().invoke(capture, [device.port, str(tmp_path / "set"), "--timeout", "20"])
+    done = CliRunner().invoke(
+        capture, [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
+    )
     assert done.exit_code == 0, done.output
     measurement = read_measurement_set(tmp_path / "set")
     assert measurement.capture is not None
@@ -139,8 +148,6 @@ def test_a_port_that_is_not_there(tmp_path: Path) -> None:
 def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     near, far = pty.openpty()
     tty.setraw(far)
-    from arctrue.device import console
-
     monkeypatch.setattr(console.Console.command, "__defaults__", (0.3,))
     done = CliRunner().invoke(monitor, [os.ttyname(far)])
     assert done.exit_code == 2

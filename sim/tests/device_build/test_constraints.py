@@ -70,6 +70,17 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
         assert standards[port] == "LVCMOS33"
 
 
+@pytest.mark.parametrize(
+    "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
+)
+def test_an_open_input_is_pulled_low(path: Path) -> None:
+    """In the file that both flows read; nothing else is pulled."""
+    pulled = {
+        port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
+    }
+    assert pulled == dict.fromkeys(ports_of(TOP)[:6], "PULLDOWN")
+
+
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
 def test_signals_are_where_the_page_says(board: str) -> None:
     pins = check_pins(CONSTRAINTS / f"{board}.xdc", ports_of(TOP))
@@ -100,8 +111,8 @@ FAULTS = {
         r":2: expected set_property .*found 'set_false_path",
     ),
     "a property that open tools do not take": (
-        "set_property PULLTYPE PULLDOWN [get_ports head1_a]",
-        r":2: expected set_property LOC\|IOSTANDARD",
+        "set_property DRIVE 16 [get_ports head1_a]",
+        r":2: expected set_property LOC\|IOSTANDARD\|PULLTYPE",
     ),
     "a pin of another port": (
         "set_property LOC Y18 [get_ports head1_b]",
@@ -118,6 +129,10 @@ FAULTS = {
     "a standard that is none": (
         "set_property IOSTANDARD RS422 [get_ports head1_a]",
         r":2: 'RS422' is no standard; expected one of LVCMOS12",
+    ),
+    "a pull that is none": (
+        "set_property PULLTYPE DOWN [get_ports head1_a]",
+        r":2: 'DOWN' is no pull; expected one of NONE, PULLDOWN",
     ),
     "a port without a standard": ("", r"port head1_a has no IOSTANDARD"),
     "a port without a pin": ("", r"port head1_b has no LOC"),

@@ -117,7 +117,6 @@ def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
 
 
 def test_the_fresh_capture_agrees_without_a_fit(result: HiddenResult) -> None:
-    assert result.fresh_capture_arcsec is not None
     without, with_it = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
     # Two heads, each with whole counts.
     assert with_it == pytest.approx(COUNT_ARCSEC / np.sqrt(6), rel=0.1)

@@ -48,6 +48,18 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
         centre.examined.export(4, None)
 
 
+@pytest.mark.parametrize("made", ["centre", "lobes"])
+def test_the_model_tells_a_capture_at_a_temperature_never_measured(
+    made: str, request: pytest.FixtureRequest
+) -> None:
+    result: HiddenResult = request.getfixturevalue(made)
+    left = result.fresh_capture_arcsec
+    # The difference of two readings in whole counts; a tenth more for the coefficients' scatter.
+    whole_counts = COUNT_ARCSEC * np.sqrt(2.0 / 12.0)
+    assert left["with"] < 1.1 * whole_counts
+    assert left["without"] > 1.5 * left["with"]
+
+
 def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
     ways = follow_warming(centre, 3)
     held, every, told = (

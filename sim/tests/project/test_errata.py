@@ -71,6 +71,13 @@ def test_head_separation_from_the_mean_over_readings() -> None:
     assert abs(offset) * ARCSEC == pytest.approx(0.017, abs=5e-4)
 
 
+def test_uncertainty_with_the_deviation_of_the_mean() -> None:
+    u3 = 0.2 / math.sqrt(10)
+    assert round(u3, 3) == 0.063
+    expanded = 2 * math.sqrt(0.1**2 + 0.05**2 + u3**2 + 0.0005**2 + 0.0001**2)
+    assert round(expanded, 2) == 0.26
+
+
 def test_share_of_the_uncertainty() -> None:
     combined = 2 * math.sqrt(0.1**2 + 0.05**2 + 0.2**2 + 0.0005**2 + 0.0001**2)
     assert combined == pytest.approx(0.46, abs=5e-3)

@@ -177,11 +177,12 @@ def made_ready(machine: Machine, installer: str) -> None:
 
 def test_a_ghdl_too_old_for_netlists_gets_one_beside_it(machine: Machine) -> None:
     made_ready(machine, "echo unpacked")
-    machine.command("ghdl", "echo GHDL 2.0.0")
-    done = machine.setup(DEBIAN_12)
-    assert done.returncode == 0, done.stderr
-    assert "unpacked" in done.stdout
-    machine.command("ghdl", "echo 'GHDL 4.1.0 (tarball)'")
+    for version in ("2.0.0", "4.1.0 (Ubuntu 4.1.0+dfsg-0ubuntu2)"):
+        machine.command("ghdl", f"echo 'GHDL {version}'")
+        done = machine.setup(DEBIAN_12)
+        assert done.returncode == 0, done.stderr
+        assert "unpacked" in done.stdout
+    machine.command("ghdl", "echo 'GHDL 5.0.1 (tarball)'")
     assert "unpacked" not in machine.setup(DEBIAN_12).stdout
 
 

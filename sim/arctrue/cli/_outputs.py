@@ -1,0 +1,61 @@
+"""Where a command writes: looked at before the work, so that no result is lost for its place."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import click
+
+PICTURE_ENDINGS = (".svg", ".png", ".pdf")
+
+
+class OutputFile(click.Path):
+    """A file that can be written, in a folder that is there or can be made."""
+
+    def __init__(self, *endings: str) -> None:
+        """``endings``: those that the name may have; any where none is given."""
+        super().__init__(dir_okay=False, writable=True, path_type=Path)
+        self._endings = endings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """The path. Fails, with the reason, where it cannot be written."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if self._endings and path.suffix.lower() not in self._endings:
+            known = ", ".join(self._endings)
+            self.fail(f"{path}: expected a name that ends in {known}.", param, ctx)
+        if fault := _folder_fault(path.parent):
+            self.fail(fault, param, ctx)
+        return path
+
+
+class OutputFolder(click.Path):
+    """A folder that is there or can be made, and can be written to."""
+
+    def __init__(self) -> None:
+        """A folder of any name."""
+        super().__init__(file_okay=False, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """The folder. Fails, with the reason, where nothing can be written to it."""
+        folder = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if fault := _folder_fault(folder):
+            self.fail(fault, param, ctx)
+        return folder
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text``, in UTF-8, to a file whose folder is made where it is not there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def _folder_fault(folder: Path) -> str | None:
+    """Why nothing can be written to ``folder``, which need not be there; None: it can."""
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        return f"'{there}' is a file; name a folder."
+    if not os.access(there, os.W_OK | os.X_OK):
+        return f"Nothing can be written to '{there}'; name another place."
+    return None

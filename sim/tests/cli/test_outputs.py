@@ -1,0 +1,114 @@
+"""Nothing is lost for where it is written: places are looked at first, recorded sets are kept."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from arctrue.cli import main
+
+SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "hysteresis.toml"
+
+
+def arctrue(*words: str | Path) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+@pytest.fixture
+def no_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fails the test where a command gets as far as to build the instrument."""
+
+    def built(*_: object, **__: object) -> None:
+        raise AssertionError("the work began before its place was looked at")
+
+    monkeypatch.setattr("arctrue.instrument.instrument.build", built)
+
+
+@pytest.mark.usefixtures("no_instrument")
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["revolution", "--json"],
+        ["revolution", "--picture"],
+        ["paper", "--json"],
+        ["paper", "--out"],
+        ["run", str(SCENARIO), "--json"],
+        ["run", str(SCENARIO), "--out"],
+        ["hidden", "hysteresis", "--out"],
+        ["hidden", "hysteresis", "--json"],
+        ["demo", "--out"],
+    ],
+    ids=" ".join,
+)
+def test_a_place_below_a_file_is_refused_before_the_work(
+    command: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("kept")
+    done = arctrue(*command, tmp_path / "file" / "result.svg")
+    assert done.exit_code == 2, done.output
+    assert "is a file; name a folder" in done.output
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+@pytest.mark.usefixtures("no_instrument")
+def test_a_picture_of_an_unknown_kind_is_refused_before_the_work(tmp_path: Path) -> None:
+    done = arctrue("revolution", "--picture", tmp_path / "turn.jpeg2")
+    assert done.exit_code == 2
+    assert ".svg, .png, .pdf" in done.output
+
+
+def test_a_folder_in_place_of_a_file_is_told(tmp_path: Path) -> None:
+    done = arctrue("history", "--model", "any.toml", "--json", tmp_path)
+    assert done.exit_code == 2
+    assert "directory" in done.output
+
+
+def test_a_recorded_set_is_not_simulated_over(tmp_path: Path) -> None:
+    out = tmp_path / "monday"
+    simulate = ("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
+    assert arctrue(*simulate).exit_code == 0
+    # With its truth beside it a set is simulate's own, and may be made again.
+    assert arctrue(*simulate).exit_code == 0
+    (tmp_path / "monday.truth.json").unlink()
+    before = (out / "capture.csv").read_bytes()
+    done = arctrue(*simulate[:-2], "--experiment", "short")
+    assert done.exit_code == 2
+    assert "holds a measurement set already" in done.output
+    assert (out / "capture.csv").read_bytes() == before
+
+
+def test_a_recorded_set_is_not_captured_over(tmp_path: Path) -> None:
+    (tmp_path / "measurement.toml").write_text("schema = 1")
+    done = arctrue("capture", "/dev/no_such_port", tmp_path)
+    assert done.exit_code == 2
+    assert "holds a measurement set already" in done.output
+
+
+def test_without_generated_modules_it_is_said_how_to_make_them() -> None:
+    # A module that is None in there cannot be imported.
+    program = "import sys; sys.modules['arctrue.generated'] = None; import arctrue.cli as cli; "
+    done = subprocess.run(
+        [sys.executable, "-c", program + "cli.main()", "calibrate", "--help"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "make generate" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_swapped_heads_are_told_by_the_workbench_too(tmp_path: Path) -> None:
+    out = tmp_path / "swapped"
+    arctrue("simulate", out, "--effect", "hysteresis", "--seed", "1", "--experiment", "lean")
+    capture = out / "capture.csv"
+    text = capture.read_text()
+    assert text.startswith("run,time_s,head1_counts,head2_counts")
+    capture.write_text(text.replace("head1_counts,head2_counts", "head2_counts,head1_counts", 1))
+    calibrate = ("calibrate", out, "--out", tmp_path / "calibrated")
+    for command in (("compare", out), calibrate):
+        assert "head1_counts and head2_counts swapped?" in arctrue(*command).output

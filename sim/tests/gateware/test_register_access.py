@@ -1,0 +1,36 @@
+"""Registers by name: what is said of a name that is not in the map."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+import pytest
+
+from arctrue.gateware.register_access import RegisterMap, register_named
+
+
+async def _no_read(address: int, count: int) -> Sequence[int]:
+    raise AssertionError("nothing may be read for a name that is not in the map")
+
+
+async def _no_write(address: int, words: Sequence[int]) -> None:
+    raise AssertionError("nothing may be written for a name that is not in the map")
+
+
+@pytest.mark.parametrize(
+    ("path", "near"),
+    [("velocity", "identification"), ("head1.speed", "head1.flags"), ("flag", "head2.flags")],
+)
+def test_an_unknown_register_is_named_whole(path: str, near: str) -> None:
+    registers = RegisterMap(_no_read, _no_write)
+    for access in (registers.read(path), registers.write(path, 0), registers.read_fields(path)):
+        with pytest.raises(KeyError) as told:
+            asyncio.run(access)
+        assert f"no register {path!r}" in str(told.value.args[0])
+        assert near in str(told.value.args[0])
+
+
+def test_an_unknown_field_is_told_with_those_there_are() -> None:
+    with pytest.raises(KeyError, match=r"head1\.flags has no field speed; it has: .*index_error"):
+        register_named("head1.flags").field("speed")

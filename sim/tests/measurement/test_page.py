@@ -1,0 +1,66 @@
+"""docs/measurement-set.md: its keys and columns are the reader's, its example is a set."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.calibration import calibrate
+from arctrue.measurement import read_measurement_set
+from arctrue.measurement.description import KEYS
+from arctrue.measurement.measurement_set import (
+    CAPTURE_COLUMNS,
+    CAPTURE_OPTIONAL,
+    REFERENCE_COLUMNS,
+    REFERENCE_OPTIONAL,
+)
+from arctrue.units import ARCSEC_PER_RAD
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "measurement-set.md"
+
+
+def block(language: str) -> str:
+    found = re.search(rf"```{language}\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert found
+    return found[1]
+
+
+def columns_under(heading: str) -> set[str]:
+    (section,) = re.findall(
+        rf"^## {heading}\n(.*?)(?=^## )", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    first_cells = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
+    return {name for cell in first_cells for name in re.findall(r"`(\w+)`", cell)}
+
+
+def test_every_key_of_the_reader_and_no_other() -> None:
+    content = tomllib.loads(block("toml"))
+    for section, keys in KEYS.items():
+        given = content if section == "" else content[section]
+        own = {key for key, value in given.items() if not isinstance(value, dict)}
+        # The number of faces may stand with the table or with the reference.
+        assert own == set(keys) - ({"faces"} if section == "table" else set()), section
+
+
+def test_every_column_of_the_reader_and_no_other() -> None:
+    assert columns_under("capture.csv") == {*CAPTURE_COLUMNS, *CAPTURE_OPTIONAL}
+    assert columns_under("reference.csv") == {*REFERENCE_COLUMNS, *REFERENCE_OPTIONAL}
+
+
+def test_the_example_is_calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block("python"), str(PAGE), "exec"), {})
+    found = calibrate(read_measurement_set(tmp_path / "my_table"))
+    amplitude, u = found.estimate.amplitude_arcsec, found.estimate.u_amplitude_arcsec
+    # The example's 30″; whole counts are the only noise, and u has it.
+    assert amplitude[0] == pytest.approx(30.0, abs=5.0 * u[0])
+    assert u[0] < 0.1
+    # As a function of the reading an error a·cos θ has a second order, a²/2 (docs/errata.md).
+    second = 30.0**2 / 2.0 / ARCSEC_PER_RAD
+    assert amplitude[1] == pytest.approx(second, abs=5.0 * u[1])
+    assert np.all(amplitude[2:] < 5.0 * u[2:])
+    assert found.warnings == ()
