@@ -80,7 +80,9 @@ flash-bitstream: setup ## load the bitstream of BOARD into the fabric over JTAG
 	@$(VENV)/python -m scripts.flash fabric --adapter $(ADAPTER) build/bitstream/$(BOARD)/arctrue.bit
 
 bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or open, LANES=, FOLD=): docs/device.md
-	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh; fi
+	@if test "$(FLOW)" = open; then scripts/install_ghdl_netlist.sh && \
+	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
+	      scripts/install_place_and_route.sh; } >/dev/null; fi
 	@$(VENV)/python -m scripts.bitstream --flow $(FLOW) --board $(BOARD) $(BITSTREAM_OPTIONS)
 
 instrument: generate ## the virtual instrument: core of 32 lanes as a compiled netlist, firmware on its bus
@@ -114,10 +116,12 @@ fuzz: generate ## fuzz the firmware's console and its check of captures with cla
 mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
 
+# One version of a package for every Python, not the newest for each: types and figures are the
+# same on all systems.
 lock: setup ## work out requirements.lock anew from pyproject.toml (LOCK_OPTIONS=--upgrade: the newest)
 	@test -x build/lock/bin/uv || { $(VENV)/python -m venv build/lock && build/lock/bin/pip install --quiet uv==$(UV_VERSION); }
 	build/lock/bin/uv pip compile --quiet --universal --generate-hashes --python-version 3.11 --extra dev \
-	    --custom-compile-command "make lock" $(LOCK_OPTIONS) pyproject.toml -o requirements.lock
+	    --fork-strategy fewest --custom-compile-command "make lock" $(LOCK_OPTIONS) pyproject.toml -o requirements.lock
 
 ci: ## what the hosted workflow runs: all tests, then the demo
 	@$(MAKE) test

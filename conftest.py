@@ -8,9 +8,20 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 # Tests run side by side: threads of the linear algebra would only fight for the cores.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# How long an example takes says how busy the machine is, and whether C was compiled for it just
+# now. "repeatable": the same examples every time; --hypothesis-profile=search draws others.
+settings.register_profile(
+    "search", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
+)
+settings.register_profile(
+    "repeatable", settings.get_profile("search"), derandomize=True, database=None
+)
+settings.load_profile("repeatable")
 
 ROOT = Path(__file__).resolve().parent
 STAMP = ROOT / "build" / "generated" / ".made"  # the Makefile's too

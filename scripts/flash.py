@@ -18,6 +18,9 @@ import click
 
 ROOT = Path(__file__).resolve().parent.parent
 JTAG = ROOT / "scripts" / "jtag"
+# gdb speaks to OpenOCD through a pipe; the other ports may belong to another OpenOCD.
+ONLY_THE_PIPE = "gdb_port pipe; telnet_port disabled; tcl_port disabled"
+GDB_REMOTE_SECONDS = 30
 ONBOARD_ADAPTER = JTAG / "ft2232h.cfg"
 SECONDS = 120.0
 
@@ -97,10 +100,10 @@ def load_firmware(
     """
     gdb = tool(("gdb-multiarch", "arm-none-eabi-gdb"), "gdb-multiarch")
     existing(elf, "make firmware")
-    command = [gdb, "--batch", "--nx"]
+    command = [gdb, "--batch", "--nx", "-ex", f"set remotetimeout {GDB_REMOTE_SECONDS}"]
     if remote is None:
         server = [tool(("openocd",), "openocd"), "-f", str(adapter)]
-        server += ["-f", str(JTAG / "processor.cfg"), "-c", "gdb_port pipe"]
+        server += ["-f", str(JTAG / "processor.cfg"), "-c", ONLY_THE_PIPE]
         command += ["-ex", f"target extended-remote | {shlex.join(server)}"]
         command += ["-ex", "monitor restart_to_boot_rom"]
     else:

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import fcntl
+import functools
 import os
 import re
 import shlex
@@ -56,6 +58,19 @@ def find_sby() -> list[str]:
         *("--smtbmc", shlex.quote(tools["yosys-smtbmc"])),
         *("--witness", shlex.quote(tools["yosys-witness"])),
     ]
+
+
+@functools.cache
+def translate_yosys(command: str) -> None:
+    """Let its first start on this machine be over: it translates WebAssembly into the user's cache.
+
+    That takes minutes on a busy machine and leaves 220 MB. Two at once would write over the file
+    that one of them already runs from.
+    """
+    WORK.mkdir(parents=True, exist_ok=True)
+    with (WORK / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run([*shlex.split(command), "-V"], capture_output=True, check=True)
 
 
 def versions() -> str:
@@ -111,7 +126,9 @@ def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mappin
     shutil.copy(ROOT / "formal" / rules, folder)
     job = folder / f"{mode}.sby"
     job.write_text(_job(proof, mode, depth, f"{proof.entity}.v", generics), encoding="utf-8")
-    command = [*find_sby(), "-f", "-d", mode, job.name]
+    tools = find_sby()
+    translate_yosys(tools[2])
+    command = [*tools, "-f", "-d", mode, job.name]
     with subprocess.Popen(
         command,
         cwd=folder,

@@ -1,7 +1,8 @@
 """VHDL of this tree to a Verilog netlist (GHDL) and to cells of the 7 series (Yosys).
 
-Simulation keeps the system's GHDL; a netlist needs GHDL 4 or newer, because GHDL 2.0 writes wrong
-Verilog (its issue 2041).
+Simulation keeps the system's GHDL; a netlist needs GHDL 5 or newer, because older ones write wrong
+Verilog: 2.0 loses `when others` (its issue 2041), 4.1 shifts signed numbers to the right without
+their sign (2750).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE_FOLDERS = (ROOT / "build" / "generated" / "vhdl", ROOT / "rtl")
-OLDEST_GHDL = 4
+OLDEST_GHDL = 5
 LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicting drivers")
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes ready what the Makefile's targets need, and touches nothing else of the machine:
 #   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
-#      and the Cortex-A9, QEMU), only those that are missing;
+#      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), only those that are missing;
 #   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
 #   3. a GHDL for netlists in build/ghdl5, where the system's is too old.
 # Run as often as you like: when all is there it says nothing and takes a blink.
@@ -13,8 +13,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 PYTHON=${PYTHON:-/usr/bin/python3}
 OS_RELEASE=${OS_RELEASE:-/etc/os-release}
-PACKAGES=(g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode libnewlib-arm-none-eabi make
-    python3-dev python3-venv openocd qemu-system-arm tcl verilator yosys z3 zlib1g-dev)
+PACKAGES=(debian-archive-keyring g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode
+    libnewlib-arm-none-eabi make python3-dev python3-venv openocd qemu-system-arm tcl verilator yosys z3
+    zlib1g-dev)
 LOG=build/logs/setup.log
 
 say() { printf '[setup] %s\n' "$*" >&2; }
@@ -158,12 +159,13 @@ install_package() {
     say "ready"
 }
 
-# Netlists need GHDL 4 or newer; without it all works but the virtual instrument and its tests.
+# Netlists need GHDL 5 or newer (scripts/netlist.py says why); without it all works but the virtual
+# instrument and its tests.
 install_netlist_ghdl() {
     local ghdl
     for ghdl in build/ghdl5/bin/ghdl ghdl; do
         case $("$ghdl" --version 2>/dev/null) in
-        "GHDL "[4-9].* | "GHDL "[1-9][0-9].*) return ;;
+        "GHDL "[5-9].* | "GHDL "[1-9][0-9].*) return ;;
         esac
     done
     scripts/install_ghdl_netlist.sh ||

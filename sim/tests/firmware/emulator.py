@@ -227,13 +227,16 @@ class Emulator:
             order(f"M{address:x},{len(data):x}:{data.hex()}", b"$OK#")
 
     @contextmanager
-    def stopped_at(self, address: int) -> Iterator[None]:
-        """The next time that the processor comes there, a Thumb instruction; then it goes on."""
+    def stopped_at(self, address: int) -> Iterator[Callable[[int, int], None]]:
+        """The next time that the processor comes there, a Thumb instruction; then it goes on.
+
+        Meanwhile words can be written as the processor itself would.
+        """
         breakpoint_there = f"0,{address:x},2"
         with self.debugging() as order:
             order(f"Z{breakpoint_there}", b"$OK#")
             order("c", b"$T05")
-            yield
+            yield lambda place, value: order(f"M{place:x},4:{word(value).hex()}", b"$OK#")
             order(f"z{breakpoint_there}", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-SECONDS = 20.0
+SECONDS = 60.0
+"""Of no news: what a start takes on a busy machine is far less."""
 
 
 class EmptyChip:
@@ -23,7 +24,12 @@ class EmptyChip:
         """All that the console says, once ``text`` is part of it."""
         said = b""
         while text not in said:
-            said += self.console.recv(4096)
+            try:
+                data = self.console.recv(4096)
+            except TimeoutError:
+                raise TimeoutError(f"waited for {text!r}, heard {said!r}") from None
+            assert data, f"the emulator ended; heard {said!r}"
+            said += data
         return said
 
 

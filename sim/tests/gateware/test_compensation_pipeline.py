@@ -65,9 +65,10 @@ def test_a_turn_of_12000_angles_with_32_lanes_takes_less_than_a_fifth_of_a_secon
     compensate(angle, angle, bank)
     seconds = []
     for _ in range(5):
-        begin = time.perf_counter()
+        # The processor's time: the wall clock's would be that of whatever else runs here.
+        begin = time.process_time()
         compensate(angle, angle, bank)
-        seconds.append(time.perf_counter() - begin)
+        seconds.append(time.process_time() - begin)
     assert min(seconds) < 0.2
 
 
