@@ -147,7 +147,7 @@ def diagnosed(
         return observations, None
     effects = catalogue([])
     terms = settle(default_model(), observations, effects)
-    found = diagnose(observations, terms, effects, seed=1, matters_counts=matters_counts)
+    found = diagnose(observations, terms, effects, matters_counts=matters_counts)
     return observations, found
 
 
@@ -177,7 +177,7 @@ def _second(observations: Observations, found: Diagnosis) -> str | None:
     """What is named once the first name is in the model; the verdict where nothing is."""
     if found.named is None:
         return None
-    again = diagnose(observations, found.named.solution.terms, catalogue([]), seed=1)
+    again = diagnose(observations, found.named.solution.terms, catalogue([]))
     return again.verdict if again.named is None else again.named.name
 
 

@@ -106,7 +106,8 @@ def page(outcomes: Sequence[Outcome], found: Sequence[Detection]) -> str:
 
 def detection_section(found: Sequence[Detection]) -> list[str]:
     """Smallest sizes beside the limit of the ideal test."""
-    sets = max(len(item.limits) for item in found)
+    numbers = sorted({len(item.limits) for item in found})
+    sets = " to ".join(str(number) for number in (numbers[0], numbers[-1])[: len(numbers)])
     good = sum(item.smallest is not None and item.smallest <= GOAL for item in found)
     lines = [
         "## How small an effect is still found",
@@ -140,10 +141,9 @@ def detection_section(found: Sequence[Detection]) -> list[str]:
     lines += [
         "",
         "A size is left as soon as too many sets are missed; ≤: smaller ones were not tried "
-        "(`--fine` does). Two rules cost the rest: the error on rows that were not fitted must "
-        "fall by more than its standard error, which small effects of the reference alone reach "
-        "late; and what has no name pays for some 2,400 products of parts that were tried. A slip "
-        "is a whole number of counts: a limit below one count cannot be met.",
+        "(`--fine` does). What has no name pays for the products of parts that were tried, a low "
+        "order less than a high one. A slip is a whole number of counts: a limit below one count "
+        "cannot be met.",
     ]
     return lines
 

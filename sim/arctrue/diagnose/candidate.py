@@ -32,6 +32,8 @@ class Candidate:
     """RMS by which it moves the prediction where it acts, by channel."""
     p_corrected: float
     lacking_variety: list[str] = field(default_factory=list)
+    level_trials: float | None = None
+    """Places that its p pays for, where the level is not shared out evenly among them."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
 

@@ -11,6 +11,7 @@ import numpy as np
 from arctrue.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.diagnose.classes import adds, alike, stands_in
 from arctrue.diagnose.data_faults import data_faults
+from arctrue.diagnose.every_pass import on_every_pass
 from arctrue.diagnose.free_in_runs import at_other_speeds
 from arctrue.diagnose.heldout import HeldOut, held_out, improvement
 from arctrue.diagnose.inflation import noise_inflation
@@ -23,6 +24,7 @@ from arctrue.diagnose.next_measurement import (
     next_measurement,
 )
 from arctrue.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.diagnose.parts import ProductOfParts
 from arctrue.diagnose.parts_scan import best_parts
 from arctrue.diagnose.significance import corrected_p_value
 from arctrue.effects.base import Effect
@@ -82,6 +84,10 @@ class Diagnosis:
     held_out_before: HeldOut | None = None
     untestable: dict[str, list[str]] = field(default_factory=dict)
     negligible: list[Candidate] = field(default_factory=list)
+    beside: list[Candidate] = field(default_factory=list)
+    """Effects that still add something that matters once what was found is in the model."""
+    unconfirmed: str | None = None
+    """Why an effect that fits, and has no rival, is not named."""
     faults: list[str] = field(default_factory=list)
 
 
@@ -90,11 +96,10 @@ def diagnose(
     terms: Sequence[Term],
     effects: Mapping[str, type[Effect]],
     *,
-    seed: int = 1,
     matters_counts: float = MATTERS_COUNTS,
     progress: Progress = lambda text: None,
 ) -> Diagnosis:
-    """Judge every effect that ``terms`` lacks; same inputs and ``seed``, same result."""
+    """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result."""
     faults = data_faults(observations)
     if faults:
         return Diagnosis(
@@ -126,11 +131,14 @@ def diagnose(
             result.candidates.append(candidate)
     progress("trying products of parts")
     result.parts = _try_parts(base, residuals)
-    _correct_for_surrogates(result, np.random.default_rng(seed), len(absent), progress)
     progress("checking on held-out rows")
     _hold_out(result, base)
+    count = observations.count_arcsec
+    matters = 0.0 if count is None else matters_counts * count
+    _correct_for_surrogates(result, base, len(absent), matters, progress)
     _rank(result)
-    _decide(result, residuals, matters_counts)
+    _decide(result, residuals, matters)
+    _look_beside(result, len(absent), matters)
     progress("fitting every row")
     _sharpen(result)
     return result
@@ -250,38 +258,61 @@ def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
 
 
 def _try_parts(base: Solution, residuals: Residuals) -> list[Candidate]:
-    found = [
-        _candidate(item.effect, {}, item.gain, item.rank, item.trials, base, 1, [])
-        for item in best_parts(residuals)
-    ]
+    found = []
+    for item in best_parts(residuals):
+        if item.rank == 0:
+            continue
+        tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, base, 1, [])
+        tried.level_trials = item.level_trials
+        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, 1)
+        found.append(tried)
     return sorted(found, key=lambda item: -item.delta_bic)
 
 
 def _correct_for_surrogates(
-    result: Diagnosis, random: np.random.Generator, candidates: int, progress: Progress
+    result: Diagnosis, base: Solution, candidates: int, matters_arcsec: float, progress: Progress
 ) -> None:
-    """Let the noise's own correlation speak where it could decide: the leading candidates."""
+    """Let the noise's own correlation speak where it could decide.
+
+    That is the product of parts that stands first, and the catalogue's candidates until one is
+    still significant: the one that would be named. Those behind it are judged by what they add.
+    """
     ranked = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    # The one that would be named is the first that is significant; many columns may put a weak
-    # effect behind others that are nothing.
+    products = result.parts[:1]
+    # Many columns may put a weak effect behind others that are nothing.
     significant = [item for item in ranked if item.p_corrected < SIGNIFICANCE]
-    everything = [*(significant or ranked)[:1], *result.parts[:1]]
+    everything = [*(significant or ranked)[:1], *products]
     if not everything:
         return
     # Not by ΔBIC: what takes most leaves the noise, and no rest of a weak effect in it.
     best = max(everything, key=lambda item: item.gain)
-    for item in everything:
-        if item.p_corrected > 0.1:
-            continue
-        progress(f"surrogates for {item.name}")
-        inflation = noise_inflation(item, best, random)
-        item.p_corrected = corrected_p_value(
-            item.gain,
-            item.rank,
-            item.trials,
-            1 if item in result.parts else candidates,
-            inflation,
-        )
+    for item in products:
+        _correct(item, best, 1, progress)
+    for item in significant:
+        _correct(item, best, candidates, progress)
+        if (
+            item.p_corrected < SIGNIFICANCE
+            and _matters(item, matters_arcsec)
+            and _holds_out(item)
+            and at_other_speeds(item)
+            and on_every_pass(item, base)
+        ):
+            break
+
+
+def _correct(item: Candidate, best: Candidate, candidates: int, progress: Progress) -> None:
+    progress(f"surrogates for {item.name}")
+    item.p_corrected = corrected_p_value(
+        item.gain,
+        item.rank,
+        item.trials if item.level_trials is None else item.level_trials,
+        candidates,
+        noise_inflation(item, best),
+    )
+
+
+def _matters(item: Candidate, matters_arcsec: float) -> bool:
+    return max(item.size_arcsec.values(), default=0.0) >= matters_arcsec
 
 
 def _hold_out(result: Diagnosis, base: Solution) -> None:
@@ -304,22 +335,24 @@ def _rank(result: Diagnosis) -> None:
     result.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
 
 
-def _decide(result: Diagnosis, residuals: Residuals, matters_counts: float) -> None:
-    count = result.observations.count_arcsec
-    matters = 0.0 if count is None else matters_counts * count
+def _decide(result: Diagnosis, residuals: Residuals, matters: float) -> None:
+    base = residuals.solution
     significant = [item for item in result.candidates if item.p_corrected < SIGNIFICANCE]
     result.negligible = [
-        item for item in significant if max(item.size_arcsec.values(), default=0.0) < matters
+        item for item in significant if not _matters(item, matters) and on_every_pass(item, base)
     ]
-    seen = [item for item in significant if item not in result.negligible and _holds_out(item)]
+    seen = [
+        item
+        for item in significant
+        if _matters(item, matters) and _holds_out(item) and on_every_pass(item, base)
+    ]
     real = [item for item in seen if at_other_speeds(item)]
+    # Only the first was checked. Its p has paid for all places: no ΔBIC above 0 is asked for as
+    # well, which would charge for them twice.
     parts = [
         item
-        for item in result.parts
-        if item.p_corrected < SIGNIFICANCE
-        and max(item.size_arcsec.values(), default=0.0) >= matters
-        and item.delta_bic > 0.0
-        and _holds_out(item)
+        for item in result.parts[:1]
+        if item.p_corrected < SIGNIFICANCE and _matters(item, matters) and _holds_out(item)
     ]
     best = _large_enough(real)
     chosen = parts[0] if parts else None
@@ -330,10 +363,13 @@ def _decide(result: Diagnosis, residuals: Residuals, matters_counts: float) -> N
     if chosen is not None and ahead > PARTS_ADVANTAGE:
         result.verdict = "unknown"
         _describe(result, chosen)
-        _suggest(result, measurement_for_parts(chosen.effect))  # type: ignore[arg-type]
+        product: ProductOfParts = chosen.effect  # type: ignore[assignment]
+        known = result.observations.has_temperature
+        _suggest(result, measurement_for_parts(product, temperature_known=known))
         return
     if best is None and seen:
         result.verdict = "ambiguous"
+        result.unconfirmed = "it shows at one of several speeds only, and would show at all"
         result.effect_class = [seen[0].name]
         result.candidates.remove(seen[0])
         result.candidates.insert(0, seen[0])
@@ -369,12 +405,46 @@ def _decide(result: Diagnosis, residuals: Residuals, matters_counts: float) -> N
         found = next_measurement(best, rivals or [by_name[name] for name in similar.larger])
         if found.kind is None and best.lacking_variety:
             found = measurement_for_variety(best)
+        if best.lacking_variety:
+            result.unconfirmed = f"it needs {'; '.join(best.lacking_variety)}"
         _suggest(result, found)
         return
     result.verdict = "named"
     result.named = best
     if similar.larger:
         _suggest(result, next_measurement(best, [by_name[name] for name in similar.larger]))
+
+
+def _look_beside(result: Diagnosis, candidates: int, matters_arcsec: float) -> None:
+    """What is left once the effect that was found is in the model, at the level of a name.
+
+    Candidates that only took a part of it add nothing then, and are not spoken of.
+    """
+    found = result.described
+    if result.effect_class:
+        found = result.candidates[0]
+    if found is None:
+        return
+    # A line beside its place would leave a rest for others.
+    found.solution = refined(found.solution)
+    left = Residuals(found.solution)
+
+    def adds_more(item: Candidate) -> bool:
+        score = left.score(item.effect, item.nonlinear)
+        p_value = corrected_p_value(score.gain, score.rank, item.trials, candidates)
+        return item is not found and p_value < SIGNIFICANCE
+
+    result.negligible = [item for item in result.negligible if adds_more(item)]
+    if result.verdict != "named":
+        return
+    result.beside = [
+        item
+        for item in result.candidates
+        if item.p_corrected < SIGNIFICANCE
+        and item.held_out is not None
+        and _matters(item, matters_arcsec)
+        and adds_more(item)
+    ]
 
 
 def _same(best: Candidate, product: Candidate) -> bool:
@@ -427,6 +497,6 @@ def _holds_out(item: Candidate) -> bool:
     Effects known from run to run only are free in every run's offset, so that held-out
     revolutions cannot show them; there the runs' own statistics decide.
     """
-    if item.effect.run_level or not item.improvement:
+    if item.effect.run_level:
         return True
     return any(fall.is_real for fall in item.improvement.values())

@@ -93,9 +93,26 @@ def reference_units(observations: Observations) -> NDArray[np.int64] | None:
         pairs = rows.run * (int(rows.cycle.max(initial=0)) + 1) + rows.cycle
         _, units = np.unique(pairs, return_inverse=True)
         if units.max(initial=0) >= 3:
-            return np.asarray(units, dtype=np.int64)
+            return _evened(np.asarray(units, dtype=np.int64))
     # Pieces in turn, so that every piece has neighbours in the fit.
     return np.asarray(np.arange(rows.run.size) * 16 // max(rows.run.size, 1), dtype=np.int64)
+
+
+def _evened(units: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Units of many rows, as passes on the move are, in pieces of the usual size.
+
+    A pass at a speed of its own is then never left out as a whole, and its many rows do not weigh
+    like the few of a cycle over the stations.
+    """
+    counts = np.bincount(units)
+    usual = float(np.median(counts))
+    pieces = np.maximum(np.round(counts / usual), 1.0).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(pieces)[:-1]])
+    order = np.argsort(units, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    place = np.empty_like(units)
+    place[order] = np.arange(units.size) - np.repeat(starts, counts)
+    return np.asarray(first[units] + place * pieces[units] // counts[units])
 
 
 def held_out(terms: Sequence[Term], observations: Observations, context: FitContext) -> HeldOut:

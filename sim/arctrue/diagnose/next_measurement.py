@@ -112,11 +112,16 @@ def measurement_for_variety(best: Candidate) -> NextMeasurement:
     return NextMeasurement(lacking, None)
 
 
-def measurement_for_parts(product: ProductOfParts) -> NextMeasurement:
+def measurement_for_parts(
+    product: ProductOfParts, *, temperature_known: bool = True
+) -> NextMeasurement:
     """What puts a description by parts to the test: its condition is changed alone."""
     for part in product.parts:
         if part in OF_PARTS:
             kind, words = OF_PARTS[part]
+            if part in ("time", "settling") and not temperature_known:
+                words += ". Record the temperature with it: warming up, which this set cannot show"
+                words += ", looks the same"
             return NextMeasurement(words, kind)
     if any(order != round(order) for order in product.orders):
         return NextMeasurement(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +43,36 @@ class PartsCandidate:
     gain: float
     rank: int
     trials: float
+    level_trials: float
+    """Places that its p pays for: see :func:`level_share`."""
 
 
 def _half_orders() -> Float:
     return np.arange(1, 2 * HIGHEST_ORDER + 1) / 2.0
+
+
+def level_share(order: float | None) -> float:
+    """Share of one condition's false alarms that is spent on an order; None: on no order.
+
+    As many on each octave of orders, and on no order at all as on one half: discs, bearings and
+    belts bend in a few waves, and the shares were fixed before any data. They add up to 1.
+    """
+    orders = _half_orders()
+    total = 1.0 + float(np.sum(orders[0] / orders))
+    return (1.0 if order is None else float(orders[0] / order)) / total
+
+
+def condition_shares(found: Sequence[Condition]) -> list[float]:
+    """Share of the false alarms that is spent on each condition; they add up to 1.
+
+    As many on each kind: all time constants of a settling have one share among them.
+    """
+    kinds = [
+        ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
+        for item in found
+    ]
+    sizes = Counter(kinds)
+    return [1.0 / (len(sizes) * sizes[kind]) for kind in kinds]
 
 
 def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
@@ -108,9 +135,13 @@ def _frames(order: float | None, observations: Observations, in_reference: bool)
     return frames
 
 
-def _scored(residuals: Residuals, effect: ProductOfParts, tried: float) -> PartsCandidate:
+def _scored(
+    residuals: Residuals, effect: ProductOfParts, tried: float, share: float
+) -> PartsCandidate:
+    """``share`` of the false alarms is spent on the condition of ``effect`` in its channel."""
     score = residuals.score(effect, {})
-    return PartsCandidate(effect, score.gain, score.rank, tried)
+    share *= level_share(effect.orders[0] if effect.orders else None)
+    return PartsCandidate(effect, score.gain, score.rank, tried, 1.0 / share)
 
 
 def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
@@ -128,6 +159,8 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     """
     observations = residuals.observations
     found = conditions(observations)
+    channels = (observations.capture is not None) + (observations.reference is not None)
+    shares = [share / max(channels, 1) for share in condition_shares(found)]
     places: list[tuple[float, Condition, float | None, bool]] = []
     certain: list[tuple[float, Condition, float | None, bool]] = []
     tried = 0.0
@@ -162,7 +195,12 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     for _, condition, order, in_reference in chosen:
         orders_of = () if order is None else (order,)
         tried_frames = [
-            _scored(residuals, ProductOfParts(condition, orders_of, frame), tried)
+            _scored(
+                residuals,
+                ProductOfParts(condition, orders_of, frame),
+                tried,
+                shares[found.index(condition)],
+            )
             for frame in _frames(order, observations, in_reference)
             if orders_of or frame != "stator"
         ]
@@ -177,7 +215,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
                 continue
             frame_of_head: Frame = "head1" if head == 1 else "head2"
             effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
-            scored.append(_scored(residuals, effect, tried))
+            scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
     if look_alikes:
         return _best_of_each(scored)[:SHORTLIST]
     simple = _without_idle_conditions(scored, found, observations.rows)
@@ -205,7 +243,7 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
         effect = ProductOfParts(
             condition, item.effect.orders, item.effect.frame, item.effect.electrical_head
         )
-        return _scored(residuals, effect, item.trials)
+        return replace(_scored(residuals, effect, item.trials, 1.0), level_trials=item.level_trials)
 
     golden = (np.sqrt(5.0) - 1.0) / 2.0
     low, high = (np.log(constant) + side * np.log(SETTLING_STEP) for side in (-1.0, 1.0))

@@ -86,6 +86,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "next_measurement_kind": result.next_measurement_kind,
         "data_faults": result.faults,
         "negligible": [item.name for item in result.negligible],
+        "beside": [item.name for item in result.beside],
         "cannot_be_tested": result.untestable,
         "candidates": [
             candidate_data(item, result.residual_rms_arcsec, result.held_out_before)
@@ -106,10 +107,13 @@ def sentences(result: Diagnosis) -> list[str]:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
         said.append(_compensation(result.named))
+        if result.beside:
+            said.append(
+                f"It is not all: beside it {result.beside[0].name} takes more still. Add "
+                f"{result.named.name} and diagnose again."
+            )
     elif result.verdict == "ambiguous":
-        said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
-        if result.description is not None:
-            said.append(f"Nor from this, which is in no catalogue: {result.description}.")
+        said = _undecided(result)
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes what "
@@ -122,6 +126,19 @@ def sentences(result: Diagnosis) -> list[str]:
     if result.negligible:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
+    return said
+
+
+def _undecided(result: Diagnosis) -> list[str]:
+    first = result.effect_class[0]
+    if len(result.effect_class) > 1:
+        said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
+    elif result.unconfirmed is not None:
+        said = [f"{first} fits best, but this data is not enough to name it: {result.unconfirmed}."]
+    else:
+        said = [f"{first} fits best, but this data is not enough to name it."]
+    if result.description is not None:
+        said.append(f"It may as well be this, which is in no catalogue: {result.description}.")
     return said
 
 

@@ -138,6 +138,8 @@ class Effect(ABC):
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
     run_level: ClassVar[bool] = False
     """Its size is known from run to run only, so that the runs are the sample."""
+    local_on_disc: ClassVar[bool] = False
+    """It acts on a short arc of the disc, which every turn has to show."""
 
     def __init__(self, **settings: object) -> None:
         """Raises ValueError for a setting that this effect does not have, or of a wrong type."""

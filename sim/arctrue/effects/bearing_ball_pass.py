@@ -21,6 +21,9 @@ from arctrue.fit.residuals import Residuals
 from arctrue.fit.scan import unwrapped_order_scan
 from arctrue.observations import CaptureRows, Observations, ReferenceRows
 
+LEAST_TURNS = 1.98
+"""Two turns, less the step after the last sample."""
+
 
 class BearingBallPass(Effect):
     """Axis motion cos, sin νθ over the unwrapped angle, ν not whole, found."""
@@ -50,7 +53,7 @@ class BearingBallPass(Effect):
     def missing(self, observations: Observations) -> list[str]:
         if observations.capture is None:
             return ["a capture of both heads"]
-        if observations.longest_run_turns < 2.0:
+        if observations.longest_run_turns < LEAST_TURNS:
             return ["a run of at least two turns: ν is resolved to 1/(2·turns)"]
         return []
 

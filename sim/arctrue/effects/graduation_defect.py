@@ -39,6 +39,7 @@ class GraduationDefect(Effect):
     capture_sees = "twice, α apart, with opposite signs"
     reference_sees = "one station at most"
     told_apart_by = "both heads see it at the same disc angle"
+    local_on_disc = True
     next_measurement = "a slow capture with many samples across the place"
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}

@@ -37,7 +37,8 @@ class Latency(ScalarEffect):
             return ["a reference run"]
         if rows.speed_rad_s is None:
             return ["a reference run on the move (this one stands still at its stations)"]
-        if np.unique(np.round(rows.speed_rad_s, 6)).size < 2:
+        # There and back at one speed, a delay is a reversal error.
+        if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
             return ["a reference run at more than one speed"]
         return []
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -212,45 +211,34 @@ class Residuals:
             reference = left
         return capture, reference
 
-    def surrogate_gains(
-        self,
-        effect: Effect,
-        nonlinear: Nonlinear,
-        captures: Iterator[NDArray[np.float64]] | None,
-        references: Iterator[NDArray[np.float64]] | None,
-        count: int,
-    ) -> NDArray[np.float64]:
-        """Gain of one linear block on each surrogate: its columns are projected only once."""
+    def weighted_columns(
+        self, effect: Effect, nonlinear: Nonlinear
+    ) -> tuple[Matrix | None, Matrix | None]:
+        """An effect's columns by channel, shape (rows, width), with the model projected out.
+
+        They are divided by the variance of a row: their product with residuals is the moment that
+        the gain is made of.
+        """
         width = len(effect.column_names(self.observations))
-        score = self.score(effect, nonlinear)
         context = self.solution.context
-        weighted_capture = weighted_reference = None
-        cross = self._cross_moment(effect, nonlinear, width)
-        back = self._inverse @ cross
+        back = self._inverse @ self._cross_moment(effect, nonlinear, width)
         capture, reference = self.observations.capture, self.observations.reference
-        if capture is not None and captures is not None:
-            weighted_capture = np.zeros((capture.run.size, width))
+        of_capture = of_reference = None
+        if capture is not None:
+            of_capture = np.zeros((capture.run.size, width))
             for block in row_blocks(capture.run.size):
                 columns = effect.capture_columns(capture.part(block), nonlinear, context)
                 projected = -self._capture_model(block, back)
                 if columns is not None:
                     projected = projected + columns
-                weighted_capture[block] = projected / self.capture_sigma_arcsec**2
-        if reference is not None and references is not None:
-            weighted_reference = np.zeros((reference.run.size, width))
+                of_capture[block] = projected / self.capture_sigma_arcsec**2
+        if reference is not None:
+            of_reference = np.zeros((reference.run.size, width))
             for block in row_blocks(reference.run.size):
                 columns = self._effect_reference(effect, nonlinear, block)
                 projected = columns - self._reference_model(block, back)
-                weighted_reference[block] = projected / self.reference_sigma_arcsec**2
-        gains = np.empty(count)
-        for index in range(count):
-            moment = np.zeros(width)
-            if weighted_capture is not None and captures is not None:
-                moment += next(captures) @ weighted_capture
-            if weighted_reference is not None and references is not None:
-                moment += next(references) @ weighted_reference
-            gains[index] = moment @ score.covariance @ moment
-        return gains
+                of_reference[block] = projected / self.reference_sigma_arcsec**2
+        return of_capture, of_reference
 
     def _cross_moment(self, effect: Effect, nonlinear: Nonlinear, width: int) -> Matrix:
         cross = np.zeros((self._size, width))

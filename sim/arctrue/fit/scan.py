@@ -6,7 +6,7 @@ scored exactly, with the model projected out. ``trials`` is the number of indepe
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import pairwise, product
 
 import numpy as np
@@ -22,6 +22,10 @@ LONGEST_WINDOW = 1 << 19
 """Samples that one transform in time takes, four times as many with its zeros: 16 MB."""
 BEST_PLACES = 4
 """Places of a coarse scan that are scored exactly."""
+MOST_MOVES = 4
+"""Times that a search begins again where it met the end of its step."""
+AT_THE_END = 0.8
+"""Share of the step beyond which a maximum may be the end's own."""
 DISC_BINS = 1 << 15
 BLIND_FACTOR = 0.02
 """|e^{jnα} − 1| below this: two heads cannot see the order."""
@@ -217,17 +221,32 @@ def _window_power(since_s: Float, residual: Float, period: float, spacing: float
 def _refined(
     effect: Effect, residuals: Residuals, found: list[Candidate], name: str, step: float
 ) -> list[Candidate]:
-    """The best place moved to its maximum between the grid points (golden section)."""
+    """The best place moved to its maximum between the grid points.
+
+    The model has taken its part of the line, most of it beside one of its own orders: what is
+    left may be highest more than a step away, so that the search goes on where it met its end.
+    """
     if not found:
         return found
     best = found[0]
-    centre = best.nonlinear[name]
+    for _ in range(MOST_MOVES):
+        centre = best.nonlinear[name]
+        value, top = _highest(
+            lambda place: residuals.score(effect, {**found[0].nonlinear, name: place}).gain,
+            centre - step,
+            centre + step,
+        )
+        if top <= best.gain:
+            break
+        best = Candidate({**best.nonlinear, name: value}, top, best.trials)
+        if abs(value - centre) < AT_THE_END * step:
+            break
+    return [best, *found[1:]]
+
+
+def _highest(gain: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Place and height of a maximum by golden section."""
     golden = (np.sqrt(5.0) - 1.0) / 2.0
-
-    def gain(value: float) -> float:
-        return residuals.score(effect, {**best.nonlinear, name: value}).gain
-
-    low, high = centre - step, centre + step
     inner, outer = high - golden * (high - low), low + golden * (high - low)
     gain_inner, gain_outer = gain(inner), gain(outer)
     for _ in range(6):
@@ -239,10 +258,8 @@ def _refined(
             low, inner, gain_inner = inner, outer, gain_outer
             outer = low + golden * (high - low)
             gain_outer = gain(outer)
-    value, top = (inner, gain_inner) if gain_inner > gain_outer else (outer, gain_outer)
-    if top > best.gain:
-        best = Candidate({**best.nonlinear, name: float(value)}, top, best.trials)
-    return [best, *found[1:]]
+    place, height = (inner, gain_inner) if gain_inner > gain_outer else (outer, gain_outer)
+    return float(place), height
 
 
 def step_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:

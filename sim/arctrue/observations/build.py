@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.observations.observations import ARCSEC_PER_TURN, Observations
 from arctrue.observations.part import part_of
+from arctrue.observations.reference_speed import reference_speed
 from arctrue.observations.rows import ReferenceRows
 from arctrue.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.observations.true_angle import true_angle
@@ -27,8 +28,6 @@ MOST_COUNTS = 2**62 - 1
 """The difference of two heads then fits into 64 bits."""
 FACE_TOLERANCE_DEG = 0.05
 """A station belongs to a face when it is this near to it."""
-MOVING_STEP_DEG = 1.0
-"""Reference rows further apart than this are stations, where the table stands still."""
 
 
 def observations_of(
@@ -164,7 +163,7 @@ def _reference_rows(
         faces=faces,
         electrical1_rad=electrical,
         teeth=facts.drive_gear_teeth,
-        speed_rad_s=_reference_speed(run, time, columns.target_deg),
+        speed_rad_s=reference_speed(columns),
         run_start_s=_run_start(run, time),
         set_start_s=0.0 if time is None else float(time.min()),
         middle_time_s=0.0
@@ -209,20 +208,3 @@ def _faces(faces: int | None, run: Integer, target_deg: Float) -> Integer | None
     if np.max(np.abs(place - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
         return None
     return face.astype(np.int64) % faces
-
-
-def _reference_speed(run: Integer, time_s: Float | None, target_deg: Float) -> Float | None:
-    """Signed speed of each run on the move; None for stations or without times."""
-    if time_s is None or target_deg.size < 3:
-        return None
-    inside = np.diff(run) == 0
-    step = np.abs(np.diff(target_deg))[inside]
-    if step.size == 0 or float(np.median(step)) > MOVING_STEP_DEG:
-        return None
-    speed = np.zeros(target_deg.size)
-    for name in np.unique(run):
-        rows = np.flatnonzero(run == name)
-        duration = float(time_s[rows[-1]] - time_s[rows[0]])
-        travel = np.radians(float(target_deg[rows[-1]] - target_deg[rows[0]]))
-        speed[rows] = travel / duration if duration > 0.0 else 0.0
-    return speed

@@ -9,6 +9,7 @@ from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper
 
 from arctrue.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.diagnose.heldout import held_out
+from arctrue.diagnose.report import sentences
 from arctrue.effects.registry import built_in
 from arctrue.fit.normal import Term
 from arctrue.fit.residuals import Residuals
@@ -118,3 +119,45 @@ def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
     frequency = made.truth["effects"][0]["causes"][0]["frequency_hz"]
     rate = 6000 / 36.0
     assert found.candidates[0].nonlinear["frequency"] == pytest.approx(rate - frequency, abs=0.05)
+
+
+def test_what_is_missing_beside_the_named_one_is_said() -> None:
+    """0.4″/K of first order and 0.8″ of reversal: one is named, the other not kept back."""
+
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
+
+    both = {"thermal_eccentricity", "hysteresis"}
+    terms = [Term(EFFECTS["graduation_harmonics"](), {})]
+    found = diagnose(observations_of(measurement_set(error, reversal_arcsec=0.8)), terms, EFFECTS)
+    assert found.named is not None
+    assert {found.named.name, *(item.name for item in found.beside)} == both
+    assert any("diagnose again" in sentence for sentence in sentences(found))
+    alone = diagnose(observations_of(measurement_set(error)), terms, EFFECTS)
+    assert alone.named is not None
+    assert alone.beside == []
+
+
+def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
+    """The last sample of two turns stands a step before their end."""
+    observations = observations_of(measurement_set(turns=2))
+    assert observations.longest_run_turns < 2.0
+    assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
+
+
+def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
+    """Three turns tell orders 1/6 apart; the model's order 12 takes its part of one at 11.82.
+
+    What is left is highest at 11.72; 0.01 is a twentieth of what three turns resolve.
+    """
+    order, turn_s = 11.82, 12.0
+    observations = observations_of(
+        measurement_set(
+            runs=1,
+            reference=False,
+            head2_only=lambda time, speed: 0.6 * np.cos(2 * np.pi * order / turn_s * time),
+        )
+    )
+    base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
+    found = EFFECTS["bearing_ball_pass"]().scan(Residuals(base))
+    assert found[0].nonlinear["order"] == pytest.approx(order, abs=0.01)

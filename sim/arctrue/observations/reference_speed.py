@@ -1,0 +1,86 @@
+"""Whether the table stood still at the stations of a reference run, or went past them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Reference
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+MOVING_STEP_DEG = 1.0
+"""Rows as near as this are read on the move: nobody stops at every degree."""
+LEAST_ROWS = 8
+EVEN = 0.05
+"""At a steady speed the times between marks follow their distances to this share."""
+SPEED_RATIO = 1.2
+"""Passes over the same stations at speeds further apart than this were not stops of one length."""
+
+
+def reference_speed(columns: Reference) -> Float | None:
+    """Signed speed of every row, rad/s, 0 where the table stood; None when it never moved.
+
+    A pass is what lies between two changes of run, cycle or direction, or of the sense in which
+    the targets follow each other. Passes over near stations are on the move. So are passes over
+    far ones (a polygon's faces), if their times are those of steady speeds and at least two of
+    the speeds differ: a table that stops takes about as long at each station, whatever the pass.
+    """
+    target, time_s = columns.target_deg, columns.time_s
+    if time_s is None or target.size < LEAST_ROWS:
+        return None
+    passes = _passes(columns)
+    speeds = [_steady_speed(target[rows], time_s[rows]) for rows in passes]
+    near = [
+        rows.stop - rows.start >= LEAST_ROWS
+        and float(np.median(np.abs(np.diff(target[rows])))) <= MOVING_STEP_DEG
+        for rows in passes
+    ]
+    far = np.array(
+        [abs(speed) for speed, is_near in zip(speeds, near, strict=True) if speed and not is_near]
+    )
+    steady = far.size >= 2 and float(far.max()) > SPEED_RATIO * float(far.min())
+    found = np.zeros(target.size)
+    for rows, speed, is_near in zip(passes, speeds, near, strict=True):
+        if is_near:
+            found[rows] = _mean_speed(target[rows], time_s[rows])
+        elif steady and speed:
+            found[rows] = speed
+    return found if np.any(found != 0.0) else None
+
+
+def _passes(columns: Reference) -> list[slice]:
+    target = columns.target_deg
+    new = np.zeros(target.size, dtype=bool)
+    new[0] = True
+    for labels in (columns.run, columns.cycle, columns.direction):
+        if labels is not None:
+            new[1:] |= np.diff(labels) != 0
+    sense = np.sign(np.diff(target))
+    # A step the other way is the way back to the first station: a pass of its own begins.
+    turned = (sense[1:] != sense[:-1]) & (sense[1:] != 0.0) & (sense[:-1] != 0.0)
+    turned &= ~new[1:-1]
+    new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])
+    bounds = [*np.flatnonzero(new).tolist(), target.size]
+    return [slice(start, end) for start, end in pairwise(bounds)]
+
+
+def _mean_speed(target_deg: Float, time_s: Float) -> float:
+    duration_s = float(time_s[-1] - time_s[0])
+    return float(np.radians(target_deg[-1] - target_deg[0])) / duration_s if duration_s > 0 else 0.0
+
+
+def _steady_speed(target_deg: Float, time_s: Float) -> float | None:
+    """Speed of a pass whose times follow its distances; None for another one."""
+    if target_deg.size < LEAST_ROWS:
+        return None
+    way, taken = np.diff(target_deg), np.diff(time_s)
+    if np.any(taken <= 0.0) or np.any(way == 0.0):
+        return None
+    pace = way / taken
+    typical = float(np.median(pace))
+    uneven = np.abs(pace / typical - 1.0)
+    return _mean_speed(target_deg, time_s) if float(uneven.max()) < EVEN else None

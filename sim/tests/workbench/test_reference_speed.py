@@ -1,0 +1,65 @@
+"""Which rows of a reference run were read on the move, from rows as a bench would write them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import Reference
+from arctrue.observations.reference_speed import reference_speed
+
+FACES = np.arange(24) * 15.0
+
+
+def _reference(
+    passes: list[tuple[np.ndarray, np.ndarray]], cycles: bool = True, jitter_s: float = 0.0
+) -> Reference:
+    """Passes of (targets in degrees, times from the pass's start), ten seconds between them."""
+    random = np.random.default_rng(3)
+    times, start = [], 0.0
+    for _, since in passes:
+        times.append(start + since + random.uniform(0.0, jitter_s, since.size))
+        start = times[-1][-1] + 10.0
+    target = np.concatenate([item[0] for item in passes])
+    cycle = np.repeat(np.arange(len(passes)), [item[0].size for item in passes])
+    return Reference(
+        target_deg=target,
+        error_arcsec=np.zeros(target.size),
+        time_s=np.concatenate(times),
+        cycle=cycle if cycles else None,
+    )
+
+
+def _stops(targets: np.ndarray, station_s: float = 4.0) -> tuple[np.ndarray, np.ndarray]:
+    return targets, np.arange(targets.size) * station_s
+
+
+def _steady(targets: np.ndarray, deg_s: float) -> tuple[np.ndarray, np.ndarray]:
+    return targets, np.abs(targets - targets[0]) / deg_s
+
+
+@pytest.mark.parametrize("cycles", [True, False])
+def test_stations_of_a_polygon_stand_still(cycles: bool) -> None:
+    """Every pass takes the same four seconds a station: no speed that a ladder could be made of."""
+    assert reference_speed(_reference([_stops(FACES), _stops(FACES[::-1])] * 3, cycles)) is None
+
+
+def test_one_near_pass_among_many_stations_is_on_the_move() -> None:
+    near = np.arange(0.0, 360.0)
+    speed = reference_speed(_reference([_stops(FACES)] * 20 + [_steady(near, 30.0)]))
+    assert speed is not None
+    assert np.all(speed[:480] == 0.0)
+    np.testing.assert_allclose(speed[480:], np.radians(30.0))
+
+
+def test_faces_passed_at_several_speeds_are_on_the_move() -> None:
+    passes = [_steady(FACES, 30.0), _steady(FACES[::-1], 30.0), _steady(FACES, 90.0)]
+    speed = reference_speed(_reference(passes))
+    assert speed is not None
+    np.testing.assert_allclose(np.degrees(speed), np.repeat([30.0, -30.0, 90.0], 24))
+
+
+def test_a_hurried_hand_is_no_speed() -> None:
+    """Stops of three to seven seconds: the times do not follow the distances."""
+    passes = [_stops(FACES), _stops(FACES, 2.5), _stops(FACES)]
+    assert reference_speed(_reference(passes, jitter_s=1.0)) is None
