@@ -3,6 +3,8 @@
 // AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: answers
 // stay valid and unchanged until they are taken, none is valid after a reset, each belongs to an
 // access that was taken before it, and there is one for each. The master keeps to the same rules.
+// Behind the port: what is asked of a unit is legal and belongs to the access that was taken, a word
+// that is read is the one that the unit gave, and neither kind of access shuts the other out.
 //
 // Left out are the sampler, the compensation and all that calculates: what the registers read from
 // them may be anything. Of the two that answer accesses themselves only this is assumed: a bank's
@@ -33,6 +35,7 @@ module arctrue_core_rules #(
     );
 
     localparam OKAY = 0, SLVERR = 2;
+    localparam IDLE = 0, BUSY = 1, ANSWER = 2;
 
     reg running = 0;
     reg was_reset = 1;
@@ -43,6 +46,14 @@ module arctrue_core_rules #(
     reg [33:0] r_before;
     // Taken and not yet answered.
     reg [3:0] addresses = 0, data = 0, reads = 0;
+    // Of the other kind, taken while one waits.
+    reg [1:0] before_read = 0, before_write = 0;
+    // The last one taken.
+    reg [17:0] held_address;
+    reg [35:0] held_word;
+    reg held_ready;
+
+    wire probe_bank_ready;
 
     always @(posedge clock) begin
         running <= 1;
@@ -60,69 +71,70 @@ module arctrue_core_rules #(
         addresses <= addresses + (awvalid && awready) - (bvalid && bready);
         data <= data + (wvalid && wready) - (bvalid && bready);
         reads <= reads + (arvalid && arready) - (rvalid && rready);
+        if (arvalid && arready) before_read <= 0;
+        else if (arvalid && awvalid && awready) before_read <= before_read + 1;
+        if (awvalid && awready) before_write <= 0;
+        else if (awvalid && wvalid && arvalid && arready) before_write <= before_write + 1;
+        if (awvalid && awready) held_address <= awaddr;
+        if (arvalid && arready) held_address <= araddr;
+        if (wvalid && wready) held_word <= {wdata, wstrb};
+        if (arvalid && arready) held_ready <= probe_bank_ready;
         if (reset) begin
             addresses <= 0;
             data <= 0;
             reads <= 0;
+            before_read <= 0;
+            before_write <= 0;
         end
     end
 
     // Accesses that another unit answers.
     wire probe_capture_read, probe_capture_valid, probe_write_acknowledge;
-    wire probe_coefficient_request, probe_coefficient_write;
-    wire probe_offset_request, probe_offset_write, probe_offset_is_written;
-    wire probe_pending, probe_read_acknowledge, probe_external_read_acknowledge;
+    wire probe_coefficient_read, probe_coefficient_write;
+    wire probe_offset_read, probe_offset_write;
     wire [1:0] probe_read_under_way;
-    wire probe_offset_read_acknowledge;
+    wire [31:0] probe_capture_data, probe_coefficient_data, probe_offset_data;
     reg [3:0] capture_reads = 0;
     reg [1:0] coefficient_reads = 0;
-    reg offset_read = 0, write_waits = 0, offset_waits = 0;
-    wire coefficient_read = probe_coefficient_request && !probe_coefficient_write;
-    wire reads_offset = probe_offset_request && !probe_offset_write;
+    reg write_waits = 0, offset_waits = 0;
+    reg from_unit = 0; // the answer is a unit's word
+    reg [31:0] unit_word;
     wire writes_unit = probe_coefficient_write || probe_offset_write;
 
     always @(posedge clock) begin
         capture_reads <= {capture_reads, probe_capture_read};
-        coefficient_reads <= {coefficient_reads, coefficient_read};
-        offset_read <= reads_offset;
+        coefficient_reads <= {coefficient_reads, probe_coefficient_read};
         if (probe_write_acknowledge) write_waits <= 0;
         if (writes_unit) begin
             write_waits <= 1;
             offset_waits <= probe_offset_write;
         end
+        if (rvalid && rready) from_unit <= 0;
+        if (capture_reads[3] || coefficient_reads[1] || probe_offset_read) begin
+            from_unit <= 1;
+            unit_word <= capture_reads[3] ? probe_capture_data
+                         : probe_offset_read ? probe_offset_data : probe_coefficient_data;
+        end
         if (reset) begin
             capture_reads <= 0;
             coefficient_reads <= 0;
-            offset_read <= 0;
             write_waits <= 0;
+            from_unit <= 0;
         end
     end
 
-    // For the lemmas: what the register block holds of answers, and of accesses under way.
-    wire [2:0] probe_written, probe_taken;
-    wire [135:0] probe_answers;
-    wire [1:0] probe_in_flight;
-    wire probe_arvalid, probe_awvalid, probe_wvalid;
-    wire [1:0] filled = probe_written[1:0] - probe_taken[1:0]
-                        + (probe_written[2] != probe_taken[2] ? 2'd3 : 2'd0);
-    // Bit 0 of an answer: it is a write's.
-    function [1:0] writes_in (input [1:0] first, input [1:0] count, input [3:0] kinds);
-        integer i;
-        reg [1:0] place;
-        begin
-            writes_in = 0;
-            place = first;
-            for (i = 0; i < 3; i = i + 1) begin
-                if (i < count) writes_in = writes_in + kinds[place];
-                place = place == 2 ? 0 : place + 1;
-            end
-        end
-    endfunction
-    wire [3:0] kinds = {probe_answers[102], probe_answers[68], probe_answers[34],
-                        probe_answers[0]};
-    wire [1:0] held_writes = writes_in(probe_taken[1:0], filled, kinds);
-    wire [1:0] held_reads = filled - held_writes;
-    wire read_runs = |capture_reads || |coefficient_reads || offset_read || probe_read_acknowledge;
+    // For the lemmas: where the access under way is.
+    wire [1:0] probe_state;
+    wire probe_taken, probe_ask, probe_is_write;
+    wire probe_to_registers, probe_to_coefficients, probe_to_offset, probe_to_capture;
+    wire probe_refused;
+    wire [17:0] probe_address;
+    wire [31:0] probe_data;
+    wire [3:0] probe_strobes;
+    wire [3:0] asked = 4'd0 + capture_reads[0] + capture_reads[1] + capture_reads[2]
+                       + capture_reads[3] + coefficient_reads[0] + coefficient_reads[1]
+                       + write_waits;
+    wire is_out = probe_state == ANSWER || (probe_state == BUSY && !probe_taken);
 
     always @* begin
         assume (running || reset);
@@ -139,30 +151,58 @@ module arctrue_core_rules #(
             assert (!rvalid || reads != 0);
             assert (!bvalid || bresp == OKAY || bresp == SLVERR);
             assert (!rvalid || rresp == OKAY || rresp == SLVERR);
+            assert (!rvalid || rresp == OKAY || rdata == 0);
 
-            // Lemmas. An access is in one of these places: taken and not begun, under way, answered.
-            assert (probe_written[1:0] != 3 && probe_taken[1:0] != 3);
-            assert (probe_written[2] == probe_taken[2]
-                    ? probe_written[1:0] >= probe_taken[1:0]
-                    : probe_written[1:0] <= probe_taken[1:0]);
-            assert (reads == probe_arvalid + held_reads + read_runs);
-            assert (addresses == probe_awvalid + held_writes + write_waits);
-            assert (data == probe_wvalid + held_writes + write_waits);
-            assert (probe_in_flight == 4'd0 + filled + read_runs + write_waits);
-            // One access to a unit at a time.
-            assert (4'd0 + capture_reads[0] + capture_reads[1] + capture_reads[2] + capture_reads[3]
-                    + coefficient_reads[0] + coefficient_reads[1] + offset_read
-                    + (probe_read_acknowledge && probe_external_read_acknowledge)
-                    + write_waits == probe_pending);
-            assert (!probe_external_read_acknowledge || probe_read_acknowledge);
+            assert (before_read <= 1 && before_write <= 1);
+            assert (!(probe_capture_read || probe_coefficient_read || probe_offset_read)
+                    || reads == 1);
+            assert (!writes_unit || (addresses == 1 && data == 1));
+            assert (!probe_capture_read
+                    || (held_address >= 18'h20000 && held_ready
+                        && held_address < 18'h20000 + 8 * CAPTURE_DEPTH));
+            assert (!(probe_coefficient_read || probe_coefficient_write)
+                    || (held_address >= 18'h01000 && held_address < 18'h01000 + 16 * LANES));
+            assert (!(probe_offset_read || probe_offset_write) || held_address[17:2] == 16'h0013);
+            assert (!writes_unit || held_word[3:0] == 4'b1111);
+            assert (!rvalid || !from_unit || (rresp == OKAY && rdata == unit_word));
+
+            // Lemmas. One access at a time: taken, asked for, with its unit, answered.
+            assert (probe_state != 3);
+            assert (!probe_taken || (probe_state == BUSY && !probe_ask));
+            assert (!probe_ask || probe_state == BUSY);
+            assert (!probe_taken || (probe_is_write ? awvalid && wvalid : arvalid));
+            assert (!probe_taken
+                    || probe_address == {probe_is_write ? awaddr[17:2] : araddr[17:2], 2'b00});
+            assert (!probe_taken || !probe_is_write || {probe_data, probe_strobes} == {wdata, wstrb});
+            assert (!is_out || probe_address == {held_address[17:2], 2'b00});
+            assert (!is_out || !probe_is_write || {probe_data, probe_strobes} == held_word);
+            assert (addresses == (is_out && probe_is_write));
+            assert (data == (is_out && probe_is_write));
+            assert (reads == (is_out && !probe_is_write));
+            assert (!is_out || 3'd0 + probe_to_registers + probe_to_coefficients + probe_to_offset
+                               + probe_to_capture + probe_refused == 1);
+            assert (asked == (probe_state == BUSY && !probe_taken && !probe_ask));
+            assert (!asked || !probe_refused);
+            assert (!capture_reads || probe_to_capture);
+            assert (!coefficient_reads || probe_to_coefficients);
+            assert (!write_waits || (offset_waits ? probe_to_offset : probe_to_coefficients));
+            assert (!is_out || !probe_to_capture || !probe_is_write);
+            assert (!write_waits || probe_is_write);
+            assert (!(capture_reads || coefficient_reads) || !probe_is_write);
             assert (probe_read_under_way == coefficient_reads);
-            assert (!write_waits || probe_offset_is_written == offset_waits);
+            assert (!from_unit || (probe_state == ANSWER && !probe_is_write));
+            // What was overtaken waits still, and is taken next.
+            assert (before_read == 0 || (arvalid && probe_taken != probe_is_write));
+            assert (before_write == 0 || (awvalid && wvalid && probe_taken == probe_is_write));
 
             cover (b_waits && bresp == OKAY);
+            cover (b_waits && bresp == SLVERR);
             cover (r_waits && rresp == SLVERR);
             cover (rvalid && rdata == 32'h41524354); // the identification
             cover (write_waits && probe_write_acknowledge);
-            cover (capture_reads[0]);
+            cover (rvalid && from_unit && held_address[17]);
+            cover (before_read == 1 && arready);
+            cover (before_write == 1 && awready);
         end
     end
 

@@ -16,8 +16,8 @@ from peakrdl_cheader.c_standards import CStandard
 from peakrdl_cheader.exporter import CHeaderExporter
 from peakrdl_html import HTMLExporter  # type: ignore[import-untyped]
 from peakrdl_regblock_vhdl import RegblockExporter  # type: ignore[import-untyped]
-from peakrdl_regblock_vhdl.cpuif.axi4lite import (  # type: ignore[import-untyped]
-    AXI4Lite_Cpuif_flattened,
+from peakrdl_regblock_vhdl.cpuif.passthrough import (  # type: ignore[import-untyped]
+    PassthroughCpuif,
 )
 from peakrdl_regblock_vhdl.udps import ALL_UDPS  # type: ignore[import-untyped]
 from systemrdl.compiler import RDLCompiler
@@ -78,15 +78,15 @@ def write_number_formats() -> None:
     write_if_changed(GENERATED / "c" / "arctrue_number_formats.h", "\n".join(header) + "\n")
 
 
-def compile_registers(source: Path) -> AddrmapNode:
-    """The elaborated register map of a SystemRDL file.
+def compile_registers(source: Path, *, block_only: bool = False) -> AddrmapNode:
+    """The elaborated register map of a SystemRDL file; ``block_only``: without what is external.
 
     Raises systemrdl.RDLCompileError, after the compiler has printed where and why.
     """
     compiler = RDLCompiler()
     for definition in ALL_UDPS:
         compiler.register_udp(definition)
-    compiler.compile_file(str(source))
+    compiler.compile_file(str(source), defines={"REGISTER_BLOCK_ONLY": ""} if block_only else {})
     top = compiler.elaborate().top
     assert isinstance(top, AddrmapNode)
     return top
@@ -109,18 +109,6 @@ def memories_of(top: AddrmapNode) -> list[MemNode]:
 def path_below(top: AddrmapNode, node: Node) -> str:
     """The name of ``node`` below the top, as in ``snapshot.time``."""
     return node.get_path().removeprefix(top.get_path() + ".")
-
-
-def unmapped_address(top: AddrmapNode) -> int:
-    """The highest word below the first memory; raises ValueError where a register lies there."""
-    address: int = min(memory.absolute_address for memory in memories_of(top)) - 4
-    for register in registers_of(top):
-        if register.absolute_address <= address < register.absolute_address + register.size:
-            raise ValueError(
-                f"{REGISTERS}: {path_below(top, register)} lies at 0x{address:05X}, which must "
-                "stay free: illegal accesses are sent there. Move it."
-            )
-    return address
 
 
 def python_register(top: AddrmapNode, register: RegNode) -> list[str]:
@@ -178,7 +166,6 @@ def python_registers(top: AddrmapNode) -> str:
         lines += [f"{name}_ADDRESS: Final = 0x{memory.absolute_address:05X}"]
         lines += [f"{name}_WORDS: Final = {memory.get_property('mementries')}"]
     lines += [
-        f"UNMAPPED_ADDRESS: Final = 0x{unmapped_address(top):05X}",
         f"MAP_BYTES: Final = 0x{1 << (top.size - 1).bit_length():05X}",
         "",
         "REGISTERS: Final[tuple[Register, ...]] = (",
@@ -195,18 +182,19 @@ def python_registers(top: AddrmapNode) -> str:
     return "\n".join([*lines, ")", ""])
 
 
-def vhdl_addresses(top: AddrmapNode) -> str:
+def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
     """A VHDL package with the addresses that hand-written VHDL has to know."""
     offset = top.get_child_by_name("coefficient_offset")
     assert isinstance(offset, RegNode)
     named = [(memory.inst_name, memory.absolute_address) for memory in memories_of(top)]
-    named += [("coefficient_offset", offset.absolute_address), ("unmapped", unmapped_address(top))]
+    named += [("coefficient_offset", offset.absolute_address)]
     lines = [
         f"-- Generated from {REGISTERS.relative_to(ROOT)} by scripts/generate.py. Do not edit."
     ]
     lines += ["", "package register_addresses_pkg is", ""]
     for name, address in named:
         lines += [f"  constant {name.upper()}_ADDRESS : natural := 16#{address:05X}#;"]
+    lines += [f"  constant REGISTERS_ADDRESS_WIDTH : natural := {(block.size - 1).bit_length()};"]
     return "\n".join([*lines, "", "end package register_addresses_pkg;", ""])
 
 
@@ -224,16 +212,16 @@ def copy_if_changed(source: Path, destination: Path) -> None:
 def write_registers() -> None:
     """Write the register block, its C header, Python names and HTML page."""
     top = compile_registers(REGISTERS)
+    block = compile_registers(REGISTERS, block_only=True)
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder)
         for name in ("vhdl", "c", "html"):
             (made / name).mkdir()
         RegblockExporter().export(
-            top,
+            block,
             str(made / "vhdl"),
-            cpuif_cls=AXI4Lite_Cpuif_flattened,
+            cpuif_cls=PassthroughCpuif,  # register_access has the bus
             reuse_hwif_typedefs=False,  # types named by their place, not by a hash
-            retime_read_response=True,
             err_if_bad_addr=True,
             err_if_bad_rw=True,
             copy_utils_pkg=True,
@@ -243,7 +231,7 @@ def write_registers() -> None:
         )
         HTMLExporter(generate_source_links=False).export(top, str(made / "html" / "registers"))
         copy_if_changed(made, GENERATED)
-    write_if_changed(GENERATED / "vhdl" / "register_addresses_pkg.vhd", vhdl_addresses(top))
+    write_if_changed(GENERATED / "vhdl" / "register_addresses_pkg.vhd", vhdl_addresses(top, block))
     write_if_changed(GENERATED_PYTHON / "registers.py", python_registers(top))
 
 

@@ -88,10 +88,10 @@ class Netlist:
         return netlist
 
     def _name_bits(self, netnames: dict[str, Any]) -> None:
-        """Each bit gets the best of its names: one of the source, short."""
-        rank: dict[int, tuple[bool, int]] = {}
+        """Each bit gets the best of its names: of the source, of few bits (no record), short."""
+        rank: dict[int, tuple[bool, int, int]] = {}
         for name, net in netnames.items():
-            quality = (bool(GIVEN_BY_TOOL.search(name)), len(name))
+            quality = (bool(GIVEN_BY_TOOL.search(name)), len(net["bits"]), len(name))
             for bit in net["bits"]:
                 if isinstance(bit, int) and (bit not in rank or quality < rank[bit]):
                     rank[bit] = quality

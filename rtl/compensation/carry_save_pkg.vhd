@@ -25,6 +25,13 @@ package carry_save_pkg is
     carry_in : std_ulogic
   ) return u_signed;
 
+  -- a - b, or a + b, on one carry chain. Written as a difference, since Yosys may swap the operands of
+  -- a sum; a enters the carry chain without a LUT.
+  function less_or_more (
+    a, b : u_signed;
+    more : std_ulogic
+  ) return u_signed;
+
   -- Sum of numbers of `width` bits side by side, modulo 2**width, on one carry chain. Three
   -- numbers of each level become two: 3 numbers take 1 level of logic before the chain, 4 take 2, up to 6
   -- take 3, up to 9 take 4.
@@ -73,6 +80,21 @@ package body carry_save_pkg is
     return sum(a'length downto 1);
 
   end function add_with_carry;
+
+  function less_or_more (
+    a, b : u_signed;
+    more : std_ulogic
+  ) return u_signed is
+
+    variable difference : u_signed(a'length downto 0);
+
+  begin
+
+    -- The lowest bit makes the borrow: a - (not b) - 1 is a + b.
+    difference := (a & '0') - ((b xor (b'range => more)) & more);
+    return difference(a'length downto 1);
+
+  end function less_or_more;
 
   function sum_of_all (
     numbers : u_signed;

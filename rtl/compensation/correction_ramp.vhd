@@ -53,11 +53,32 @@ architecture rtl of correction_ramp is
 
   subtype sum is u_signed(WIDTH - 1 downto 0);
 
+  -- a + b + 1 + limit on one carry chain. The limit is whole counts: below them there are only two
+  -- numbers to add.
+  function sum_and_limit (a, b : sum; limit : u_unsigned) return sum is
+
+    variable whole_a : u_signed(WIDTH - 1 downto PAIR_FRACTION);
+    variable whole_b : u_signed(WIDTH - 1 downto PAIR_FRACTION);
+    variable whole   : u_signed(WIDTH - 1 downto PAIR_FRACTION);
+
+  begin
+
+    whole_a := a(whole_a'range);
+    whole_b := b(whole_b'range);
+    whole   := resize(u_signed('0' & limit), whole'length);
+    return add_with_carry(
+      saved_sum(whole_a, whole_b, whole) & a(PAIR_FRACTION - 1 downto 0),
+      saved_carry(whole_a, whole_b, whole) & b(PAIR_FRACTION - 1 downto 0),
+      '1'
+    );
+
+  end function sum_and_limit;
+
 begin
 
   ramp : process (clock) is
 
-    variable remainder   : sum                    := (others => '0');
+    variable excess      : sum                    := (others => '0'); -- -r: what ε is above the total
     variable held        : sum                    := (others => '0');
     variable accumulator : u_unsigned(32 downto 0) := (others => '0');
     variable step        : u_unsigned(8 downto 0)  := (others => '0');
@@ -69,7 +90,7 @@ begin
     variable below     : sum;
     variable decrement : sum;
     variable decayed   : sum;
-    variable falling   : std_ulogic;
+    variable rising    : std_ulogic;
 
   begin
 
@@ -77,23 +98,19 @@ begin
       -- ε + r and its distances to both limits, side by side on a carry chain each.
       unramped  := resize(correction, WIDTH);
       top       := shift_left(resize(u_signed('0' & limit), WIDTH), PAIR_FRACTION);
-      unlimited := unramped + remainder;
-      above     := add_with_carry(
-        saved_sum(not unramped, not remainder, top),
-        saved_carry(not unramped, not remainder, top, '1'),
-        '1'
-      );
-      below     := saved_sum(unramped, remainder, top) + saved_carry(unramped, remainder, top);
+      unlimited := unramped - excess;
+      above     := sum_and_limit(not unramped, excess, limit);
+      below     := sum_and_limit(unramped, not excess, limit);
 
-      falling   := not remainder(WIDTH - 1);
+      rising    := excess(WIDTH - 1);
       decrement := shift_left(resize(u_signed('0' & step), WIDTH), RATE_UNIT);
-      decayed   := add_with_carry(remainder, decrement xor (sum'range => falling), falling);
+      decayed   := less_or_more(excess, decrement, rising);
 
-      busy    <= or remainder;
+      busy    <= or excess;
       limited <= '0';
 
       if marker = '1' then
-        remainder   := held - unramped;
+        excess      := unramped - held;
         busy        <= '1';
         accumulator := (others => '0');
         step        := (others => '0');
@@ -109,10 +126,10 @@ begin
         end if;
 
         -- A change of sign ends the ramp.
-        if decayed(WIDTH - 1) /= remainder(WIDTH - 1) then
-          remainder := (others => '0');
+        if decayed(WIDTH - 1) /= excess(WIDTH - 1) then
+          excess := (others => '0');
         else
-          remainder := decayed;
+          excess := decayed;
         end if;
 
         accumulator := resize(accumulator(23 downto 0), 33) + resize(ramp_rate, 33);
@@ -120,7 +137,7 @@ begin
       end if;
 
       if reset = '1' then
-        remainder   := (others => '0');
+        excess      := (others => '0');
         held        := (others => '0');
         accumulator := (others => '0');
         step        := (others => '0');

@@ -84,7 +84,7 @@ architecture rtl of error_compensation is
 
   subtype turn_sum is u_signed(TURN_WIDTH - 1 downto 0);
 
-  type angles is array (1 to 3) of u_unsigned(ANGLE_WIDTH - 1 downto 0);
+  type angles is array (1 to 2) of u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
   type positions is array (1 to 3) of u_signed(POSITION_WIDTH - 1 downto 0);
 
@@ -102,23 +102,25 @@ begin
     -- Registers; the number is the clock after pair_sums in which they hold.
     variable group_sums     : std_ulogic_vector(GROUPS * GROUP_WIDTH - 1 downto 0) := (others => '0');
     variable sum_so_far     : u_signed(SUM_WIDTH - 1 downto 0)                      := (others => '0');
-    variable first_1        : std_ulogic                                           := '0';
     variable last_1         : std_ulogic                                           := '0';
     variable apply_1        : std_ulogic                                           := '0';
     variable marker_1       : std_ulogic                                           := '0';
+    variable half_turn      : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)          := (others => '0');
     variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
-    variable angle_1_to_3   : angles                                               := (others => (others => '0'));
+    variable angle_1_to_2   : angles                                               := (others => (others => '0'));
     variable position_1_to_3 : positions                                           := (others => (others => '0'));
+    -- The reading, and a turn more and less
+    variable reading_3      : turn_sum                                             := (others => '0');
+    variable reading_more_3 : turn_sum                                             := (others => '0');
+    variable reading_less_3 : turn_sum                                             := (others => '0');
 
     variable pair_sum   : u_signed(PAIR_WIDTH - 1 downto 0);
     variable terms_1    : u_signed(TERMS * GROUP_WIDTH - 1 downto 0);
     variable wide       : u_signed(WIDE_TERMS * SUM_WIDTH - 1 downto 0);
     variable group_sum  : u_signed(GROUP_WIDTH - 1 downto 0);
     variable wide_sum   : u_signed(SUM_WIDTH - 1 downto 0);
-    variable half_turn  : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
 
     variable round_up   : std_ulogic;
-    variable reading    : turn_sum;
     variable negative   : turn_sum;
     variable turn       : turn_sum;
     variable straight   : turn_sum;
@@ -131,19 +133,9 @@ begin
       -- Fourth clock. -floor(total + 1/2) = not(whole part) + not(first fraction bit).
       round_up  := not total(PAIR_FRACTION - 1);
       negative  := resize(not total(total'high downto PAIR_FRACTION), TURN_WIDTH);
-      reading   := resize(u_signed('0' & angle_1_to_3(3)), TURN_WIDTH);
-      turn      := resize(u_signed('0' & counts_per_rev), TURN_WIDTH);
-      straight  := add_with_carry(reading, negative, round_up);
-      turn_more := add_with_carry(
-        saved_sum(reading, negative, turn),
-        saved_carry(reading, negative, turn),
-        round_up
-      );
-      turn_less := add_with_carry(
-        saved_sum(reading, negative, not turn),
-        saved_carry(reading, negative, not turn, '1'),
-        round_up
-      );
+      straight  := add_with_carry(reading_3, negative, round_up);
+      turn_more := add_with_carry(reading_more_3, negative, round_up);
+      turn_less := add_with_carry(reading_less_3, negative, round_up);
 
       if straight(TURN_WIDTH - 1) = '1' then
         corrected_angle <= u_unsigned(turn_more(ANGLE_WIDTH - 1 downto 0));
@@ -164,8 +156,12 @@ begin
       swap_done          <= swap_1_to_3(3);
 
       -- Third clock: that of the ramp.
+      turn           := resize(u_signed('0' & counts_per_rev), TURN_WIDTH);
+      reading_3      := resize(u_signed('0' & angle_1_to_2(2)), TURN_WIDTH);
+      reading_more_3 := reading_3 + turn;
+      reading_less_3 := reading_3 - turn;
+
       swap_1_to_3(3)     := swap_1_to_3(2);
-      angle_1_to_3(3)    := angle_1_to_3(2);
       position_1_to_3(3) := position_1_to_3(2);
 
       -- Second clock: one number from the groups.
@@ -175,11 +171,15 @@ begin
       end loop;
 
       if FOLD > 1 then
-        wide(wide'high downto wide'length - SUM_WIDTH) := sum_so_far and (sum_so_far'range => not first_1);
+        wide(wide'high downto wide'length - SUM_WIDTH) := sum_so_far;
       end if;
 
       wide_sum       := sum_of_all(wide, SUM_WIDTH);
       sum_so_far     := wide_sum;
+      -- Another angle comes next.
+      if first_sums = '1' then
+        sum_so_far := (others => '0');
+      end if;
       marker         <= '0';
       swap_1_to_3(2) := '0';
 
@@ -191,7 +191,7 @@ begin
         end if;
         marker             <= marker_1;
         swap_1_to_3(2)     := swap_1_to_3(1);
-        angle_1_to_3(2)    := angle_1_to_3(1);
+        angle_1_to_2(2)    := angle_1_to_2(1);
         position_1_to_3(2) := position_1_to_3(1);
       end if;
 
@@ -215,19 +215,18 @@ begin
         marker_1           := swap_marker or (apply xor apply_1);
         apply_1            := apply;
         swap_1_to_3(1)     := swap_marker;
-        angle_1_to_3(1)    := angle;
+        angle_1_to_2(1)    := angle;
         position_1_to_3(1) := position;
       end if;
-      first_1 := first_sums;
-      last_1  := last_sums;
+      last_1 := last_sums;
 
-      -- It stands still while angles are corrected.
-      half_turn := shift_right(counts_per_rev - 1, 1);
+      -- It stands still while angles are corrected: each clock does a part.
       if (or half_turn(half_turn'high downto limit'length)) = '1' then
         limit <= LIMIT_MAX;
       else
         limit <= half_turn(limit'range);
       end if;
+      half_turn := shift_right(counts_per_rev - 1, 1);
 
       if reset = '1' then
         apply_1  := '0';

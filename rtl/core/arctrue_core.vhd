@@ -112,13 +112,6 @@ architecture rtl of arctrue_core is
   signal hwif_in  : arctrue_registers_in_t;
   signal hwif_out : arctrue_registers_out_t;
 
-  signal block_awvalid : std_ulogic;
-  signal block_awready : std_ulogic;
-  signal block_awaddr  : std_ulogic_vector(17 downto 0);
-  signal block_wvalid  : std_ulogic;
-  signal block_wready  : std_ulogic;
-  signal block_araddr  : std_ulogic_vector(17 downto 0);
-
   signal timestamp      : time_count := (others => '0');
   signal counts_per_rev : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
   signal rearm          : std_ulogic;
@@ -136,17 +129,22 @@ architecture rtl of arctrue_core is
   signal sample_count    : u_unsigned(15 downto 0);
   signal overrun_count   : u_unsigned(15 downto 0);
   signal fill_count      : u_unsigned(15 downto 0);
+  signal capture_read    : std_ulogic;
   signal capture_valid   : std_ulogic;
   signal capture_data    : std_ulogic_vector(POSITION_WIDTH - 1 downto 0);
 
-  signal coefficient_request : std_ulogic;
-  signal offset_request      : std_ulogic;
-  signal coefficient_write   : std_ulogic;
-  signal offset_write        : std_ulogic;
-  signal write_acknowledge   : std_ulogic;
-  signal offset_is_written   : std_ulogic                    := '0';
-  signal read_under_way      : std_ulogic_vector(1 downto 0) := (others => '0');
-  signal idle_offset         : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
+  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_data       : std_ulogic_vector(31 downto 0);
+  signal coefficient_read  : std_ulogic;
+  signal coefficient_write : std_ulogic;
+  signal coefficient_done  : std_ulogic;
+  signal coefficient_data  : std_ulogic_vector(31 downto 0);
+  signal offset_read       : std_ulogic;
+  signal offset_write      : std_ulogic;
+  signal offset_data       : std_ulogic_vector(31 downto 0);
+  signal write_acknowledge : std_ulogic;
+  signal read_under_way    : std_ulogic_vector(1 downto 0) := (others => '0');
+  signal idle_offset       : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
 
   signal apply              : std_ulogic;
   signal corrected_angle    : angle_count;
@@ -254,8 +252,8 @@ begin
       overrun_count       => overrun_count,
       fill_count          => fill_count,
       trigger             => open,
-      read_enable         => hwif_out.capture.req,
-      read_address        => u_unsigned(hwif_out.capture.addr(16 downto 2)),
+      read_enable         => capture_read,
+      read_address        => u_unsigned(access_address(16 downto 2)),
       read_valid          => capture_valid,
       read_data           => capture_data
     );
@@ -281,11 +279,11 @@ begin
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
       write_enable       => coefficient_write,
       write_offset       => offset_write,
-      write_address      => u_unsigned(hwif_out.coefficients.addr(9 downto 2)),
-      write_data         => hwif_out.coefficients.wr_data,
+      write_address      => u_unsigned(access_address(9 downto 2)),
+      write_data         => access_data,
       write_acknowledge  => write_acknowledge,
-      read_address       => u_unsigned(hwif_out.coefficients.addr(9 downto 2)),
-      read_data          => hwif_in.coefficients.rd_data,
+      read_address       => u_unsigned(access_address(9 downto 2)),
+      read_data          => coefficient_data,
       idle_offset        => idle_offset,
       swap               => hwif_out.command.swap.value,
       swap_busy          => open,
@@ -317,53 +315,46 @@ begin
 
   -- The processor's side -----------------------------------------------------------------------
 
-  guard : entity work.access_guard
+  processor : entity work.register_access
     generic map (
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH
     )
     port map (
-      capture_ready => bank_ready,
-      awvalid       => s_axil_awvalid,
-      awready       => s_axil_awready,
-      awaddr        => s_axil_awaddr,
-      wvalid        => s_axil_wvalid,
-      wready        => s_axil_wready,
-      wstrb         => s_axil_wstrb,
-      araddr        => s_axil_araddr,
-      block_awvalid => block_awvalid,
-      block_awready => block_awready,
-      block_awaddr  => block_awaddr,
-      block_wvalid  => block_wvalid,
-      block_wready  => block_wready,
-      block_araddr  => block_araddr
-    );
-
-  registers : entity work.arctrue_registers
-    port map (
-      clk            => clock,
-      rst            => reset,
-      s_axil_awready => block_awready,
-      s_axil_awvalid => block_awvalid,
-      s_axil_awaddr  => block_awaddr,
-      s_axil_awprot  => s_axil_awprot,
-      s_axil_wready  => block_wready,
-      s_axil_wvalid  => block_wvalid,
-      s_axil_wdata   => s_axil_wdata,
-      s_axil_wstrb   => s_axil_wstrb,
-      s_axil_bready  => s_axil_bready,
-      s_axil_bvalid  => s_axil_bvalid,
-      s_axil_bresp   => s_axil_bresp,
-      s_axil_arready => s_axil_arready,
-      s_axil_arvalid => s_axil_arvalid,
-      s_axil_araddr  => block_araddr,
-      s_axil_arprot  => s_axil_arprot,
-      s_axil_rready  => s_axil_rready,
-      s_axil_rvalid  => s_axil_rvalid,
-      s_axil_rdata   => s_axil_rdata,
-      s_axil_rresp   => s_axil_rresp,
-      hwif_in        => hwif_in,
-      hwif_out       => hwif_out
+      clock             => clock,
+      reset             => reset,
+      s_axil_awvalid    => s_axil_awvalid,
+      s_axil_awready    => s_axil_awready,
+      s_axil_awaddr     => s_axil_awaddr,
+      s_axil_wvalid     => s_axil_wvalid,
+      s_axil_wready     => s_axil_wready,
+      s_axil_wdata      => s_axil_wdata,
+      s_axil_wstrb      => s_axil_wstrb,
+      s_axil_bvalid     => s_axil_bvalid,
+      s_axil_bready     => s_axil_bready,
+      s_axil_bresp      => s_axil_bresp,
+      s_axil_arvalid    => s_axil_arvalid,
+      s_axil_arready    => s_axil_arready,
+      s_axil_araddr     => s_axil_araddr,
+      s_axil_rvalid     => s_axil_rvalid,
+      s_axil_rready     => s_axil_rready,
+      s_axil_rdata      => s_axil_rdata,
+      s_axil_rresp      => s_axil_rresp,
+      hwif_in           => hwif_in,
+      hwif_out          => hwif_out,
+      capture_ready     => bank_ready,
+      access_address    => access_address,
+      access_data       => access_data,
+      coefficient_read  => coefficient_read,
+      coefficient_write => coefficient_write,
+      coefficient_data  => coefficient_data,
+      offset_read       => offset_read,
+      offset_write      => offset_write,
+      offset_data       => offset_data,
+      coefficient_done  => coefficient_done,
+      capture_read      => capture_read,
+      capture_done      => capture_valid,
+      capture_data      => capture_data
     );
 
   interrupt <= hwif_out.interrupt_status.intr;
@@ -377,37 +368,20 @@ begin
       ramp_busy_before <= ramp_busy;
 
       -- Read data of the coefficients follow their address by two clocks.
-      read_under_way <= read_under_way(0) & (coefficient_request and not hwif_out.coefficients.req_is_wr);
-
-      if (coefficient_write or offset_write) = '1' then
-        offset_is_written <= offset_write;
-      end if;
-
-      hwif_in.coefficient_offset.rd_ack <= offset_request and not hwif_out.coefficient_offset.req_is_wr;
+      read_under_way <= read_under_way(0) & coefficient_read;
 
       if reset = '1' then
-        timestamp                         <= (others => '0');
-        swap_count                        <= (others => '0');
-        ramp_busy_before                  <= '0';
-        read_under_way                    <= (others => '0');
-        hwif_in.coefficient_offset.rd_ack <= '0';
+        timestamp        <= (others => '0');
+        swap_count       <= (others => '0');
+        ramp_busy_before <= '0';
+        read_under_way   <= (others => '0');
       end if;
     end if;
 
   end process bookkeeping;
 
-  coefficient_request <= hwif_out.coefficients.req;
-  offset_request      <= hwif_out.coefficient_offset.req;
-  coefficient_write   <= coefficient_request and hwif_out.coefficients.req_is_wr;
-  offset_write        <= offset_request and hwif_out.coefficient_offset.req_is_wr;
-
-  hwif_in.coefficients.wr_ack        <= write_acknowledge and not offset_is_written;
-  hwif_in.coefficients.rd_ack        <= read_under_way(1);
-  hwif_in.coefficient_offset.wr_ack  <= write_acknowledge and offset_is_written;
-  hwif_in.coefficient_offset.rd_data <= std_ulogic_vector(resize(idle_offset, 32));
-  hwif_in.capture.wr_ack             <= '0';
-  hwif_in.capture.rd_ack             <= capture_valid;
-  hwif_in.capture.rd_data            <= capture_data;
+  offset_data      <= std_ulogic_vector(resize(idle_offset, 32));
+  coefficient_done <= read_under_way(1) or offset_read or write_acknowledge;
 
   hwif_in.core_configuration.lanes.next_q         <= std_ulogic_vector(to_unsigned(LANES, 7));
   hwif_in.core_configuration.cosine_width.next_q  <= std_ulogic_vector(to_unsigned(COSINE_WIDTH, 5));

@@ -11,7 +11,7 @@
 -- 5 with the filter off. position, angle, turn_position, index_seen, direction, step, step_up,
 -- last_edge_time, illegal and illegal_count belong to one clock. index_strobe, index_position,
 -- index_direction, index_interval, overspeed and overspeed_count follow 1 clock after it,
--- index_error and index_error_count 3 clocks after it.
+-- index_error and index_error_count 4 clocks after it.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts;
 -- angle u24.0 counts; counts_per_rev u25.0 counts; filter_length u8.0 and minimum_edge_spacing
@@ -214,28 +214,34 @@ begin
     variable breaks_order    : std_ulogic                              := '0';
     variable meets_index     : std_ulogic                              := '0';
     -- Stage 2: position, beside the registers of the ports
-    variable position_before : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
     variable spacing         : natural range 0 to LARGEST              := LARGEST;
     variable too_near        : std_ulogic                              := '0';
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
+    -- Where an index passed in this clock lies: behind a step up, before a step down
+    variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     -- Stage 3: index
-    variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0);
     variable index_before    : std_ulogic                              := '0';
-    variable to_judge        : std_ulogic                              := '0';
-    -- Stage 4: the index is not where it ought to be
-    variable misplaced       : std_ulogic                              := '0';
+    variable repeats         : std_ulogic                              := '0';
+    -- Stage 4: the interval, less a turn upwards, less a turn downwards
     variable turn            : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
-    -- index_interval less than a turn upwards, and downwards
+    variable off_none        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_up          : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable off_down        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable to_judge        : std_ulogic                              := '0';
+    -- Stage 5: which of them is within the tolerance
+    variable are_within      : std_ulogic_vector(2 downto 0)           := "000";
+    variable judged          : std_ulogic                              := '0';
+    -- The index is not where it ought to be.
+    variable misplaced       : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
+      misplaced := judged and not (or are_within);
       if (clear = '1') then
         index_error       <= misplaced;
         index_error_count <= (0 => misplaced, others => '0');
@@ -258,47 +264,35 @@ begin
         end if;
       end if;
 
-      -- Stage 4: judge the index.
-      misplaced := to_judge and not (is_within(index_interval, index_tolerance) or
-                                     is_within(off_up, index_tolerance) or
-                                     is_within(off_down, index_tolerance));
+      -- Stages 5 and 4: judge the index.
+      judged     := to_judge;
+      are_within := is_within(off_none, index_tolerance) & is_within(off_up, index_tolerance)
+                    & is_within(off_down, index_tolerance);
+      to_judge   := repeats;
+      off_none   := index_interval;
+      off_up     := index_interval - turn;
+      off_down   := index_interval + turn;
 
       -- Stage 3: latch the index of the clock before.
-      zero_now := position_before;
-      if (passed_up = '1') then
-        zero_now := position;
-      end if;
-
       index_strobe <= '0';
-      to_judge     := '0';
+      repeats      := '0';
       if (passed_index = '1' and rearm = '0') then
         index_strobe    <= '1';
-        to_judge        := index_before;
+        repeats         := index_before;
         index_position  <= zero_now;
         index_direction <= passed_up;
         index_interval  <= (others => '0');
         if (index_before = '1') then
           index_interval <= zero_now - index_position;
         end if;
-        -- Three numbers on one carry chain each.
-        off_up   := add_with_carry(
-          saved_sum(zero_now, not index_position, not turn),
-          saved_carry(zero_now, not index_position, not turn, '1'),
-          '1'
-        );
-        off_down := add_with_carry(
-          saved_sum(zero_now, not index_position, turn),
-          saved_carry(zero_now, not index_position, turn, '0'),
-          '1'
-        );
         index_before := '1';
       end if;
 
       -- Stage 2: take the step.
-      position_before := position;
-      direction       <= up;
-      step            <= moves;
-      step_up         <= moves and up;
+      zero_now  := add_with_carry(position, (position'range => '0'), moves and up);
+      direction <= up;
+      step      <= moves;
+      step_up   <= moves and up;
 
       too_near := '0';
       if (moves = '1') then
@@ -373,8 +367,9 @@ begin
         too_near          := '0';
         passed_index      := '0';
         index_before      := '0';
+        repeats           := '0';
         to_judge          := '0';
-        misplaced         := '0';
+        judged            := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
         angle             <= (others => '0');
         turn_position     <= (others => '0');

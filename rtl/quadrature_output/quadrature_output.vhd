@@ -8,7 +8,8 @@
 -- compensated signal) and figure 4 (order of the levels).
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, when nothing holds the edge back.
--- `following_error` is 2 clocks behind the position.
+-- `following_error` is 2 clocks behind the position, `cannot_keep_up` 3. `enable` and a change of
+-- `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
@@ -28,7 +29,7 @@
 -- Before the first index of the head the angle, and so Z, has no reference to the table.
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
--- come within 2 clocks) and the output forgets how far it is behind; when it rises, the output
+-- come within 3 clocks) and the output forgets how far it is behind; when it rises, the output
 -- starts from the present position with the held phase of A and B, without an edge, and Z takes the
 -- level of the present angle.
 --
@@ -46,6 +47,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
 
 entity quadrature_output is
@@ -69,44 +71,65 @@ end entity quadrature_output;
 
 architecture rtl of quadrature_output is
 
-  -- The lag in hand lacks the steps of the last three clocks: two are subtracted where it is
-  -- saturated, the last one where it is judged.
+  -- The lag in hand lacks the steps of the last three clocks: two are taken off where it is made
+  -- narrow, the last one where it is judged.
   constant STEPS_UNDER_WAY : positive := 2;
-  -- The lag saturated to -8 .. 7: enough for 2 counts of hysteresis and the steps under way.
-  constant NEAR_WIDTH      : positive := 4;
-  -- The lag saturates at 2**30.
-  constant SATURATION      : u_signed(POSITION_WIDTH - 1 downto 0) := (POSITION_WIDTH - 2 => '1', others => '0');
+
+  -- A small number in thermometer code: (k) is high where it is k or more. To take a step off is to
+  -- shift it, so that what decides on a step has no adder.
+  type thermometer is array (4 downto -3) of std_ulogic;
 
   -- The angle and the angle some turns away, wide enough for -2 to +2 turns.
   constant WIDE_ANGLE_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
   type angle_turns is array (-2 to 1) of u_signed(WIDE_ANGLE_WIDTH - 1 downto 0);
 
-  -- +1, -1 or 0, made of its bits so that it shares the adder.
-  function one_step (up, down : std_ulogic) return u_signed is
+  function thermometer_of (number : u_signed(2 downto 0)) return thermometer is
 
-    variable step : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable result : thermometer;
 
   begin
 
-    step    := (others => down);
-    step(0) := up or down;
-    return step;
+    for k in thermometer'range loop
+      result(k) := resize(number, 4) ?>= k;
+    end loop;
 
-  end function one_step;
+    return result;
+
+  end function thermometer_of;
+
+  function less_a_step (number : thermometer; up, down : std_ulogic) return thermometer is
+
+    variable result : thermometer;
+
+  begin
+
+    result := number;
+    if up = '1' then
+      result := '0' & number(4 downto -2);
+    elsif down = '1' then
+      result := number(3 downto -3) & '1';
+    end if;
+    return result;
+
+  end function less_a_step;
 
 begin
 
   follow : process (clock) is
 
-    variable following   : std_ulogic;
-    -- following of the clocks before: (0) one clock ago
+    -- enable one clock ago, and of the clocks before: (0) two clocks ago
+    variable following   : std_ulogic                               := '0';
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
-    variable near_lag    : u_signed(NEAR_WIDTH - 1 downto 0);
-    -- Without the step that the output takes now, and with it
-    variable remaining   : u_signed(NEAR_WIDTH downto 0)            := (others => '0');
-    variable left_over   : u_signed(NEAR_WIDTH downto 0);
+    variable saturates   : std_ulogic;
+    variable negative    : std_ulogic;
+    variable is_far      : std_ulogic;
+    -- The lag without the step that the output takes now. One count of it is enough for a step up
+    -- (one_up) or else for a step down, and two for a step the other way: after a step, with that
+    -- step still to be taken off, one against it; otherwise one the way of the last step.
+    variable remaining   : thermometer                              := (4 downto 1 => '0', others => '1');
+    variable one_up      : std_ulogic                               := '1';
     -- (0) the step that the output takes now, (1) the one before
     variable up          : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
     variable down        : std_ulogic_vector(STEPS_UNDER_WAY - 1 downto 0) := (others => '0');
@@ -119,13 +142,18 @@ begin
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
     variable angles      : angle_turns                              := (others => (others => '0'));
     variable given_up    : u_signed(1 downto 0);
+    -- following_limit, or what is less: two turns without a count
     variable limit       : u_signed(WIDE_ANGLE_WIDTH - 1 downto 0)  := (others => '0');
+    variable turn_limit  : u_signed(WIDE_ANGLE_WIDTH - 1 downto 0)  := (others => '0');
+    variable turns_are_less : std_ulogic                            := '0';
+    -- Negative where the lag is above the limit, and below its negative
+    variable above       : u_signed(POSITION_WIDTH downto 0);
+    variable below       : u_signed(POSITION_WIDTH downto 0);
+    variable too_far     : std_ulogic_vector(1 downto 0)            := "00";
 
   begin
 
     if rising_edge(clock) then
-      following := enable and not reset;
-
       -- Last stage: lag, angles and phase_then belong to one clock.
       a <= phase_then(1) xor phase_then(0);
       b <= phase_then(1);
@@ -145,34 +173,42 @@ begin
         cannot_keep_up <= '0';
       end if;
 
+      if too_far /= "00" then
+        cannot_keep_up <= '1';
+      end if;
+
+      too_far := "00";
       if following = '1' and enabled(0) = '1' then
         following_error <= lag;
-        if lag > limit or lag < -limit then
-          cannot_keep_up <= '1';
-        end if;
-        if lag(lag'high) = '0' and lag(lag'high - 1) = '1' then
-          following_error <= SATURATION;
-        elsif lag(lag'high) = '1' and lag(lag'high - 1) = '0' then
-          following_error <= -SATURATION;
+
+        above   := resize(limit, above'length) - lag;
+        below   := resize(limit, below'length) + lag;
+        too_far := above(above'high) & below(below'high);
+
+        saturates := lag(lag'high) xor lag(lag'high - 1);
+        if saturates = '1' then
+          following_error                           <= (others => '0');
+          following_error(lag'high downto lag'high - 1) <= lag(lag'high) & '1';
         end if;
       end if;
 
+      -- Settings: each clock does a part.
       limit := resize(signed('0' & following_limit), limit'length);
-      if ('0' & following_limit) >= (counts_per_rev & '0') then
-        limit := signed('0' & counts_per_rev & '0') - 1;
+      if turns_are_less = '1' then
+        limit := turn_limit;
       end if;
+      turns_are_less := resize(signed('0' & following_limit), limit'length) ?> turn_limit;
+      turn_limit     := signed('0' & counts_per_rev & '0') - 1;
 
       -- Decide on a step.
-      left_over := remaining - resize(one_step(up(0), down(0)), NEAR_WIDTH + 1);
       step_up   := '0';
       step_down := '0';
       if following = '1' and enabled = "11" and may_step = '1' then
-        if left_over >= 2 or (left_over = 1 and last_was_up = '1') then
-          step_up := '1';
-        elsif left_over <= -2 or (left_over = -1 and last_was_up = '0') then
-          step_down := '1';
-        end if;
+        step_up   := remaining(2) or (remaining(1) and one_up);
+        step_down := not remaining(-1) or (not remaining(0) and not one_up);
       end if;
+
+      one_up := step_down or (not step_up and last_was_up);
       if step_up = '1' or step_down = '1' then
         last_was_up := step_up;
         may_step    := '0';
@@ -187,17 +223,17 @@ begin
         spacing := spacing - 1;
       end if;
 
-      -- Saturate for the next decision.
-      near_lag := lag(NEAR_WIDTH - 1 downto 0);
-      if lag(POSITION_WIDTH - 1) = '0' and lag(POSITION_WIDTH - 2 downto NEAR_WIDTH - 1) /= 0 then
-        near_lag := to_signed(2 ** (NEAR_WIDTH - 1) - 1, NEAR_WIDTH);
-      elsif lag(POSITION_WIDTH - 1) = '1' and lag(POSITION_WIDTH - 2 downto NEAR_WIDTH - 1) /= -1 then
-        near_lag := to_signed(-(2 ** (NEAR_WIDTH - 1)), NEAR_WIDTH);
-      end if;
-      remaining := resize(near_lag, NEAR_WIDTH + 1);
+      -- Make the lag narrow for the next decision. Beyond -4 .. 3 two steps leave the last word to
+      -- its sign.
+      negative  := lag(lag'high);
+      is_far    := or (lag(lag'high - 1 downto 2) xor (lag'high - 1 downto 2 => negative));
+      remaining := thermometer_of(negative & lag(1 downto 0));
       for i in 0 to STEPS_UNDER_WAY - 1 loop
-        remaining := remaining - resize(one_step(up(i), down(i)), NEAR_WIDTH + 1);
+        remaining := less_a_step(remaining, up(i), down(i));
       end loop;
+      if is_far = '1' then
+        remaining := (others => not negative);
+      end if;
 
       -- Take the step decided one clock ago.
       phase_then  := phase;
@@ -216,10 +252,10 @@ begin
         output                                   := corrected_position;
         output(output'high downto output'high - 1) := corrected_position(output'high downto output'high - 1) + 1;
       else
-        output := output + one_step(up(0), down(0));
+        output := add_with_carry(output, (output'range => down(0)), up(0));
       end if;
       if following = '1' then
-        phase := phase + unsigned(one_step(up(0), down(0))(1 downto 0));
+        phase := phase + u_unsigned'(down(0), up(0) or down(0));
       end if;
 
       up      := up(STEPS_UNDER_WAY - 2 downto 0) & step_up;
@@ -229,19 +265,24 @@ begin
         up   := (others => '0');
         down := (others => '0');
       end if;
+      following := enable;
 
       if reset = '1' then
+        following      := '0';
         enabled        := (others => '0');
         up             := (others => '0');
         down           := (others => '0');
         last_was_up    := '1';
+        one_up         := '1';
         may_step       := '1';
+        too_far        := "00";
         phase          := "00";
         phase_then     := "00";
         a              <= '0';
         b              <= '0';
         z              <= '0';
         cannot_keep_up <= '0';
+        following_error <= (others => '0');
       end if;
     end if;
 

@@ -24,10 +24,13 @@
 -- not reached again before a neighbour was: a table that trembles on a step gives one sample, and
 -- a reversal shows as a step that is passed without a sample. The first multiple after the start is
 -- reached from either side; a table that stands on a multiple at the start has to reach a
--- neighbour first. After the start, and after a change of angle_step, the grid is found by a
--- division of 31 clocks, together at most 35 clocks and one clock for each step passed meanwhile;
--- there is no trigger in that time. 0 gives no trigger. turn_position wraps modulo 2**32; the grid
--- goes on evenly across the wrap.
+-- neighbour first. The grid is found by a division, however the table moves meanwhile: there is no
+-- trigger in the first 36 enabled clocks, and in at most 38 from the clock of a change of angle_step
+-- on. 0 gives no trigger. turn_position wraps modulo 2**32; the grid goes on evenly across the wrap.
+--
+-- What moves is counted modulo angle_step from the start on, and the division only says at which
+-- value of that counter a multiple lies. So turn_position may move by one count a clock at most, as
+-- that of the decoder does.
 --
 -- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and everything starts
 -- afresh. turn_position may jump (first index) only while `enable` is low.
@@ -53,7 +56,30 @@ end entity sample_trigger;
 
 architecture rtl of sample_trigger is
 
-  type grid_state is (IDLE, DIVIDE, SET_LOWER, SET_UPPER, WALK, TRACK);
+  type grid_state is (IDLE, DIVIDE, SET_BELOW, SET_MULTIPLE, SET_ABOVE, START, TRACK);
+
+  subtype count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
+  -- The count above and the count below, modulo last + 1.
+  function one_up (place, last : count) return count is
+  begin
+
+    if place = last then
+      return (count'range => '0');
+    end if;
+    return place + 1;
+
+  end function one_up;
+
+  function one_down (place, last : count) return count is
+  begin
+
+    if place = 0 then
+      return last;
+    end if;
+    return place - 1;
+
+  end function one_down;
 
   signal time_trigger  : std_ulogic := '0';
   signal angle_trigger : std_ulogic := '0';
@@ -87,48 +113,65 @@ begin
 
   equal_angle : process (clock) is
 
-    variable state     : grid_state                           := IDLE;
-    variable step      : u_unsigned(ANGLE_WIDTH - 1 downto 0) := (others => '0');
-    variable dividend  : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable origin    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable bits_left : natural range 0 to POSITION_WIDTH - 2 := 0;
-    variable remainder : u_unsigned(ANGLE_WIDTH - 1 downto 0) := (others => '0');
-    variable shifted   : u_unsigned(ANGLE_WIDTH downto 0);
-    variable reduced   : u_unsigned(ANGLE_WIDTH + 1 downto 0);
-    -- The multiples that trigger next, and the one reached last (unless none was: fresh).
-    variable upper     : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable lower     : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable middle    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable fresh     : std_ulogic := '1';
-    variable above     : u_signed(POSITION_WIDTH - 1 downto 0);
-    variable below     : u_signed(POSITION_WIDTH - 1 downto 0);
-    variable next_up   : u_signed(POSITION_WIDTH - 1 downto 0);
-    variable next_down : u_signed(POSITION_WIDTH - 1 downto 0);
-    variable on_lower  : boolean;
+    variable state       : grid_state := IDLE;
+    variable step        : count      := (others => '0');
+    variable changes     : std_ulogic;
+    variable last        : count      := (others => '0'); -- step - 1
+    -- turn_position modulo step, by long division
+    variable dividend    : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable bits_left   : natural range 0 to POSITION_WIDTH - 2   := 0;
+    variable remainder   : count                                   := (others => '0');
+    variable shifted     : u_unsigned(ANGLE_WIDTH downto 0);
+    variable reduced     : u_unsigned(ANGLE_WIDTH + 1 downto 0);
+    -- Counts moved since the start, modulo step, and where it is a count below a multiple, on it
+    -- and a count above it
+    variable moved       : count := (others => '0');
+    variable below       : count := (others => '0');
+    variable multiple    : count := (others => '0');
+    variable above       : count := (others => '0');
+    -- The lowest bits of turn_position one clock ago say which way it moved.
+    variable before      : u_signed(1 downto 0) := "00";
+    variable move        : u_signed(1 downto 0);
+    variable up          : std_ulogic;
+    variable down        : std_ulogic;
+    variable stood       : std_ulogic;
+    variable arrives     : std_ulogic;
+    -- The table stands on a multiple; which way it left the last one; there was none yet.
+    variable on_multiple : std_ulogic := '0';
+    variable left_up     : std_ulogic := '0';
+    variable fresh       : std_ulogic := '1';
 
   begin
 
     if rising_edge(clock) then
       angle_trigger <= '0';
-      -- Differences, not comparisons: they hold across the wrap of turn_position.
-      above     := turn_position - upper;
-      below     := lower - turn_position;
-      on_lower  := turn_position = lower;
-      next_up   := upper + signed(resize(step, POSITION_WIDTH));
-      next_down := lower - signed(resize(step, POSITION_WIDTH));
+      changes       := angle_step ?/= step;
+      move          := turn_position(1 downto 0) - before;
+      before        := turn_position(1 downto 0);
+      up            := move ?= 1;
+      down          := move ?= -1;
+      stood         := moved ?= multiple;
+      arrives       := (up and (moved ?= below)) or (down and (moved ?= above));
+
+      if up = '1' then
+        moved := one_up(moved, last);
+      elsif down = '1' then
+        moved := one_down(moved, last);
+      end if;
 
       case state is
 
         when IDLE =>
 
           dividend  := turn_position;
-          origin    := turn_position;
           bits_left := POSITION_WIDTH - 2;
           step      := angle_step;
+          last      := angle_step - 1;
+          moved     := (others => '0');
           -- The sign bit weighs -2**31: the remainder of -1 starts the long division.
           remainder := (others => '0');
           if turn_position(POSITION_WIDTH - 1) = '1' then
-            remainder := angle_step - 1;
+            remainder := last;
           end if;
           if angle_step /= 0 then
             state := DIVIDE;
@@ -145,64 +188,48 @@ begin
             remainder := reduced(ANGLE_WIDTH - 1 downto 0);
           end if;
           if bits_left = 0 then
-            state := SET_LOWER;
+            state := SET_BELOW;
           else
             bits_left := bits_left - 1;
           end if;
 
-        when SET_LOWER =>
+        when SET_BELOW =>
 
-          lower := origin - signed(resize(remainder, POSITION_WIDTH));
-          upper := lower;
-          state := SET_UPPER;
+          below := last - remainder;
+          above := below;
+          state := SET_MULTIPLE;
 
-        when SET_UPPER =>
+        when SET_MULTIPLE =>
 
-          upper := next_up;
-          state := WALK;
+          above := one_up(above, last);
+          state := SET_ABOVE;
 
-        -- Follow what has moved during the division, until lower <= turn_position < upper.
-        when WALK =>
+        when SET_ABOVE =>
 
-          fresh := '1';
-          if above(above'high) = '0' then
-            lower := upper;
-            upper := next_up;
-          elsif on_lower then
-            middle := lower;
-            lower  := next_down;
-            fresh  := '0';
-            state  := TRACK;
-          elsif below(below'high) = '0' then
-            upper := lower;
-            lower := next_down;
-          else
-            state := TRACK;
-          end if;
+          multiple := above;
+          above    := one_up(above, last);
+          state    := START;
 
-        when TRACK =>
+        when START | TRACK =>
 
-          if above(above'high) = '0' then
+          if state = START then
+            on_multiple := stood;
+            fresh       := not stood;
+          elsif arrives = '1' and (fresh = '1' or on_multiple = '1' or left_up = up) then
             angle_trigger <= '1';
-            if fresh = '0' then
-              lower := middle;
-            end if;
-            middle := upper;
-            upper  := next_up;
-            fresh  := '0';
-          elsif below(below'high) = '0' then
-            angle_trigger <= '1';
-            if fresh = '0' then
-              upper := middle;
-            end if;
-            middle := lower;
-            lower  := next_down;
-            fresh  := '0';
           end if;
+          if (up or down) = '1' then
+            if on_multiple = '1' then
+              left_up := up;
+            end if;
+            on_multiple := arrives;
+          end if;
+          fresh := fresh and not arrives;
+          state := TRACK;
 
       end case;
 
-      if reset = '1' or enable = '0' or mode = '0' or (state /= IDLE and angle_step /= step) then
+      if reset = '1' or enable = '0' or mode = '0' or changes = '1' then
         state         := IDLE;
         angle_trigger <= '0';
       end if;

@@ -17,8 +17,10 @@
 --
 -- **A turn** starts with its first sample and ends with the first sample that lies
 -- counts_per_rev or more away from it in head 1, in either direction; that sample is stored and
--- counted. The sample after it starts the next turn. When DEPTH samples do not make a turn, the
--- bank is handed over all the same with `full_before_turn`.
+-- counted. The sample after it starts the next turn. The distance is judged from the second clock
+-- after the first sample on: a turn has 4 counts at least, and a decoder counts one a clock at most.
+-- When DEPTH samples do not make a turn, the bank is handed over all the same with
+-- `full_before_turn`.
 --
 -- **Ownership.** A bank handed over is READY: the processor's, until `release_bank` is pulsed; it
 -- is never written in that time. `bank_ready` says that there is one, `ready_bank` which,
@@ -111,6 +113,11 @@ architecture rtl of sampler is
   signal position2_then      : u_signed(POSITION_WIDTH - 1 downto 0);
   signal timestamp_then      : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
   signal flags_then          : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
+  -- A turn up and a turn down from the first sample, and whether that position lies as far away
+  signal turn_above          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
+  signal turn_below          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
+  signal is_above_then       : std_ulogic := '0';
+  signal is_below_then       : std_ulogic := '0';
   signal write_enable        : std_ulogic := '0';
   signal write_address       : u_unsigned(14 downto 0) := (others => '0');
   signal write_data          : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
@@ -136,9 +143,18 @@ begin
 
   -- The trigger comes one clock late: so do all values that are latched with it.
   align : process (clock) is
+
+    -- Differences, not comparisons: they hold across the wrap of turn_position.
+    variable above : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable below : u_signed(POSITION_WIDTH - 1 downto 0);
+
   begin
 
     if rising_edge(clock) then
+      above          := turn_position1 - turn_above;
+      below          := turn_below - turn_position1;
+      is_above_then  <= not above(above'high);
+      is_below_then  <= not below(below'high);
       running_then   <= running and not reset;
       position1_then <= turn_position1;
       position2_then <= turn_position2;
@@ -155,10 +171,8 @@ begin
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
     variable next_address  : u_unsigned(14 downto 0) := (others => '0');
-    variable turn_above    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0'); -- a turn up from the first sample
-    variable turn_below    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0'); -- a turn down
-    variable above         : u_signed(POSITION_WIDTH - 1 downto 0);
-    variable below         : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
+    variable was_judged    : std_ulogic;
     variable start_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
     variable flags         : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
     variable closed        : boolean;
@@ -182,15 +196,20 @@ begin
       handing_over    := '0';
       capture_overrun <= '0';
 
-      above := position1_then - turn_above;
-      below := turn_below - position1_then;
-
+      -- What is taken last here is the first sample's.
       if first = '1' then
-        flags := (others => '0');
+        flags      := (others => '0');
+        start_time := timestamp_then;
+        turn_above <= position1_then + signed(resize(counts_per_rev, POSITION_WIDTH));
+        turn_below <= position1_then - signed(resize(counts_per_rev, POSITION_WIDTH));
       end if;
       if first = '0' or triggered = '1' then
         flags := flags or flags_then;
       end if;
+
+      -- One clock ago turn_above and turn_below were those of this turn.
+      was_judged   := not first and not first_before;
+      first_before := first;
 
       write_enable  <= '0';
       write_address <= next_address;
@@ -198,18 +217,11 @@ begin
 
       if triggered = '1' and running_then = '1' then
         write_enable <= '1';
-        closed       := first = '0' and (above(above'high) = '0' or below(below'high) = '0');
+        closed       := was_judged = '1' and (is_above_then = '1' or is_below_then = '1');
         is_last      := samples = DEPTH - 1;
         samples      := samples + 1;
         next_address := next_address + 1;
-
-        if first = '1' then
-          turn_above := position1_then + signed(resize(counts_per_rev, POSITION_WIDTH));
-          turn_below := position1_then - signed(resize(counts_per_rev, POSITION_WIDTH));
-          start_time := timestamp_then;
-          first      := '0';
-        end if;
-
+        first        := '0';
         if closed or is_last then
           if owned = '1' then
             overrun         := '1';
@@ -303,14 +315,16 @@ begin
       readable := readable(1 downto 0) & '0';
       sample   := resize(read_address(14 downto 1), 15);
 
-      memory_read_address <= (others => '0');
       if bank_ready = '1' and sample < header_sample_count then
         readable(0) := '1';
-        if ready_bank = '1' then
-          memory_read_address <= sample + DEPTH;
-        else
-          memory_read_address <= sample;
-        end if;
+      end if;
+
+      -- Any address of the memory does where nothing is to be read.
+      memory_read_address <= (others => '0');
+      if sample < DEPTH and ready_bank = '1' then
+        memory_read_address <= sample + DEPTH;
+      elsif sample < DEPTH then
+        memory_read_address <= sample;
       end if;
 
       read_valid <= enables(3);

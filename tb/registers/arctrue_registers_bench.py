@@ -1,8 +1,9 @@
-"""cocotb tests of the register block behind its access guard."""
+"""cocotb tests of register_access: the register block behind its bus port and guard."""
 
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 
 import cocotb
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
@@ -219,6 +220,44 @@ async def bursts_keep_their_order(dut):
     await writer
     for address, word in written.items():
         assert await bus.read(address) == (AxiResp.OKAY, word)
+
+
+@cocotb.test()
+async def answers_after_three_clocks_in_turn(dut):
+    """The clocks that the heads of register_access and axi_lite_access name, on the pins."""
+    bus, _ = await prepared(dut, random.Random(20))
+    seen: list[dict[str, int]] = []
+    names = ("awvalid", "wvalid", "arvalid", "bvalid", "rvalid")
+
+    async def watch():
+        while True:
+            await FallingEdge(dut.clock)
+            seen.append({name: int(getattr(dut, f"s_axil_{name}").value) for name in names})
+
+    def clocks_from(asked: tuple[str, ...], answer: str) -> int:
+        first = next(n for n, now in enumerate(seen) if all(now[name] for name in asked))
+        return next(n for n, now in enumerate(seen) if now[answer]) - first
+
+    cocotb.start_soon(watch())
+    await bus.read(0x010)
+    assert clocks_from(("arvalid",), "rvalid") == 3
+    seen.clear()
+    await bus.write(0x010, 1)
+    assert clocks_from(("awvalid", "wvalid"), "bvalid") == 3
+    seen.clear()
+    await bus.read(generated.COEFFICIENTS_ADDRESS + 16 * LANES)
+    assert clocks_from(("arvalid",), "rvalid") == 3, "of a refused access"
+
+    seen.clear()
+    first, words = 0x030, 7  # filter_length to following_limit
+    reads = cocotb.start_soon(bus.read_words(first, words))
+    answer = await bus.master.write(first, bytes(4 * words))
+    assert answer.resp == AxiResp.OKAY
+    await reads
+    kinds = "".join("w" * now["bvalid"] + "r" * now["rvalid"] for now in seen)
+    assert kinds in ("wr" * words, "rw" * words), f"answers came as {kinds}"
+    clocks = [n for n, now in enumerate(seen) if now["bvalid"] or now["rvalid"]]
+    assert {later - earlier for earlier, later in pairwise(clocks)} == {4}
 
 
 @cocotb.test()

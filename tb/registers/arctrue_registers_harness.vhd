@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Flat ports around access_guard and the generated register block, so that a test bench can drive
+-- Flat ports around register_access and the generated block in it, so that a test bench can drive
 -- every field (records are invisible to cocotb): a port a register, its bits where the map has
 -- them. The coefficient window and the offset are plain memory, the capture window reads its own
 -- word index twice; all three answer after `memory_latency` clocks.
@@ -95,12 +95,18 @@ architecture simulation of arctrue_registers_harness is
   signal hwif_in  : arctrue_registers_in_t;
   signal hwif_out : arctrue_registers_out_t;
 
-  signal block_awvalid : std_ulogic;
-  signal block_awready : std_ulogic;
-  signal block_awaddr  : std_ulogic_vector(17 downto 0);
-  signal block_wvalid  : std_ulogic;
-  signal block_wready  : std_ulogic;
-  signal block_araddr  : std_ulogic_vector(17 downto 0);
+  signal access_address    : std_ulogic_vector(17 downto 0);
+  signal access_data       : std_ulogic_vector(31 downto 0);
+  signal coefficient_read  : std_ulogic;
+  signal coefficient_write : std_ulogic;
+  signal coefficient_done  : std_ulogic := '0';
+  signal coefficient_data  : std_ulogic_vector(31 downto 0);
+  signal offset_read       : std_ulogic;
+  signal offset_write      : std_ulogic;
+  signal offset_data       : std_ulogic_vector(31 downto 0);
+  signal capture_read      : std_ulogic;
+  signal capture_done      : std_ulogic := '0';
+  signal capture_data      : std_ulogic_vector(31 downto 0);
 
   function padded (
     value : std_ulogic_vector
@@ -113,53 +119,46 @@ architecture simulation of arctrue_registers_harness is
 
 begin
 
-  guard : entity work.access_guard
+  processor : entity work.register_access
     generic map (
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH
     )
     port map (
-      capture_ready => status(2),
-      awvalid       => s_axil_awvalid,
-      awready       => s_axil_awready,
-      awaddr        => s_axil_awaddr,
-      wvalid        => s_axil_wvalid,
-      wready        => s_axil_wready,
-      wstrb         => s_axil_wstrb,
-      araddr        => s_axil_araddr,
-      block_awvalid => block_awvalid,
-      block_awready => block_awready,
-      block_awaddr  => block_awaddr,
-      block_wvalid  => block_wvalid,
-      block_wready  => block_wready,
-      block_araddr  => block_araddr
-    );
-
-  registers : entity work.arctrue_registers
-    port map (
-      clk            => clock,
-      rst            => reset,
-      s_axil_awready => block_awready,
-      s_axil_awvalid => block_awvalid,
-      s_axil_awaddr  => block_awaddr,
-      s_axil_awprot  => s_axil_awprot,
-      s_axil_wready  => block_wready,
-      s_axil_wvalid  => block_wvalid,
-      s_axil_wdata   => s_axil_wdata,
-      s_axil_wstrb   => s_axil_wstrb,
-      s_axil_bready  => s_axil_bready,
-      s_axil_bvalid  => s_axil_bvalid,
-      s_axil_bresp   => s_axil_bresp,
-      s_axil_arready => s_axil_arready,
-      s_axil_arvalid => s_axil_arvalid,
-      s_axil_araddr  => block_araddr,
-      s_axil_arprot  => s_axil_arprot,
-      s_axil_rready  => s_axil_rready,
-      s_axil_rvalid  => s_axil_rvalid,
-      s_axil_rdata   => s_axil_rdata,
-      s_axil_rresp   => s_axil_rresp,
-      hwif_in        => hwif_in,
-      hwif_out       => hwif_out
+      clock             => clock,
+      reset             => reset,
+      s_axil_awvalid    => s_axil_awvalid,
+      s_axil_awready    => s_axil_awready,
+      s_axil_awaddr     => s_axil_awaddr,
+      s_axil_wvalid     => s_axil_wvalid,
+      s_axil_wready     => s_axil_wready,
+      s_axil_wdata      => s_axil_wdata,
+      s_axil_wstrb      => s_axil_wstrb,
+      s_axil_bvalid     => s_axil_bvalid,
+      s_axil_bready     => s_axil_bready,
+      s_axil_bresp      => s_axil_bresp,
+      s_axil_arvalid    => s_axil_arvalid,
+      s_axil_arready    => s_axil_arready,
+      s_axil_araddr     => s_axil_araddr,
+      s_axil_rvalid     => s_axil_rvalid,
+      s_axil_rready     => s_axil_rready,
+      s_axil_rdata      => s_axil_rdata,
+      s_axil_rresp      => s_axil_rresp,
+      hwif_in           => hwif_in,
+      hwif_out          => hwif_out,
+      capture_ready     => status(2),
+      access_address    => access_address,
+      access_data       => access_data,
+      coefficient_read  => coefficient_read,
+      coefficient_write => coefficient_write,
+      coefficient_data  => coefficient_data,
+      offset_read       => offset_read,
+      offset_write      => offset_write,
+      offset_data       => offset_data,
+      coefficient_done  => coefficient_done,
+      capture_read      => capture_read,
+      capture_done      => capture_done,
+      capture_data      => capture_data
     );
 
   interrupt <= hwif_out.interrupt_status.intr;
@@ -269,8 +268,6 @@ begin
     variable waiting      : natural range 0 to 15          := 0;
     variable word         : natural range 0 to 32767       := 0;
     variable window       : std_ulogic_vector(2 downto 0)  := "000";
-    variable is_write     : std_ulogic                     := '0';
-    variable data         : std_ulogic_vector(31 downto 0);
     variable answer       : std_ulogic_vector(2 downto 0);
 
   begin
@@ -284,36 +281,28 @@ begin
         waiting := waiting - 1;
       end if;
 
-      if (hwif_out.coefficients.req or hwif_out.coefficient_offset.req or hwif_out.capture.req) = '1' then
+      if (coefficient_read or coefficient_write or offset_read or offset_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := hwif_out.capture.req & hwif_out.coefficient_offset.req & hwif_out.coefficients.req;
-        is_write := (hwif_out.coefficients.req and hwif_out.coefficients.req_is_wr) or
-                    (hwif_out.coefficient_offset.req and hwif_out.coefficient_offset.req_is_wr);
-        word     := to_integer(u_unsigned(hwif_out.capture.addr(16 downto 2)));
-        if hwif_out.coefficients.req = '1' then
-          word := to_integer(u_unsigned(hwif_out.coefficients.addr(9 downto 2)));
+        window   := capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
+        word     := to_integer(u_unsigned(access_address(16 downto 2)));
+        if window(0) = '1' then
+          word := to_integer(u_unsigned(access_address(9 downto 2)));
         end if;
-        data := hwif_out.coefficients.wr_data;
-        if window(0) = '1' and is_write = '1' then
-          coefficients(word) := data;
-        elsif window(1) = '1' and is_write = '1' then
-          offset := hwif_out.coefficient_offset.wr_data;
+        if coefficient_write = '1' then
+          coefficients(word) := access_data;
+        elsif offset_write = '1' then
+          offset := access_data;
         end if;
       end if;
 
-      hwif_in.coefficients.wr_ack        <= answer(0) and is_write;
-      hwif_in.coefficients.rd_ack        <= answer(0) and not is_write;
-      hwif_in.coefficients.rd_data       <= coefficients(word mod 256);
-      hwif_in.coefficient_offset.wr_ack  <= answer(1) and is_write;
-      hwif_in.coefficient_offset.rd_ack  <= answer(1) and not is_write;
-      hwif_in.coefficient_offset.rd_data <= offset;
-      hwif_in.capture.wr_ack             <= '0';
-      hwif_in.capture.rd_ack             <= answer(2);
-      hwif_in.capture.rd_data            <= not std_ulogic_vector(to_unsigned(word, 16)) &
-                                            std_ulogic_vector(to_unsigned(word, 16));
+      coefficient_done <= answer(0) or answer(1);
+      coefficient_data <= coefficients(word mod 256);
+      offset_data      <= offset;
+      capture_done     <= answer(2);
+      capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;
 
   end process memories;

@@ -203,8 +203,10 @@ def quadrature_decoder(
     interval = np.where(repeated, _wrapped(latched - latched_before), 0)
     size = np.abs(interval)
     deviation = np.minimum(size, np.abs(size - turn_in_force))
-    # Judged a clock after it was latched, by the tolerance of that clock.
-    misplaced = _was(repeated) & (_earlier(deviation) > column["index_tolerance"])
+    # Judged two clocks after it was latched, by the tolerance of that clock.
+    misplaced = _was(_was(repeated) & ~reset) & (
+        _earlier(_earlier(deviation)) > column["index_tolerance"]
+    )
 
     # Spacing of edges, one clock after the position.
     move_before = _clock_before(last_move)

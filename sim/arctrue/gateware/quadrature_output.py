@@ -61,13 +61,16 @@ class _Follower:
     """The registers of the entity; each method is one stage of it, last stage first."""
 
     def __init__(self) -> None:
-        self.output = self.lag = self.near_lag = self.limit = 0
+        self.output = self.lag = self.near_lag = 0
+        self.limit = self.turn_limit = 0
+        self.turns_are_less = False
         self.angle_then = self.counts_per_rev_then = 0
         self.spacing = 0
         self.restart()
 
     def restart(self) -> None:
         """What a reset touches."""
+        self.following = self.too_far = False
         self.enabled = (False, False)
         self.steps = [0] * _STEPS_UNDER_WAY
         self.direction = 1
@@ -77,27 +80,29 @@ class _Follower:
         self.following_error = 0
         self.cannot_keep_up = 0
 
-    def show(self, enable: bool, clear: bool, following_limit: int, counts_per_rev: int) -> None:
+    def show(self, clear: bool, following_limit: int, counts_per_rev: int) -> None:
         """Pins, following error and its flag."""
         self.pins[:2] = _A_OF_PHASE[self.phase_then], _B_OF_PHASE[self.phase_then]
         if any(self.enabled):
             turn = self.counts_per_rev_then
             zeros = (self.angle_then + turns * turn for turns in range(-2, 2))
             self.pins[2] = int(self.lag in zeros)
+        self.cannot_keep_up = int(self.too_far or (self.cannot_keep_up and not clear))
         self.following_error = 0
-        if clear:
-            self.cannot_keep_up = 0
-        if enable and self.enabled[0]:
+        self.too_far = False
+        if self.following and self.enabled[0]:
             self.following_error = min(max(self.lag, -SATURATION), SATURATION)
-            if abs(self.lag) > self.limit:
-                self.cannot_keep_up = 1
-        self.limit = min(following_limit, 2 * counts_per_rev - 1)
+            self.too_far = abs(self.lag) > self.limit
+        # Two settings, compared in a clock of their own.
+        self.limit = self.turn_limit if self.turns_are_less else following_limit
+        self.turns_are_less = following_limit > self.turn_limit
+        self.turn_limit = 2 * counts_per_rev - 1
 
-    def decide(self, enable: bool, minimum_spacing: int) -> int:
+    def decide(self, minimum_spacing: int) -> int:
         """The step that the output takes in the next clock: -1, 0 or 1."""
         remaining = self.near_lag - sum(self.steps)
         step = 0
-        if enable and all(self.enabled) and self.may_step:
+        if self.following and all(self.enabled) and self.may_step:
             needed = 1 if remaining * self.direction > 0 else 2
             if abs(remaining) >= needed:
                 step = 1 if remaining > 0 else -1
@@ -110,13 +115,13 @@ class _Follower:
             self.spacing -= 1
         return step
 
-    def move(self, enable: bool, position: int) -> None:
+    def move(self, position: int) -> None:
         """Take the step decided one clock ago, or track the position while disabled."""
         lag = self.lag
         self.near_lag = min(max(lag, -8), 7)
         self.phase_then = self.phase
         self.lag = _wrapped(position - self.output)
-        if not enable:
+        if not self.following:
             self.output = position
             return
         self.phase = (self.phase + self.steps[0]) % 4
@@ -140,13 +145,14 @@ def quadrature_output(inputs: OutputInputs) -> OutputTrace:
     outputs = np.zeros((columns[0].size + 1, 5), dtype=np.int64)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for clock, (position, angle, turn, spacing, limit, enable, clear, reset) in enumerate(rows):
-        enable = enable and not reset
-        follower.show(enable, clear, limit, turn)
-        step = follower.decide(enable, spacing)
-        follower.move(enable, position)
+        follower.show(clear, limit, turn)
+        step = follower.decide(spacing)
+        follower.move(position)
         follower.angle_then, follower.counts_per_rev_then = angle, turn
-        follower.steps = [step, *follower.steps[:-1]] if enable else [0] * _STEPS_UNDER_WAY
-        follower.enabled = (bool(enable), follower.enabled[0])
+        following = follower.following
+        follower.steps = [step, *follower.steps[:-1]] if following else [0] * _STEPS_UNDER_WAY
+        follower.enabled = (following, follower.enabled[0])
+        follower.following = bool(enable)
         if reset:
             follower.restart()
         outputs[clock + 1] = (*follower.pins, follower.following_error, follower.cannot_keep_up)

@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from arctrue.generated import number_formats
 
-_DIVISION_CLOCKS = number_formats.POSITION_WIDTH - 1
+_SEARCH_CLOCKS = number_formats.POSITION_WIDTH - 1 + 3
+"""The division, and three clocks that set where the multiples lie."""
 
 
 class _Grid(enum.Enum):
     IDLE = enum.auto()
-    DIVIDE = enum.auto()
-    WALK = enum.auto()
+    SEARCH = enum.auto()
+    START = enum.auto()
     TRACK = enum.auto()
 
 
@@ -32,9 +33,11 @@ class SampleTrigger:
         self._elapsed = 1
         self._state = _Grid.IDLE
         self._clocks_left = 0
-        self._step = self._found = 0
-        self._lower = self._upper = self._middle = 0
+        self._step = 0
+        self._before = self._unwrapped = 0
+        self._on_multiple = False
         self._fresh = True
+        self._left_by = 0
 
     def clock(
         self, enable: bool, mode: int, sample_period: int, angle_step: int, turn_position: int
@@ -42,14 +45,16 @@ class SampleTrigger:
         """Whether this clock is sampled. The VHDL's ``trigger`` is high one clock later.
 
         ``sample_period`` in clocks, ``angle_step`` and ``turn_position`` (signed, 32 bits) in
-        counts; ``mode`` 0 equal time, 1 equal angle.
+        counts; ``mode`` 0 equal time, 1 equal angle. Raises ValueError when the position moves by
+        more than one count while the grid is followed: no decoder does that.
         """
         in_time = self._equal_time(sample_period)
+        changes = angle_step != self._step
         in_angle = self._equal_angle(angle_step, turn_position)
         if not enable or mode == 1:
             in_time = False
             self._elapsed = 1
-        if not enable or mode == 0 or (self._state != _Grid.IDLE and angle_step != self._step):
+        if not enable or mode == 0 or changes:
             in_angle = False
             self._state = _Grid.IDLE
         return in_time or in_angle
@@ -62,52 +67,47 @@ class SampleTrigger:
         return False
 
     def _equal_angle(self, angle_step: int, position: int) -> bool:
+        move = wrapped(position - self._before)
+        self._before = position
+        if self._state == _Grid.IDLE:
+            self._step = angle_step
+            self._unwrapped = position
+            self._clocks_left = _SEARCH_CLOCKS
+            if angle_step:
+                self._state = _Grid.SEARCH
+            return False
+        if abs(move) > 1:
+            raise ValueError(
+                f"turn_position moves by {move} counts in one clock; a decoder's moves by 1 at most"
+            )
+        stood_on_multiple = self._unwrapped % self._step == 0
+        self._unwrapped += move
         match self._state:
-            case _Grid.IDLE:
-                self._step = angle_step
-                if angle_step:
-                    self._found = position - position % angle_step
-                    # The division, and two clocks that set the multiples around it.
-                    self._clocks_left = _DIVISION_CLOCKS + 2
-                    self._state = _Grid.DIVIDE
-            case _Grid.DIVIDE:
+            case _Grid.SEARCH:
                 self._clocks_left -= 1
                 if self._clocks_left == 0:
-                    self._lower = wrapped(self._found)
-                    self._upper = wrapped(self._found + self._step)
-                    self._state = _Grid.WALK
-            case _Grid.WALK:
-                self._walk(position)
+                    self._state = _Grid.START
+            case _Grid.START:
+                self._on_multiple = stood_on_multiple
+                self._fresh = not stood_on_multiple
+                self._follow(move)
+                self._state = _Grid.TRACK
             case _Grid.TRACK:
-                return self._track(position)
+                return self._follow(move)
         return False
 
-    def _walk(self, position: int) -> None:
-        self._fresh = True
-        if wrapped(position - self._upper) >= 0:
-            self._lower, self._upper = self._upper, wrapped(self._upper + self._step)
-        elif position == self._lower:
-            self._middle, self._lower = self._lower, wrapped(self._lower - self._step)
-            self._fresh = False
-            self._state = _Grid.TRACK
-        elif wrapped(self._lower - position) >= 0:
-            self._lower, self._upper = wrapped(self._lower - self._step), self._lower
-        else:
-            self._state = _Grid.TRACK
-
-    def _track(self, position: int) -> bool:
-        if wrapped(position - self._upper) >= 0:
-            if not self._fresh:
-                self._lower = self._middle
-            self._middle, self._upper = self._upper, wrapped(self._upper + self._step)
-        elif wrapped(self._lower - position) >= 0:
-            if not self._fresh:
-                self._upper = self._middle
-            self._middle, self._lower = self._lower, wrapped(self._lower - self._step)
-        else:
+    def _follow(self, move: int) -> bool:
+        """Whether a multiple was reached that is not the one reached last."""
+        if move == 0:
             return False
-        self._fresh = False
-        return True
+        left_multiple = self._on_multiple
+        self._on_multiple = self._unwrapped % self._step == 0
+        is_another = self._fresh or left_multiple or self._left_by == move
+        if left_multiple:
+            self._left_by = move
+        if self._on_multiple:
+            self._fresh = False
+        return self._on_multiple and is_another
 
 
 def sample_trigger(
@@ -122,7 +122,8 @@ def sample_trigger(
 
     Every argument is one value a clock, or one for all clocks: ``turn_position`` of head 1 in
     counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts. Raises ValueError when the shapes do not fit.
+    ``angle_step`` in counts. Raises ValueError when the shapes do not fit, and when the position
+    jumps while equal angles are sampled.
     """
     columns = np.broadcast_arrays(
         np.asarray(enable, dtype=bool), mode, sample_period, angle_step, turn_position

@@ -130,8 +130,11 @@ class _Filling:
                 wrapped(position1 + counts_per_rev),
                 wrapped(position1 - counts_per_rev),
             )
-        closed = bool(self.rows) and (
-            wrapped(position1 - self.turn[0]) >= 0 or wrapped(self.turn[1] - position1) >= 0
+        # In the clock after the first sample's no table is a turn away: it is not judged there.
+        closed = (
+            bool(self.rows)
+            and clock > self.rows[0][0] + 1
+            and (wrapped(position1 - self.turn[0]) >= 0 or wrapped(self.turn[1] - position1) >= 0)
         )
         self.rows.append((clock, position1, position2))
         if not closed and len(self.rows) < self.depth:

@@ -183,10 +183,10 @@ def test_lost_and_added_counts_show_at_the_next_index() -> None:
     wrong = (intervals != 0) & (np.abs(intervals) != scenario.counts_per_rev)
     assert wrong[1:].any()
     assert trace.index_error_count.max() == wrong.sum() == 2
-    # The error shows two clocks after the strobe, and stays until the clear.
+    # The error shows three clocks after the strobe, and stays until the clear.
     strobes = np.flatnonzero(trace.index_strobe)[wrong]
     cleared = int(np.flatnonzero(given.columns["clear"])[-1]) + 1
-    assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 2, cleared))
+    assert np.flatnonzero(trace.index_error).tolist() == list(range(strobes[0] + 3, cleared))
     assert not trace.index_error_count[cleared:].any()
     assert not trace.illegal[cleared:].any()
     # The angle of the first index is kept: the lost and added counts cancel in the end.
@@ -200,8 +200,8 @@ def test_a_lost_period_shows_only_at_the_index() -> None:
     wrong = trace.index_interval[strobes] == scenario.counts_per_rev - 4
     assert wrong.sum() == 1
     assert trace.index_error_count[-1] == 1
-    assert trace.index_error[strobes[wrong][0] + 2] == 1
-    assert trace.index_error[strobes[wrong][0] + 1] == 0
+    assert trace.index_error[strobes[wrong][0] + 3] == 1
+    assert trace.index_error[strobes[wrong][0] + 2] == 0
 
 
 def marks_of_scattered_index(name: str) -> tuple[Scenario, Stimuli, DecoderTrace, np.ndarray]:

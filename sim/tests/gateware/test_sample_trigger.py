@@ -6,7 +6,7 @@ import pytest
 from arctrue.gateware.sample_trigger import sample_trigger, wrapped
 
 SETTLED = 40
-"""Clocks after which the grid is found for a table that stands (35 are promised)."""
+"""Clocks after which the grid is found (38 are promised)."""
 
 
 def sampled(trigger: np.ndarray) -> list[int]:
@@ -89,7 +89,7 @@ def test_equal_angle_samples_the_same_counts_in_both_directions(step: int) -> No
 
 
 def test_trembling_on_a_step_gives_one_sample() -> None:
-    position = np.concatenate([np.full(SETTLED, 95), np.arange(95, 101), [99, 100, 101] * 200])
+    position = np.concatenate([np.full(SETTLED, 95), np.arange(95, 101), [99, 100, 101, 100] * 200])
     assert sample_trigger(position, mode=1, angle_step=10).sum() == 1
 
 
@@ -99,6 +99,21 @@ def test_grid_is_found_while_the_table_turns_with_an_edge_every_clock() -> None:
     assert reached[0] <= -5_000 + 60
     assert (reached % 7 == 0).all()
     assert (np.diff(reached) == 7).all()
+
+
+def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
+    # Every count is a multiple, and every clock brings one: what is missing is the search.
+    position = np.arange(200)
+    enable = position >= 20
+    assert sampled(sample_trigger(position, enable=enable, mode=1, angle_step=1))[0] == 20 + 36
+    step = np.where(position < 100, 3, 1)
+    clocks = sampled(sample_trigger(position, mode=1, angle_step=step))
+    assert min(clock for clock in clocks if clock >= 100) == 100 + 38
+
+
+def test_a_jump_that_no_decoder_makes_is_refused() -> None:
+    with pytest.raises(ValueError, match="moves by 2 counts"):
+        sample_trigger(2 * np.arange(50), mode=1, angle_step=8)
 
 
 def test_grid_goes_on_evenly_across_the_wrap() -> None:

@@ -92,6 +92,16 @@ def test_release_is_in_time_up_to_the_clock_after_the_closing_sample() -> None:
         assert trace.overrun_count[closing + 10] == overruns
 
 
+def test_a_jump_in_the_clock_after_the_first_sample_closes_no_turn() -> None:
+    # A decoder makes none: the entity's distance is that of the second clock on.
+    position = np.where(np.arange(20) < 3, 0, 100)
+    trace = sampler(SamplerInputs(position, position, counts_per_rev=50, sample_period=1), depth=16)
+    assert trace.captures[0].sample_clocks.tolist() == [0, 1, 2, 3]
+    position = np.where(np.arange(20) < 1, 0, 100)
+    trace = sampler(SamplerInputs(position, position, counts_per_rev=50, sample_period=1), depth=16)
+    assert trace.captures[0].sample_clocks.tolist() == [0, 1, 2]
+
+
 def test_unread_bank_stays_as_it_is() -> None:
     columns = stimuli(SCENARIOS["up"])
     trace = sampler(SamplerInputs(**columns), depth=16)

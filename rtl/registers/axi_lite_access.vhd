@@ -1,0 +1,143 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # axi_lite_access
+--
+-- An AXI4-Lite slave that takes one access at a time: it holds the access, gives a clock to judge it,
+-- asks for it with a pulse and holds the answer until it is taken. Source: AMBA AXI protocol
+-- specification, issue D, chapters A3 and B1.
+--
+-- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the answer: taken and judged
+-- in the 1st after it, asked for in the 2nd, answered in the 3rd. A unit that answers later than in
+-- the clock of `ask` adds its clocks. An access every 4 clocks.
+--
+-- **Number formats.** Addresses in bytes.
+--
+-- **Order.** A write is taken when address and data are there, both in one clock. Where a read and a
+-- write wait together they take turns: neither waits for more than one of the other kind.
+--
+-- **Judging.** `taken` is high in the first clock in which address, kind and strobes of an access stand
+-- at the outputs; they keep their values to its end. `refused` is read in the clock after it. An access
+-- that is refused is answered with `SLVERR` and data 0.
+--
+-- **Asking.** `ask` is high for one clock, of a refused access too: who answers must not answer that one.
+-- `answered` comes once for every other, in that clock or any later one, with `data` and `failed`.
+--
+-- **Reset** drops an access under way, so master and units must be reset with it. What is asked for
+-- during the reset waits: nothing is taken in it.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity axi_lite_access is
+  generic (
+    ADDRESS_WIDTH : positive range 12 to 30 := 18
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    -- AXI4-Lite slave
+    s_axil_awvalid : in    std_ulogic;
+    s_axil_awready : out   std_ulogic;
+    s_axil_awaddr  : in    std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes
+    s_axil_wvalid  : in    std_ulogic;
+    s_axil_wready  : out   std_ulogic;
+    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
+    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
+    s_axil_bvalid  : out   std_ulogic;
+    s_axil_bready  : in    std_ulogic;
+    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
+    s_axil_arvalid : in    std_ulogic;
+    s_axil_arready : out   std_ulogic;
+    s_axil_araddr  : in    std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes
+    s_axil_rvalid  : out   std_ulogic;
+    s_axil_rready  : in    std_ulogic;
+    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
+    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
+    -- The access under way
+    taken          : out   std_ulogic;                                    -- pulse: a new one
+    address        : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
+    is_write       : out   std_ulogic;
+    write_data     : out   std_ulogic_vector(31 downto 0);
+    write_strobes  : out   std_ulogic_vector(3 downto 0);                 -- a bit a byte
+    refused        : in    std_ulogic;                                    -- in the clock of ask
+    ask            : out   std_ulogic;                                    -- pulse: do it, unless refused
+    -- Its answer
+    answered       : in    std_ulogic;                                    -- pulse
+    data           : in    std_ulogic_vector(31 downto 0);                -- what was read; 0 when refused
+    failed         : in    std_ulogic
+  );
+end entity axi_lite_access;
+
+architecture rtl of axi_lite_access is
+
+  type access_state is (IDLE, BUSY, ANSWER);
+
+  signal state : access_state                  := IDLE;
+  signal resp  : std_ulogic_vector(1 downto 0) := "00";
+
+begin
+
+  s_axil_awready <= taken and is_write;
+  s_axil_wready  <= taken and is_write;
+  s_axil_arready <= taken and not is_write;
+  s_axil_bvalid  <= '1' when state = ANSWER and is_write = '1' else
+                    '0';
+  s_axil_rvalid  <= '1' when state = ANSWER and is_write = '0' else
+                    '0';
+  s_axil_bresp   <= resp;
+  s_axil_rresp   <= resp;
+
+  one_access : process (clock) is
+
+    variable choose_write : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      taken <= '0';
+      ask   <= taken;
+
+      case state is
+
+        when IDLE =>
+          -- What is valid stays until its handshake, so it may be read in the clock before. is_write
+          -- still tells the last access: the other kind goes first.
+          choose_write  := s_axil_awvalid and s_axil_wvalid and not (s_axil_arvalid and is_write);
+          address       <= s_axil_araddr(s_axil_araddr'high downto 2) & "00";
+          write_data    <= s_axil_wdata;
+          write_strobes <= s_axil_wstrb;
+          if choose_write = '1' then
+            address <= s_axil_awaddr(s_axil_awaddr'high downto 2) & "00";
+          end if;
+          if (choose_write or s_axil_arvalid) = '1' then
+            is_write <= choose_write;
+            taken    <= '1';
+            state    <= BUSY;
+          end if;
+
+        when BUSY =>
+          if taken = '0' then
+            s_axil_rdata <= data;
+            resp         <= (refused or failed) & '0'; -- SLVERR or OKAY
+            if (refused or answered) = '1' then
+              state <= ANSWER;
+            end if;
+          end if;
+
+        when ANSWER =>
+          if (is_write = '1' and s_axil_bready = '1') or (is_write = '0' and s_axil_rready = '1') then
+            state <= IDLE;
+          end if;
+
+      end case;
+
+      if reset = '1' then
+        taken <= '0';
+        ask   <= '0';
+        state <= IDLE;
+      end if;
+    end if;
+
+  end process one_access;
+
+end architecture rtl;

@@ -1,0 +1,191 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # register_access
+--
+-- The processor's way into the core: the AXI4-Lite port, the guard that says where an access goes, the
+-- register block that is generated from the map, and the way past it to what other units answer. One
+-- access is under way at a time, and each of its steps has a clock of its own.
+--
+-- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to a register's answer. Another
+-- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer is there a clock later.
+--
+-- **Number formats.** Addresses in bytes; everything else through the register map.
+--
+-- **Other units.** `access_address` and `access_data` stand from the clock before the pulse that asks for
+-- a word to its answer. Each pulse is answered with one, in its own clock or later; what is read comes
+-- with it.
+--
+-- **Reset** drops an access under way, so master and units must be reset with it.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+  use work.arctrue_registers_pkg.all;
+  use work.number_formats_pkg.all;
+  use work.register_addresses_pkg.all;
+
+entity register_access is
+  generic (
+    LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;        -- harmonics
+    CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT -- samples a bank
+  );
+  port (
+    clock               : in    std_ulogic;
+    reset               : in    std_ulogic;
+    -- AXI4-Lite slave, 256 KiB
+    s_axil_awvalid      : in    std_ulogic;
+    s_axil_awready      : out   std_ulogic;
+    s_axil_awaddr       : in    std_ulogic_vector(17 downto 0); -- bytes
+    s_axil_wvalid       : in    std_ulogic;
+    s_axil_wready       : out   std_ulogic;
+    s_axil_wdata        : in    std_ulogic_vector(31 downto 0);
+    s_axil_wstrb        : in    std_ulogic_vector(3 downto 0);
+    s_axil_bvalid       : out   std_ulogic;
+    s_axil_bready       : in    std_ulogic;
+    s_axil_bresp        : out   std_ulogic_vector(1 downto 0);
+    s_axil_arvalid      : in    std_ulogic;
+    s_axil_arready      : out   std_ulogic;
+    s_axil_araddr       : in    std_ulogic_vector(17 downto 0); -- bytes
+    s_axil_rvalid       : out   std_ulogic;
+    s_axil_rready       : in    std_ulogic;
+    s_axil_rdata        : out   std_ulogic_vector(31 downto 0);
+    s_axil_rresp        : out   std_ulogic_vector(1 downto 0);
+    -- The registers
+    hwif_in             : in    arctrue_registers_in_t;
+    hwif_out            : out   arctrue_registers_out_t;
+    -- What other units answer
+    capture_ready       : in    std_ulogic;                     -- a bank belongs to the processor
+    access_address      : out   std_ulogic_vector(17 downto 0); -- bytes
+    access_data         : out   std_ulogic_vector(31 downto 0); -- to be written
+    coefficient_read    : out   std_ulogic;                     -- pulse
+    coefficient_write   : out   std_ulogic;                     -- pulse
+    coefficient_data    : in    std_ulogic_vector(31 downto 0);
+    offset_read         : out   std_ulogic;                     -- pulse
+    offset_write        : out   std_ulogic;                     -- pulse
+    offset_data         : in    std_ulogic_vector(31 downto 0);
+    coefficient_done    : in    std_ulogic;                     -- pulse: coefficient or offset read or written
+    capture_read        : out   std_ulogic;                     -- pulse
+    capture_done        : in    std_ulogic;                     -- pulse
+    capture_data        : in    std_ulogic_vector(31 downto 0)
+  );
+end entity register_access;
+
+architecture rtl of register_access is
+
+  signal taken           : std_ulogic;
+  signal is_write        : std_ulogic;
+  signal write_strobes   : std_ulogic_vector(3 downto 0);
+  signal write_enables   : std_ulogic_vector(31 downto 0);
+  signal refused         : std_ulogic;
+  signal ask             : std_ulogic;
+  signal answered        : std_ulogic;
+  signal data            : std_ulogic_vector(31 downto 0);
+  signal failed          : std_ulogic;
+  signal to_registers    : std_ulogic;
+  signal to_coefficients : std_ulogic;
+  signal to_offset       : std_ulogic;
+  signal to_capture      : std_ulogic;
+
+  signal register_request : std_ulogic;
+  signal register_read    : std_ulogic;
+  signal register_data    : std_ulogic_vector(31 downto 0);
+  signal register_written : std_ulogic;
+  signal read_failed      : std_ulogic;
+  signal write_failed     : std_ulogic;
+
+begin
+
+  bus_port : entity work.axi_lite_access
+    port map (
+      clock          => clock,
+      reset          => reset,
+      s_axil_awvalid => s_axil_awvalid,
+      s_axil_awready => s_axil_awready,
+      s_axil_awaddr  => s_axil_awaddr,
+      s_axil_wvalid  => s_axil_wvalid,
+      s_axil_wready  => s_axil_wready,
+      s_axil_wdata   => s_axil_wdata,
+      s_axil_wstrb   => s_axil_wstrb,
+      s_axil_bvalid  => s_axil_bvalid,
+      s_axil_bready  => s_axil_bready,
+      s_axil_bresp   => s_axil_bresp,
+      s_axil_arvalid => s_axil_arvalid,
+      s_axil_arready => s_axil_arready,
+      s_axil_araddr  => s_axil_araddr,
+      s_axil_rvalid  => s_axil_rvalid,
+      s_axil_rready  => s_axil_rready,
+      s_axil_rdata   => s_axil_rdata,
+      s_axil_rresp   => s_axil_rresp,
+      taken          => taken,
+      address        => access_address,
+      is_write       => is_write,
+      write_data     => access_data,
+      write_strobes  => write_strobes,
+      refused        => refused,
+      ask            => ask,
+      answered       => answered,
+      data           => data,
+      failed         => failed
+    );
+
+  guard : entity work.access_guard
+    generic map (
+      LANES         => LANES,
+      CAPTURE_DEPTH => CAPTURE_DEPTH
+    )
+    port map (
+      clock           => clock,
+      judge           => taken,
+      capture_ready   => capture_ready,
+      address         => access_address,
+      is_write        => is_write,
+      write_strobes   => write_strobes,
+      to_registers    => to_registers,
+      to_coefficients => to_coefficients,
+      to_offset       => to_offset,
+      to_capture      => to_capture,
+      refused         => refused
+    );
+
+  register_request  <= ask and to_registers;
+  coefficient_read  <= ask and to_coefficients and not is_write;
+  coefficient_write <= ask and to_coefficients and is_write;
+  offset_read       <= ask and to_offset and not is_write;
+  offset_write      <= ask and to_offset and is_write;
+  capture_read      <= ask and to_capture;
+
+  byte_enables : for byte in write_strobes'range generate
+
+    write_enables(8 * byte + 7 downto 8 * byte) <= (others => write_strobes(byte));
+
+  end generate byte_enables;
+
+  -- Without anything external the block never stalls, and answers in the clock of the request.
+  registers : entity work.arctrue_registers
+    port map (
+      clk                  => clock,
+      rst                  => reset,
+      s_cpuif_req          => register_request,
+      s_cpuif_req_is_wr    => is_write,
+      s_cpuif_addr         => access_address(REGISTERS_ADDRESS_WIDTH - 1 downto 0),
+      s_cpuif_wr_data      => access_data,
+      s_cpuif_wr_biten     => write_enables,
+      s_cpuif_req_stall_wr => open,
+      s_cpuif_req_stall_rd => open,
+      s_cpuif_rd_ack       => register_read,
+      s_cpuif_rd_err       => read_failed,
+      s_cpuif_rd_data      => register_data,
+      s_cpuif_wr_ack       => register_written,
+      s_cpuif_wr_err       => write_failed,
+      hwif_in              => hwif_in,
+      hwif_out             => hwif_out
+    );
+
+  answered <= register_read or register_written or coefficient_done or capture_done;
+  failed   <= (register_read and read_failed) or (register_written and write_failed);
+  data     <= (register_data and to_registers)
+              or (coefficient_data and to_coefficients)
+              or (offset_data and to_offset)
+              or (capture_data and to_capture);
+
+end architecture rtl;
