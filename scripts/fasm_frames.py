@@ -16,9 +16,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
 
+from scripts.bitstream_file import WORDS_A_FRAME
 from scripts.netlist import ToolError
 
-WORDS_A_FRAME: Final = 101
 WORD_BITS: Final = 32
 SHOWN: Final = 5
 

@@ -27,7 +27,9 @@ BY_HAND=(
 version() {
     [ -x "$GHDL" ] || return 1
     local line folder
-    line=$("$GHDL" --version 2>/dev/null | head -n 1) || return 1
+    # Not through head: what goes on writing when head has ended fails, now and then.
+    line=$("$GHDL" --version 2>/dev/null) || return 1
+    line=${line%%$'\n'*}
     case $line in "GHDL "[5-9].* | "GHDL "[1-9][0-9].*) ;; *) return 1 ;; esac
     folder=$(mktemp -d)
     # `when others` is what GHDL 2.0 drops.

@@ -22,10 +22,10 @@ BY_HAND=("By other means: docs/device.md, 'Open tools', tells where each program
 # A line about what is there, when every part of it runs.
 version() {
     local line
-    line=$("$TARGET/bin/nextpnr-himbaechel-xilinx" --version 2>&1 | head -n 1) &&
+    line=$("$TARGET/bin/nextpnr-himbaechel-xilinx" --version 2>&1) &&
         { "$TARGET/bin/xc7frames2bit" --help 2>&1 || true; } | grep part_file >/dev/null &&
         [ -r "$TARGET/chipdb-$CHIP.bin" ] && [ -d "$TARGET/database/$FAMILY/$CHIP" ] &&
-        printf '%s\n' "$line"
+        printf '%s\n' "${line%%$'\n'*}"
 }
 
 if found=$(version); then

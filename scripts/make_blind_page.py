@@ -138,6 +138,13 @@ def detection_section(found: Sequence[Detection]) -> list[str]:
             smallest = f"≤ {smallest}"
         limit = f"{np.median(item.limits):.2g} {item.unit}"
         lines.append(f"| {item.name} | {limit} | {smallest} | {tried} |")
+    if len(numbers) > 1:
+        lines += [
+            "",
+            "Different numbers of sets mean different runs: an effect that a change of the "
+            "diagnosis was about was measured again, with more. The rows of "
+            f"{numbers[0]} are older.",
+        ]
     lines += [
         "",
         "A size is left as soon as too many sets are missed; ≤: smaller ones were not tried "
