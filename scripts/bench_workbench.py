@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from arctrue.measurement import write_measurement_set
-from arctrue.simulate.experiment import full
-from arctrue.simulate.simulated_set import Wanted, simulate_set
+from arctrue.studies.simulate.experiment import full
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 
 Float = NDArray[np.float64]
 

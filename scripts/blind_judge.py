@@ -12,20 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.effects.registry import catalogue
-from arctrue.fit.normal import capture_sums, reference_sums
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit, solve
 from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
-from arctrue.model.growth import settle
-from arctrue.model.model import default_model
-from arctrue.observations import Observations
-from arctrue.observations.build import observations_of
-from arctrue.simulate.experiment import FURTHER
-from arctrue.simulate.recipes import RECIPES
-from arctrue.simulate.simulated_set import Wanted, simulate_set
-from arctrue.simulate.truth import read_truth, write_truth
+from arctrue.studies.simulate.experiment import FURTHER
+from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.studies.simulate.truth import read_truth, write_truth
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.inference.normal import capture_sums, reference_sums
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit, solve
+from arctrue.workbench.model.growth import settle
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
 from scripts.blind_cases import Case
 
 VISIBLE_CHI_SQUARE = 30.0

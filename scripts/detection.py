@@ -26,9 +26,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
-from arctrue.simulate.experiment import Experiment, full
-from arctrue.simulate.recipes import RECIPES
-from arctrue.simulate.simulated_set import Wanted, simulate_set
+from arctrue.studies.simulate.experiment import Experiment, full
+from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from scripts.blind_judge import NOTHING, diagnosed, visibility
 
 OUT = Path(__file__).resolve().parents[1] / "build" / "blind" / "detection.json"

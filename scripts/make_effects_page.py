@@ -10,9 +10,9 @@ import inspect
 import sys
 from pathlib import Path
 
-from arctrue.effects.base import Effect
-from arctrue.effects.registry import built_in
 from arctrue.gateware.coefficients import ORDER_MAX
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import built_in
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = Path("docs/effects.md")
@@ -24,13 +24,13 @@ COMPENSATED = {
 }
 
 HEAD = """\
-<!-- Made by scripts/make_effects_page.py from sim/arctrue/effects. Do not edit: make docs -->
+<!-- Made by scripts/make_effects_page.py from the catalogue of effects. Do not edit: make docs -->
 
 # Physical effects
 
 What can be missing from a model of a rotary table with two heads on one disc. One file an effect in
-[sim/arctrue/effects](../sim/arctrue/effects); this page is made from what the files declare, and so
-is `arctrue effects show NAME`. An effect of your own uses the same interface:
+[the catalogue](../sim/arctrue/workbench/effects/catalogue); this page is made from what the files
+declare, and so is `arctrue effects show NAME`. An effect of your own uses the same interface:
 [how to write one](own-effect.md).
 
 θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for head 2),

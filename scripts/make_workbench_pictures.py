@@ -17,13 +17,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from arctrue.cli import main as arctrue
-from arctrue.effects.registry import built_in
-from arctrue.fit.normal import Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit
 from arctrue.measurement import read_measurement_set
-from arctrue.observations import Observations
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"

@@ -15,9 +15,9 @@ from cocotb.handle import HierarchyObject
 from cocotb.triggers import ClockCycles, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
-from arctrue.demo.files import ConsoleLine, DemoFiles, ProcessorRun
-from arctrue.demo.progress import Progress
-from arctrue.demo.settings import DemoSettings
+from arctrue.studies.demo.files import ConsoleLine, DemoFiles, ProcessorRun
+from arctrue.studies.demo.progress import Progress
+from arctrue.studies.demo.settings import DemoSettings
 from tb.firmware.processor import Processor
 
 CLOCK_NS = 10

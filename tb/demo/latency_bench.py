@@ -11,7 +11,7 @@ from cocotb.clock import Clock
 from cocotb.handle import HierarchyObject
 from cocotb.triggers import ClockCycles, FallingEdge
 
-from arctrue.demo.files import DemoFiles
+from arctrue.studies.demo.files import DemoFiles
 
 OUTPUTS = ("phases", "pair_sums", "delayed_angle", "corrected_angle")
 # From 1/8 to 3/8 of a turn: every output changes.

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from arctrue.demo.files import DemoFiles
 from arctrue.generated import number_formats
+from arctrue.studies.demo.files import DemoFiles
 from tb.support.simulation import simulate
 
 

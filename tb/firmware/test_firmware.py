@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.calibration import Calibration, CalibrationSettings, calibrate
-from arctrue.demo.files import DemoFiles
-from arctrue.demo.run import run_demo
-from arctrue.demo.settings import DemoSettings
 from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.studies.demo.files import DemoFiles
+from arctrue.studies.demo.run import run_demo
+from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents
 
 # One lane fewer than the disc has orders: the smallest is left, too small for the limit here.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from arctrue.model.model import HistoryStep
+from arctrue.workbench.model.model import HistoryStep
 
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:

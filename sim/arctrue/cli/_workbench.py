@@ -17,14 +17,14 @@ from rich.console import Console
 from arctrue.calibration.head_separation import doubts
 from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
 from arctrue.cli._progress import Progress
-from arctrue.effects.base import Effect
-from arctrue.effects.registry import EffectFileError, EffectNotFoundError, catalogue
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
-from arctrue.model.growth import AlreadyThereError, NotTestableError
-from arctrue.model.model import Model, default_model
-from arctrue.model.model_file import ModelFileError, read_model
-from arctrue.observations import Observations
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import EffectFileError, EffectNotFoundError, catalogue
+from arctrue.workbench.model.growth import AlreadyThereError, NotTestableError
+from arctrue.workbench.model.model import Model, default_model
+from arctrue.workbench.model.model_file import ModelFileError, read_model
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
 
 EXIT_BAD_INPUT = 2
 console = Console()

@@ -20,12 +20,12 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.diagnose.diagnosis import diagnose
-from arctrue.diagnose.report import parameter_data
-from arctrue.fit.solution import Solution
-from arctrue.model.growth import add_effect
-from arctrue.model.model import HistoryStep, Model
-from arctrue.model.model_file import write_model
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.report import parameter_data
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.growth import add_effect
+from arctrue.workbench.model.model import HistoryStep, Model
+from arctrue.workbench.model.model_file import write_model
 
 
 @click.command("add", short_help="Add an effect to a model; see the error fall.")

@@ -19,12 +19,12 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.compare.comparison import Comparison
-from arctrue.compare.comparison import compare as compare_model
-from arctrue.compare.findings import SIGNIFICANCE
-from arctrue.compare.maps import ResidualMap
-from arctrue.fit.identifiability import Identifiability, identifiability
-from arctrue.model.growth import as_stored, fitted
+from arctrue.workbench.compare.comparison import Comparison
+from arctrue.workbench.compare.comparison import compare as compare_model
+from arctrue.workbench.compare.findings import SIGNIFICANCE
+from arctrue.workbench.compare.maps import ResidualMap
+from arctrue.workbench.inference.identifiability import Identifiability, identifiability
+from arctrue.workbench.model.growth import as_stored, fitted
 
 SHOWN_PAIRS = 3
 

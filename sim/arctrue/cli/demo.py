@@ -11,17 +11,17 @@ import click
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import for_people
 from arctrue.cli.hidden import print_result as print_hidden
-from arctrue.demo.acts import Beside
-from arctrue.demo.judgement import RecordingError
-from arctrue.demo.result import DemoResult
-from arctrue.demo.run import run_demo
-from arctrue.demo.second_act import SecondAct, run_second_act
-from arctrue.demo.settings import DemoSettings
-from arctrue.demo.source_tree import ROOT, DemoError
-from arctrue.hidden_effect.settings import HiddenSettings
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
 from arctrue.report.second_act_page import write_second_act_page
+from arctrue.studies.demo.acts import Beside
+from arctrue.studies.demo.judgement import RecordingError
+from arctrue.studies.demo.result import DemoResult
+from arctrue.studies.demo.run import run_demo
+from arctrue.studies.demo.second_act import SecondAct, run_second_act
+from arctrue.studies.demo.settings import DemoSettings
+from arctrue.studies.demo.source_tree import ROOT, DemoError
+from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 FIRST_PAGE = "index.html"
 SECOND_PAGE = "second_act.html"

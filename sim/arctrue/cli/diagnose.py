@@ -18,13 +18,13 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.diagnose.adopted import adopt as write_adopted
-from arctrue.diagnose.candidate import Candidate
-from arctrue.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
-from arctrue.diagnose.diagnosis import diagnose as diagnose_model
-from arctrue.diagnose.parts import ProductOfParts
-from arctrue.diagnose.report import diagnosis_data, sentences
-from arctrue.model.growth import settle
+from arctrue.workbench.diagnose.adopted import adopt as write_adopted
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
+from arctrue.workbench.diagnose.diagnosis import diagnose as diagnose_model
+from arctrue.workbench.diagnose.parts import ProductOfParts
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
 SHOWN_AT_LEAST = 3

@@ -17,8 +17,8 @@ from arctrue.cli._workbench import (
     write_json,
 )
 from arctrue.cli.add import step_data
-from arctrue.model.growth import drop_effect
-from arctrue.model.model_file import write_model
+from arctrue.workbench.model.growth import drop_effect
+from arctrue.workbench.model.model_file import write_model
 
 
 @click.command("drop", short_help="Drop an effect from a model; see what it costs.")

@@ -12,9 +12,9 @@ from rich.text import Text
 
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
-from arctrue.effects.base import Effect
-from arctrue.effects.new_effect import write_new_effect
-from arctrue.effects.registry import effect_class
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.new_effect import write_new_effect
+from arctrue.workbench.effects.registry import effect_class
 
 CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing"}
 """What of the gateware can correct an effect."""

@@ -19,8 +19,8 @@ from arctrue.cli._workbench import (
 )
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
-from arctrue.model.export import export_model
-from arctrue.model.growth import fitted
+from arctrue.workbench.model.export import export_model
+from arctrue.workbench.model.growth import fitted
 
 
 @click.command("export", short_help="Write a model as coefficients of the gateware.")

@@ -12,11 +12,11 @@ from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
-from arctrue.hidden_effect.cases import CASES
+from arctrue.studies.hidden_effect.cases import CASES
 
 if TYPE_CHECKING:
-    from arctrue.hidden_effect.experiment import HiddenResult
-    from arctrue.hidden_effect.follow import FollowedTurn
+    from arctrue.studies.hidden_effect.experiment import HiddenResult
+    from arctrue.studies.hidden_effect.follow import FollowedTurn
 
 FULL_LINES = 16384
 USUAL_LINES = 1024
@@ -73,9 +73,9 @@ def hidden(
     grow with the counts: what is 1″ at the paper's 2²⁴ counts is 16″ at 2²⁰.
     Ends with exit code 2 when the instrument cannot run.
     """
-    from arctrue.hidden_effect.experiment import run_hidden
-    from arctrue.hidden_effect.follow import follow_warming
-    from arctrue.hidden_effect.settings import HiddenSettings
+    from arctrue.studies.hidden_effect.experiment import run_hidden
+    from arctrue.studies.hidden_effect.follow import follow_warming
+    from arctrue.studies.hidden_effect.settings import HiddenSettings
 
     if follow and effect != "thermal_eccentricity":
         raise click.UsageError("--follow is about thermal_eccentricity")

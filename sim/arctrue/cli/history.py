@@ -10,7 +10,7 @@ import click
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
-from arctrue.model.model_file import read_model
+from arctrue.workbench.model.model_file import read_model
 
 
 @click.command("history", short_help="Show how a model grew and the error fell.")

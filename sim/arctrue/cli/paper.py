@@ -13,7 +13,7 @@ from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
-    from arctrue.paper.experiment import ExperimentResult
+    from arctrue.studies.paper.experiment import ExperimentResult
 
 FULL_INTERPOLATION = 1024
 LEAST_INTERPOLATION = 16
@@ -42,7 +42,7 @@ def paper(
     decoders. At the paper's size a cycle takes about a minute and a half.
     """
     from arctrue.instrument.revolution import RevolutionSettings
-    from arctrue.paper.experiment import ExperimentSettings, run_experiment
+    from arctrue.studies.paper.experiment import ExperimentSettings, run_experiment
 
     settings = ExperimentSettings(
         revolution=RevolutionSettings(interpolation=interpolation, noise_arcsec=0.1, seed=seed),

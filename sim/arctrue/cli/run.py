@@ -13,7 +13,7 @@ from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
-    from arctrue.scenario import ScenarioResult, Turn
+    from arctrue.studies.scenario import ScenarioResult, Turn
 
 FULL_LINES = 16384
 
@@ -35,7 +35,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
     Scenarios for each effect are in sim/scenarios; docs/scenarios.md tells what a file may say.
     Ends with exit code 1 where a limit of the scenario is broken, and 2 when it cannot be run.
     """
-    from arctrue.scenario import read_scenario, run_scenario
+    from arctrue.studies.scenario import read_scenario, run_scenario
 
     scenario = read_scenario(scenario_file, lines=lines)
     with on_the_instrument(str(scenario_file)) as shown:
@@ -43,7 +43,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:
-        from arctrue.scenario.picture import plot_scenario
+        from arctrue.studies.scenario.picture import plot_scenario
 
         out.mkdir(parents=True, exist_ok=True)
         picture = out / f"{scenario_file.stem}.svg"

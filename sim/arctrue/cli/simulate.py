@@ -10,10 +10,10 @@ import numpy as np
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
-from arctrue.simulate.experiment import EXPERIMENTS, FURTHER
-from arctrue.simulate.recipes import RECIPES
-from arctrue.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
-from arctrue.simulate.truth import refuse_recorded, write_truth
+from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
+from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.studies.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
+from arctrue.studies.simulate.truth import refuse_recorded, write_truth
 
 
 def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:

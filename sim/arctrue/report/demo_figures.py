@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from arctrue.demo.result import DemoResult
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style, to_svg
+from arctrue.studies.demo.result import DemoResult
 
 _BINS = 1440
 

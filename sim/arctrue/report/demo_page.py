@@ -7,8 +7,8 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
-from arctrue.demo.result import DemoResult
 from arctrue.report import demo_figures
+from arctrue.studies.demo.result import DemoResult
 
 
 def page_templates() -> Environment:

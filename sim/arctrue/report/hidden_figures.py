@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from arctrue.hidden_effect.experiment import HiddenResult
-from arctrue.hidden_effect.score import SignalScore
 from arctrue.report.svg import AFTER, BEFORE, INK, house_style, to_svg
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.score import SignalScore
 
 PAPER = "#d0932b"
 _NAMES = ("raw", "paper's model", "with the effect")

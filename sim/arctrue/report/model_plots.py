@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from arctrue.diagnose.diagnosis import Diagnosis
-from arctrue.model.model import HistoryStep
 from arctrue.report.png import CHANNEL_COLOUR, COLOURS, QUIET, plain_axes, png_figure, save_png
+from arctrue.workbench.diagnose.diagnosis import Diagnosis
+from arctrue.workbench.model.model import HistoryStep
 
 SHOWN_CANDIDATES = 10
 LINEAR_TO = 10.0

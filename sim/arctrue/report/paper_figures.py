@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from arctrue.paper.experiment import ExperimentResult
 from arctrue.report.png import COLOURS, QUIET, plain_axes, png_figure, save_png
+from arctrue.studies.paper.experiment import ExperimentResult
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300

@@ -11,13 +11,13 @@ from matplotlib.figure import SubFigure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from arctrue.compare.comparison import Comparison
-from arctrue.compare.findings import LEAST_SHARE
-from arctrue.compare.maps import ResidualMap
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import Solution
-from arctrue.observations import CaptureRows, ReferenceRows
 from arctrue.report.png import CHANNEL_COLOUR, COLOURS, QUIET, plain_axes, png_figure, save_png
+from arctrue.workbench.compare.comparison import Comparison
+from arctrue.workbench.compare.findings import LEAST_SHARE
+from arctrue.workbench.compare.maps import ResidualMap
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from arctrue.demo.second_act import SecondAct
 from arctrue.report import hidden_figures
 from arctrue.report.demo_page import page_templates
+from arctrue.studies.demo.second_act import SecondAct
 
 
 def write_second_act_page(act: SecondAct, file: Path) -> None:

@@ -4,13 +4,13 @@ Independent of the calibration: it knows points, rays and lines, and no Fourier 
 """
 
 from arctrue.table.capture import ReferenceRun, SampledRun, measure_with_polygon, sample
-from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
-from arctrue.table.effects import (
+from arctrue.table.causes import (
     DiscEccentricity,
     GraduationHarmonics,
     GraduationLines,
     PhysicalEffect,
 )
+from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
 from arctrue.table.head import Head
 from arctrue.table.measurement_set import measurement_set
 from arctrue.table.motion import Motion

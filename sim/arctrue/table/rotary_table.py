@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.effects.base import PhysicalEffect
+from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.head import Head
 from arctrue.table.state import TableState
 

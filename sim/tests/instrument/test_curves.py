@@ -17,9 +17,9 @@ from arctrue.table import (
     TableState,
     two_heads,
 )
+from arctrue.table.causes.signal_distortion import SignalDistortion
+from arctrue.table.causes.thermal_centre import ThermalCentre
 from arctrue.table.conditions import Conditions, conditions_of
-from arctrue.table.effects.signal_distortion import SignalDistortion
-from arctrue.table.effects.thermal_centre import ThermalCentre
 
 COUNTS = 1 << 20
 CLOCK_HZ = 1e6

@@ -14,7 +14,7 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
-from arctrue.model.model_file import read_model
+from arctrue.workbench.model.model_file import read_model
 
 
 def _run(*arguments: object) -> Result:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
-from arctrue.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.effects.registry import built_in
-from arctrue.fit.normal import Term
 from arctrue.measurement import MeasurementSet
-from arctrue.observations.build import observations_of
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set
 
-from arctrue.effects.new_effect import write_new_effect
-from arctrue.effects.registry import (
+from arctrue.workbench.effects.new_effect import write_new_effect
+from arctrue.workbench.effects.registry import (
     ORDER,
     EffectFileError,
     EffectNotFoundError,
@@ -19,10 +19,10 @@ from arctrue.effects.registry import (
     catalogue,
     effect_class,
 )
-from arctrue.fit.normal import Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit
-from arctrue.observations.build import observations_of
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
-from arctrue.compare.comparison import compare
-from arctrue.compare.findings import ExcessOf, Finding
-from arctrue.effects.registry import built_in
-from arctrue.fit.normal import Term
-from arctrue.fit.solution import fit
-from arctrue.observations.build import observations_of
+from arctrue.workbench.compare.comparison import compare
+from arctrue.workbench.compare.findings import ExcessOf, Finding
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
 
 
 def _findings(**options: object) -> list[Finding]:

@@ -12,10 +12,10 @@ from sim.tests.workbench.small_sets import (
     paper_error,
 )
 
-from arctrue.effects.registry import built_in
-from arctrue.fit.normal import Term
-from arctrue.fit.solution import fit
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 

@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arctrue.cli import main
-from arctrue.effects.base import Parameter
-from arctrue.fit.normal import Term
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
-from arctrue.model.model import HistoryStep, Model, ModelEffect
-from arctrue.model.model_file import ModelFileError, read_model, write_model
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect
+from arctrue.workbench.model.model_file import ModelFileError, read_model, write_model
+from arctrue.workbench.observations.build import observations_of
 
 TOML = """schema = 1
 title = "fuzzed"
@@ -285,7 +285,7 @@ def test_stored_models_of_any_shape_are_refused_by_name(tmp_path: Path) -> None:
 
 def test_terms_are_plain(tmp_path: Path) -> None:
     """What the fuzzed model file stands for is a list of terms."""
-    from arctrue.effects.registry import built_in
+    from arctrue.workbench.effects.registry import built_in
 
     (tmp_path / "m.toml").write_bytes(_model_text(tmp_path))
     terms = read_model(tmp_path / "m.toml").terms(built_in())

@@ -14,14 +14,14 @@ from sim.tests.workbench.small_sets import (
     measurement_set,
 )
 
-from arctrue.diagnose.parts import ALWAYS, ProductOfParts
-from arctrue.effects.registry import built_in
-from arctrue.fit.identifiability import identifiability, needed_gain
-from arctrue.fit.likeness import canonical_correlations
-from arctrue.fit.normal import Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit
-from arctrue.observations.build import observations_of
+from arctrue.workbench.diagnose.parts import ALWAYS, ProductOfParts
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.identifiability import identifiability, needed_gain
+from arctrue.workbench.inference.likeness import canonical_correlations
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 

@@ -12,20 +12,20 @@ from click.testing import CliRunner
 from sim.tests.workbench.small_sets import RUNS, SAMPLES_A_TURN, measurement_set, paper_error
 
 from arctrue.cli import _progress, main
-from arctrue.diagnose.data_faults import data_faults
-from arctrue.diagnose.diagnosis import diagnose
-from arctrue.effects.registry import built_in
-from arctrue.fit import scan
-from arctrue.fit.every_row import capture_figures, on_every_row
-from arctrue.fit.normal import BLOCK_ROWS, RunningSums, Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit
 from arctrue.measurement import MeasurementSet, write_measurement_set
-from arctrue.model.growth import fitted
-from arctrue.model.model import Model, ModelEffect
-from arctrue.model.model_file import read_model
-from arctrue.observations import Observations, part
-from arctrue.observations.build import observations_of
+from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference import scan
+from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.normal import BLOCK_ROWS, RunningSums, Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.model_file import read_model
+from arctrue.workbench.observations import Observations, part
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 TURNS = 12

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from arctrue.effects.base import Parameter
-from arctrue.model.model import HistoryStep, Model, ModelEffect
-from arctrue.model.model_file import ModelFileError, read_model, write_model
+from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect
+from arctrue.workbench.model.model_file import ModelFileError, read_model, write_model
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
 NAMES = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True)

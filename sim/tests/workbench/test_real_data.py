@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arctrue.diagnose.diagnosis import diagnose
-from arctrue.diagnose.heldout import held_out
-from arctrue.effects.registry import built_in
-from arctrue.fit.normal import Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.solution import fit
 from arctrue.measurement import read_measurement_set
-from arctrue.observations import Observations
-from arctrue.observations.build import observations_of
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.heldout import held_out
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
 
 DATA = Path(__file__).resolve().parents[3] / "docs" / "data"
 EFFECTS = built_in()

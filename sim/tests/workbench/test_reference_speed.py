@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import Reference
-from arctrue.observations.reference_speed import reference_speed
+from arctrue.workbench.observations.reference_speed import reference_speed
 
 FACES = np.arange(24) * 15.0
 

@@ -7,16 +7,16 @@ import pytest
 from scipy.stats import chi2
 from sim.tests.workbench.small_sets import SAMPLES_A_TURN, measurement_set
 
-from arctrue.effects.base import Parameter
-from arctrue.effects.registry import built_in
-from arctrue.fit.change_point import position_sigma_samples
-from arctrue.fit.normal import Term
-from arctrue.fit.residuals import Residuals
-from arctrue.fit.search_parameters import Tangent, refined
-from arctrue.fit.solution import fit
-from arctrue.model.growth import fitted
-from arctrue.model.model import Model, ModelEffect
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.change_point import position_sigma_samples
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search_parameters import Tangent, refined
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 REPEATS = 40

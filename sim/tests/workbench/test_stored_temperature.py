@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
-from arctrue.effects.registry import catalogue
-from arctrue.fit.residuals import Residuals
 from arctrue.measurement import MeasurementSet
-from arctrue.model.growth import as_stored, fitted
-from arctrue.model.model import Model, ModelEffect
-from arctrue.model.model_file import read_model, write_model
-from arctrue.observations.build import observations_of
+from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.model.growth import as_stored, fitted
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.model.model_file import read_model, write_model
+from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]
 

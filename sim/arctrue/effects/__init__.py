@@ -1,1 +1,0 @@
-"""Physical effects, one file each; :mod:`arctrue.effects.registry` finds them."""

@@ -1,6 +1,0 @@
-"""From a measurement set to what a model is compared with: rows with their conditions."""
-
-from arctrue.observations.observations import Observations
-from arctrue.observations.rows import CaptureRows, ReferenceRows
-
-__all__ = ["CaptureRows", "Observations", "ReferenceRows"]

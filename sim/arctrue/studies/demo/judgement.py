@@ -1,0 +1,196 @@
+"""The recorded output edges against the true angle of the table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.studies.demo.scene import Scene
+from arctrue.studies.demo.settings import DemoSettings
+from arctrue.table import PinEvents, TableState, decode_quadrature
+
+
+class RecordingError(ValueError):
+    """The recorded output cannot be judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class TurnError:
+    """The error at every output edge of one turn, its mean removed; arrays ``(n,)``."""
+
+    true_angle_rad: NDArray[np.float64]
+    """From 0 to 2π, not in order."""
+    error_counts: NDArray[np.float64]
+    order: NDArray[np.int64]
+    """1, 2, … of the spectrum, shape ``(orders,)``."""
+    amplitude_counts: NDArray[np.float64]
+    """Amplitude of the cosine of each order, shape ``(orders,)``."""
+
+    @property
+    def lowest_counts(self) -> float:
+        """Smallest error."""
+        return float(self.error_counts.min())
+
+    @property
+    def highest_counts(self) -> float:
+        """Largest error."""
+        return float(self.error_counts.max())
+
+    @property
+    def peak_counts(self) -> float:
+        """Largest magnitude of the error."""
+        return max(-self.lowest_counts, self.highest_counts)
+
+    @property
+    def rms_counts(self) -> float:
+        """Root mean square of the error."""
+        return float(np.sqrt(np.mean(self.error_counts**2)))
+
+    @property
+    def worst_order(self) -> int:
+        """The order with the largest amplitude."""
+        return int(self.order[np.argmax(self.amplitude_counts)])
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """What left the output pins, decoded; arrays ``(n,)``."""
+
+    clock: NDArray[np.int64]
+    count: NDArray[np.int64]
+    """Count after each edge, from an arbitrary zero."""
+    index_edge: NDArray[np.int64]
+    """Which edges raise Z, shape ``(k,)``."""
+
+
+def decode_recording(output: PinEvents) -> Recording:
+    """Decode A, B and Z of the recorded output.
+
+    Raises RecordingError where A and B change together.
+    """
+    step, illegal = decode_quadrature(output.first_levels, output.levels)
+    if illegal.size:
+        raise RecordingError(
+            f"the output made an illegal transition at clock {output.clock[illegal[0]]} "
+            f"({illegal.size} in all)"
+        )
+    at_index = (output.levels >> 2 & 1).astype(np.int8)
+    rises = np.diff(at_index, prepend=np.int8(output.first_levels >> 2 & 1)) == 1
+    moved = step != 0
+    return Recording(output.clock[moved], np.cumsum(step)[moved], np.flatnonzero(rises[moved]))
+
+
+def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: Recording) -> int:
+    """Clocks from an edge at the pins of head 1 to the same edge at the output pins.
+
+    Measured on the uncorrected run-up before the first index, where every input edge is followed
+    by one output edge. Raises RecordingError where the delay is not the same for all.
+    """
+    first = np.ceil(scene.heads[0].time_s * settings.clock_hz).astype(np.int64)
+    run_up = np.flatnonzero(scene.heads[0].count < 0)
+    number = min(run_up.size, output.clock.size)
+    if number < 100:
+        raise RecordingError(
+            f"only {number} output edges before the index of head 1: is the output enabled?"
+        )
+    delays = output.clock[:number] - first[:number]
+    if delays.min() != delays.max():
+        raise RecordingError(
+            f"the delay from head 1 to the output varies from {delays.min()} to {delays.max()} "
+            f"clocks on the uncorrected run-up"
+        )
+    return int(delays[0])
+
+
+def turn_error(
+    scene: Scene,
+    settings: DemoSettings,
+    output: Recording,
+    first_clock: int,
+    latency_clocks: int,
+) -> TurnError:
+    """The error of the output over one turn of true angle from ``first_clock`` on.
+
+    An edge seen at clock d was made by the table between d − latency − 1 and d − latency;
+    the middle of that clock is the instant it is compared at. Raises RecordingError where the
+    recording does not hold a whole turn.
+    """
+    time_s = ((output.clock - latency_clocks - 0.5) / settings.clock_hz).astype(np.float64)
+    usable = (output.clock >= first_clock) & (time_s >= 0) & (time_s <= scene.motion.duration_s)
+    angle = scene.motion.state(time_s[usable]).angle_rad
+    turn = 2 * np.pi
+    if not angle.size or angle[-1] - angle[0] < turn * (1 - 2 / settings.counts_per_rev):
+        turns = (angle[-1] - angle[0]) / turn if angle.size else 0.0
+        raise RecordingError(
+            f"the output shows {turns:.3f} turns from clock {first_clock} on, expected a whole one"
+        )
+    inside = angle < angle[0] + turn
+    angle = angle[inside]
+    reading = output.count[usable][inside].astype(np.float64)
+    error = reading - angle * settings.counts_per_rev / turn
+    error -= error.mean()
+    order = np.arange(1, settings.judged_orders + 1)
+    return TurnError(
+        np.mod(angle, turn), error, order, order_amplitudes(angle, error, settings.judged_orders)
+    )
+
+
+def index_offset_counts(
+    scene: Scene, settings: DemoSettings, output: Recording, latency_clocks: int
+) -> float:
+    """How far the last Z of the output lies from the zero of the corrected angle, counts.
+
+    Two heads cannot see the mean of the error, so the zero lies at the mean of R₁ − θ. Raises
+    RecordingError where Z never rises.
+    """
+    if not output.index_edge.size:
+        raise RecordingError("the output never raised Z")
+    clock = output.clock[output.index_edge[-1]]
+    time_s = np.array([(clock - latency_clocks - 0.5) / settings.clock_hz])
+    turn = 2 * np.pi
+    around = np.linspace(0, turn, 3600, endpoint=False, dtype=np.float64)
+    state = TableState.at_rest(around)
+    mean_rad = float(np.mean(scene.table.reading_rad(0, state) - state.angle_rad))
+    reading_rad = float(scene.motion.state(time_s).angle_rad[0]) + mean_rad
+    off_rad = (reading_rad + np.pi) % turn - np.pi
+    return off_rad * settings.counts_per_rev / turn
+
+
+def order_amplitudes(
+    angle_rad: NDArray[np.float64], error: NDArray[np.float64], orders: int
+) -> NDArray[np.float64]:
+    """Amplitude of the cosine of orders 1 … ``orders``, shape ``(orders,)``, by least squares.
+
+    The normal equations of a turn sampled this densely are close to diagonal.
+    """
+    columns = [np.ones_like(angle_rad)]
+    for order in range(1, orders + 1):
+        columns += [np.cos(order * angle_rad), np.sin(order * angle_rad)]
+    matrix = np.stack(columns)
+    solution = np.linalg.solve(matrix @ matrix.T, matrix @ error)
+    amplitude: NDArray[np.float64] = np.hypot(solution[1::2], solution[2::2])
+    return amplitude
+
+
+def faults(after: TurnError, index_offset: float, settings: DemoSettings) -> list[str]:
+    """What the judgement finds wrong with the corrected output; empty if it passes."""
+    found = []
+    if not after.peak_counts <= settings.peak_limit_counts:
+        found.append(
+            f"the corrected error reaches {after.peak_counts:.2f} counts, "
+            f"the limit is {settings.peak_limit_counts:g}"
+        )
+    if not abs(index_offset) <= settings.peak_limit_counts:
+        found.append(
+            f"Z of the output comes {index_offset:+.2f} counts from the zero, "
+            f"the limit is {settings.peak_limit_counts:g}"
+        )
+    too_large = np.flatnonzero(~(after.amplitude_counts <= settings.order_limit_counts))
+    found += [
+        f"order {after.order[index]} is left with {after.amplitude_counts[index]:.3f} counts, "
+        f"the limit is {settings.order_limit_counts:g}"
+        for index in too_large
+    ]
+    return found

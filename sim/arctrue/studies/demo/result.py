@@ -1,0 +1,61 @@
+"""Everything that the demo found, as the page and the terminal show it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arctrue.studies.demo.files import ConsoleLine
+from arctrue.studies.demo.judgement import TurnError
+from arctrue.studies.demo.settings import DemoSettings
+from arctrue.studies.demo.telemetry import ToldTurn
+
+
+@dataclass(frozen=True, slots=True)
+class UnitLatency:
+    """Latency of one unit: as measured in the VHDL, and as Table 1 of the paper has it."""
+
+    unit: str
+    measured_clocks: int
+    paper_clocks: int
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedHarmonic:
+    """One lane as it was written to the gateware, beside the disc it was measured on."""
+
+    order: int
+    amplitude_counts: float
+    phase_deg: float
+    standard_uncertainty_counts: float
+    before_counts: float
+    after_counts: float
+
+
+@dataclass(frozen=True, slots=True)
+class DemoResult:
+    """Result of one run."""
+
+    settings: DemoSettings
+    before: TurnError
+    after: TurnError
+    faults: tuple[str, ...]
+    latencies: tuple[UnitLatency, ...]
+    pin_to_pin_clocks: int
+    index_offset_counts: float
+    """How far Z of the output lies from the zero of the corrected angle."""
+    harmonics: tuple[LoadedHarmonic, ...]
+    turns: tuple[ToldTurn, ...]
+    """What the firmware told of each turn; the first is that of the coefficients."""
+    console: tuple[ConsoleLine, ...]
+    words_moved: int
+    """Words that the firmware read and wrote over AXI4-Lite."""
+    edges_played: int
+    clocks_simulated: int
+    simulation_s: float
+    total_s: float
+    simulator: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether the judgement found nothing wrong."""
+        return not self.faults

@@ -1,0 +1,198 @@
+"""The demo from the first edge to the page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from arctrue.studies.demo.files import DemoFiles, ProcessorRun
+from arctrue.studies.demo.judgement import (
+    TurnError,
+    decode_recording,
+    faults,
+    index_offset_counts,
+    pin_to_pin_latency,
+    turn_error,
+)
+from arctrue.studies.demo.progress import Progress
+from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
+from arctrue.studies.demo.scene import Scene, build_scene
+from arctrue.studies.demo.settings import DemoSettings
+from arctrue.studies.demo.source_tree import ROOT, DemoError, check_source_tree, child_environment
+from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
+from arctrue.table import PinEvents
+
+Say = Callable[[str], None]
+
+# Table 1 of the paper, clocks.
+PAPER_LATENCY_CLOCKS = {
+    "phase calculation": 5,
+    "harmonic calculation": 20,
+    "error compensation": 4,
+}
+_PROGRESS_EVERY_S = 5.0
+
+
+def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
+    """Run everything, intermediate files in ``folder``; ``say`` takes the lines for people.
+
+    Raises DemoError where the demo cannot run, and RecordingError where the output of the
+    gateware cannot be judged.
+    """
+    check_source_tree()
+    started = time.monotonic()
+    files = DemoFiles(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in (files.recorded, files.capture, files.run, files.latency, files.progress):
+        old.unlink(missing_ok=True)
+
+    say("Table: solving for the edges of both heads")
+    scene = build_scene(settings)
+    settings.write(files.settings)
+    scene.pins.write(files.played)
+    say(
+        f"  {scene.pins.clock.size:,} pin changes, {settings.counts_per_rev:,} counts a turn, "
+        f"an edge of each head every {settings.clocks_per_count:g} clocks"
+    )
+
+    say(
+        f"Gateware: building the core with {settings.lanes} lanes for GHDL (LLVM); "
+        f"firmware: compiling its C for this machine"
+    )
+    simulating = time.monotonic()
+    latency = _start("latency", files)
+    _follow(_start("core", files), files, settings, say)
+    simulation_s = time.monotonic() - simulating
+    _finish(latency, "latency", files)
+
+    run = ProcessorRun.read(files.run)
+    output = decode_recording(PinEvents.read(files.recorded))
+    pin_clocks = pin_to_pin_latency(scene, settings, output)
+    turns = told_turns(run.console)
+    if not turns or turns[0].result != "applied":
+        raise DemoError("the firmware applied no coefficients after the first turn")
+    before = turn_error(scene, settings, output, _index_clock(scene, settings), pin_clocks)
+    after = turn_error(scene, settings, output, run.settled_clock, pin_clocks)
+    index_offset = index_offset_counts(scene, settings, output, pin_clocks)
+    measured = json.loads(files.latency.read_text(encoding="utf-8"))
+    return DemoResult(
+        settings=settings,
+        before=before,
+        after=after,
+        faults=(
+            *faults(after, index_offset, settings),
+            *_latency_faults(measured),
+            *console_faults(run.console),
+        ),
+        latencies=tuple(
+            UnitLatency(unit, measured[unit], paper) for unit, paper in PAPER_LATENCY_CLOCKS.items()
+        ),
+        pin_to_pin_clocks=pin_clocks,
+        index_offset_counts=index_offset,
+        harmonics=_harmonics(turns[0], settings, before, after),
+        turns=tuple(turns),
+        console=tuple(run.console),
+        words_moved=run.words_moved,
+        edges_played=_edges_until(scene, run.end_clock),
+        clocks_simulated=run.end_clock,
+        simulation_s=simulation_s,
+        total_s=time.monotonic() - started,
+        simulator=_simulator_name(),
+    )
+
+
+def _start(part: str, files: DemoFiles) -> subprocess.Popen[bytes]:
+    with (files.folder / f"{part}.log").open("wb") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "arctrue.studies.demo.simulator", part, str(files.folder)],
+            cwd=ROOT,
+            env=child_environment(),
+            stdout=log,
+            stderr=subprocess.STDOUT,
+        )
+
+
+def _finish(process: subprocess.Popen[bytes], part: str, files: DemoFiles) -> None:
+    if process.wait() != 0:
+        log = files.folder / f"{part}.log"
+        end = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-15:])
+        raise DemoError(f"the {part} simulation failed; the end of {log}:\n{end}")
+
+
+def _follow(
+    process: subprocess.Popen[bytes], files: DemoFiles, settings: DemoSettings, say: Say
+) -> None:
+    # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
+    expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
+    begun = time.monotonic()
+    last: Progress | None = None
+    spoken = begun
+    while process.poll() is None:
+        time.sleep(0.2)
+        now = time.monotonic()
+        seen = Progress.read(files.progress)
+        if seen is None or (now - spoken < _PROGRESS_EVERY_S and last and last.stage == seen.stage):
+            continue
+        spoken, last = now, seen
+        share = min(99, 100 * seen.clock // expected)
+        say(f"  {now - begun:4.0f} s  {share:3d} %  clock {seen.clock:>7,}  {seen.stage}")
+    _finish(process, "core", files)
+
+
+def _latency_faults(measured: dict[str, int]) -> list[str]:
+    found = [
+        f"{unit}: measured {measured.get(unit)} clocks, Table 1 has {paper}"
+        for unit, paper in PAPER_LATENCY_CLOCKS.items()
+        if measured.get(unit) != paper
+    ]
+    beside = measured["phase calculation"] + measured["harmonic calculation"]
+    if measured["delay line"] != beside:
+        found.append(
+            f"delay line: measured {measured['delay line']} clocks, "
+            f"phase and harmonic take {beside}"
+        )
+    return found
+
+
+def _harmonics(
+    turn: ToldTurn, settings: DemoSettings, before: TurnError, after: TurnError
+) -> tuple[LoadedHarmonic, ...]:
+    arcsec = settings.arcsec_per_count
+    return tuple(
+        LoadedHarmonic(
+            order=told.order,
+            amplitude_counts=told.amplitude_arcsec / arcsec,
+            phase_deg=float(np.rad2deg(np.angle(np.exp(1j * told.phase_rad)))),
+            standard_uncertainty_counts=told.standard_uncertainty_arcsec / arcsec,
+            before_counts=float(before.amplitude_counts[told.order - 1]),
+            after_counts=float(after.amplitude_counts[told.order - 1]),
+        )
+        for told in turn.harmonics
+        if told.applied and told.order <= before.order[-1]
+    )
+
+
+def _index_clock(scene: Scene, settings: DemoSettings) -> int:
+    """The clock of head 1's index, with which the captured turn begins."""
+    head = scene.heads[0]
+    return int(np.ceil(head.time_s[np.argmax(head.count >= 0)] * settings.clock_hz))
+
+
+def _edges_until(scene: Scene, clock: int) -> int:
+    return int(np.searchsorted(scene.pins.clock, clock))
+
+
+def _simulator_name() -> str:
+    ghdl = shutil.which("ghdl")
+    if ghdl is None:
+        return "GHDL"
+    reply = subprocess.run([ghdl, "--version"], capture_output=True, text=True, check=False)
+    words = reply.stdout.split()
+    return f"GHDL {words[1]} (LLVM)" if len(words) > 1 else "GHDL (LLVM)"

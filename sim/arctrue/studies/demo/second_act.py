@@ -1,0 +1,80 @@
+"""The demo's second act: a hidden effect, at full scale, through the compiled gateware."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from arctrue.studies.hidden_effect.cases import CASES
+from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+
+Say = Callable[[str], None]
+
+HIDDEN = "subdivision_error"
+LEFT_SHARE = 0.1
+"""Of the error at the signal period, how much may be left: a tenth of what the paper's model
+leaves, and half a count in any case."""
+
+
+@dataclass(frozen=True)
+class SecondAct:
+    """What came of it, and the judgement."""
+
+    result: HiddenResult
+    faults: tuple[str, ...]
+    total_s: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain values."""
+        return {**self.result.as_json(), "faults": list(self.faults), "total_s": self.total_s}
+
+    @property
+    def passed(self) -> bool:
+        """Whether the judgement found nothing wrong."""
+        return not self.faults
+
+
+def run_second_act(settings: HiddenSettings, folder: Path, say: Say) -> SecondAct:
+    """Run it, intermediate files and ``result.json`` in ``folder``.
+
+    Raises InstrumentError where the instrument cannot run.
+    """
+    started = time.monotonic()
+    folder.mkdir(parents=True, exist_ok=True)
+
+    result = run_hidden(
+        CASES[HIDDEN], settings, folder, progress=lambda now: say(f"  {now.words}"), say=say
+    )
+    act = SecondAct(result, tuple(faults(result)), time.monotonic() - started)
+    text = json.dumps(act.as_json(), indent=1, default=str)
+    (folder / "result.json").write_text(text + "\n", encoding="utf-8")
+    return act
+
+
+def faults(result: HiddenResult) -> list[str]:
+    """What the judgement finds wrong; empty if it passes."""
+    found = []
+    verdict = result.examined.diagnosis.verdict
+    if result.examined.effect != HIDDEN:
+        found.append(
+            f"the workbench's verdict is {verdict}, added: {result.examined.effect}; "
+            f"what is hidden is {HIDDEN}"
+        )
+    before, after = result.paper.signal_arcsec[0], result.corrected.signal_arcsec[0]
+    half_count = result.settings.revolution.arcsec_per_count / 2
+    limit = max(LEFT_SHARE * before, half_count)
+    if not after <= limit < before:
+        found.append(
+            f"at the signal period {before:.3f}″ became {after:.3f}″, the limit is {limit:.3f}″"
+        )
+    if not result.corrected.rms_arcsec < result.paper.rms_arcsec:
+        found.append(
+            f"the RMS of the output went from {result.paper.rms_arcsec:.3f}″ to "
+            f"{result.corrected.rms_arcsec:.3f}″"
+        )
+    return found

@@ -1,0 +1,44 @@
+"""Runs one simulation of the demo: ``python -m arctrue.studies.demo.simulator PART FOLDER``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from arctrue.studies.demo.files import DemoFiles
+from arctrue.studies.demo.settings import DemoSettings
+
+
+def run_core(files: DemoFiles) -> None:
+    """The whole core with the played edges."""
+    from tb.support.simulation import simulate
+
+    settings = DemoSettings.read(files.settings)
+    simulate(
+        "demo_harness",
+        "tb.demo.demo_bench",
+        generics={
+            "LANES": settings.lanes,
+            "CAPTURE_DEPTH": settings.capture_depth,
+            "PLAYED": str(files.played),
+            "RECORDED": str(files.recorded),
+        },
+        environment={"ARCTRUE_DEMO_FOLDER": str(files.folder)},
+        backend="llvm",
+    )
+
+
+def run_latency(files: DemoFiles) -> None:
+    """A step through each unit of the compensation."""
+    from tb.support.simulation import simulate
+
+    simulate(
+        "latency_harness",
+        "tb.demo.latency_bench",
+        environment={"ARCTRUE_DEMO_FOLDER": str(files.folder)},
+    )
+
+
+if __name__ == "__main__":
+    part, folder = sys.argv[1:]
+    {"core": run_core, "latency": run_latency}[part](DemoFiles(Path(folder)))

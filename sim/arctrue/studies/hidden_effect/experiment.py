@@ -1,0 +1,333 @@
+"""From a table with a hidden effect to the corrected output of the gateware."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.instrument import Instrument, InstrumentError, Progress, Recording
+from arctrue.instrument.build import Say
+from arctrue.measurement import Reference
+from arctrue.studies.hidden_effect.cases import Case, RunPlan
+from arctrue.studies.hidden_effect.drive import Drive, over_stations, turning
+from arctrue.studies.hidden_effect.measured import seal, write_set
+from arctrue.studies.hidden_effect.reference import (
+    Readings,
+    as_reference,
+    counts_standing,
+    on_the_move,
+    zero_level,
+)
+from arctrue.studies.hidden_effect.rig import CapturedTurn, Rig
+from arctrue.studies.hidden_effect.score import SignalScore, score
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.studies.hidden_effect.workbench import Examined, examine, left_on_fresh_set
+from arctrue.workbench.model.export import Export
+
+STOP_CLOCKS = 2000
+"""How long the table stands at a station of the polygon: many times the latency."""
+FURTHER_TURNS = 0.4
+"""What a drive has beyond the turns that are captured: calibration, ramp, and the rest of one."""
+ADOPTED = "found_on_this_table"
+
+
+@dataclass(frozen=True)
+class HiddenResult:
+    """What came of it; the scores are of fresh turns."""
+
+    case: Case
+    settings: HiddenSettings
+    folder: Path
+    """Of the measurement set."""
+    examined: Examined
+    export: Export
+    raw: SignalScore
+    """Head 1 as it came in."""
+    paper: SignalScore
+    """The output with the firmware's coefficients: the paper's model."""
+    corrected: SignalScore
+    """The output with the exported ones."""
+    fresh_capture_arcsec: dict[str, float]
+    """RMS that the fresh capture leaves of the model ``without`` and ``with`` the effect."""
+    firmware_orders: int
+    reversal_arcsec: dict[str, float] | None
+    """Mean of up less down, of the output with the paper's model and with the export."""
+    clocks: int
+    simulating_s: float
+    workbench_s: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain values."""
+        return {
+            "effect": self.case.name,
+            "counts_per_rev": self.settings.revolution.counts_per_rev,
+            "lines": self.settings.revolution.lines,
+            "lanes": self.settings.revolution.lanes,
+            "samples": self.settings.revolution.samples,
+            "noise_arcsec": self.settings.revolution.noise_arcsec,
+            "set": str(self.folder),
+            "diagnosis": self.examined.data(),
+            "words": self.examined.words(),
+            "added": self.examined.effect,
+            "effect_file": None
+            if self.examined.effect_file is None
+            else str(self.examined.effect_file),
+            "parameters": {
+                name: {"value": item.value, "sigma": item.sigma, "unit": item.unit}
+                for name, item in self.examined.model.effects[-1].parameters.items()
+            },
+            "ladder": [
+                {
+                    "action": step.action,
+                    "effect": step.effect,
+                    "rms_arcsec": step.rms_arcsec,
+                    "heldout_rms_arcsec": step.heldout_rms_arcsec,
+                    "peak_arcsec": step.peak_arcsec,
+                    "noise_arcsec": step.noise_arcsec,
+                }
+                for step in self.examined.ladder
+            ],
+            "lanes_written": [
+                {"order": order, "amplitude_arcsec": amplitude}
+                for order, amplitude in zip(
+                    self.export.orders, self.export.amplitudes_arcsec, strict=True
+                )
+            ],
+            "not_corrected": self.export.left_out,
+            "raw": self.raw.as_json(),
+            "paper": self.paper.as_json(),
+            "corrected": self.corrected.as_json(),
+            "fresh_capture_arcsec": self.fresh_capture_arcsec,
+            "firmware_orders": self.firmware_orders,
+            "reversal_arcsec": self.reversal_arcsec,
+            "clocks": self.clocks,
+            "simulating_s": self.simulating_s,
+            "workbench_s": self.workbench_s,
+        }
+
+
+def run_hidden(
+    case: Case,
+    settings: HiddenSettings,
+    folder: Path,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    say: Say | None = None,
+) -> HiddenResult:
+    """Run it; files go into ``folder``.
+
+    Raises InstrumentError where tools are missing or the firmware does not come to a swap.
+    """
+    scale = settings.revolution
+    with Instrument(
+        scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, progress=progress, say=say
+    ) as instrument:
+        return _Run(case, settings, folder, instrument, say or (lambda _: None)).result()
+
+
+class _Run:
+    def __init__(
+        self,
+        case: Case,
+        settings: HiddenSettings,
+        folder: Path,
+        instrument: Instrument,
+        say: Say,
+    ) -> None:
+        self.case, self.settings, self.folder, self.say = case, settings, folder, say
+        self.causes = case.build(settings)
+        self.rig = Rig(instrument, settings.table(self.causes), settings)
+        self.random = np.random.default_rng(settings.seed)
+        self.runs: list[list[CapturedTurn]] = []
+        self.references: list[Reference] = []
+
+    def result(self) -> HiddenResult:
+        """Measure, have it examined, load what was exported, measure again."""
+        started = time.monotonic()
+        case, rig, settings = self.case, self.rig, self.settings
+        paper_bank = self._first_run()
+        paper = None
+        if case.fresh_c is None and not case.further:
+            paper = rig.instrument.recording()
+        for number, plan in enumerate(case.further, start=2):
+            self._further_run(plan, number)
+        if case.polygon:
+            self._polygon("the polygon, head by head", None)
+        measured = self.folder / "measured"
+        write_set(measured, "what the gateware measured", settings, self.runs, self.references)
+        seal(measured, case.name, self.causes)
+
+        before_workbench = time.monotonic()
+        examined, export = self._examined(measured)
+        workbench_s = time.monotonic() - before_workbench
+
+        if paper is None:
+            self._fresh_power_up()
+            rig.load(paper_bank, "the firmware's coefficients")
+            paper = rig.recorded_turn("fresh turn with the paper's model")
+        rig.instrument.firmware.send("freeze on")
+        rig.load(export.coefficients, "swap to the exported coefficients")
+        rig.restart_capture()
+        rig.record()
+        fresh = rig.captured_turn("fresh turn with the effect corrected")
+        corrected = rig.rest_of_recording("fresh turn with the effect corrected")
+        fresh_set = self.folder / "fresh"
+        write_set(fresh_set, "a fresh turn", settings, [[fresh]], [])
+        reversal = None
+        if case.polygon:
+            reversal = {
+                "paper": self._polygon("the polygon again, paper's model", paper_bank),
+                "corrected": self._polygon("the polygon again, exported", export.coefficients),
+            }
+        lines = settings.revolution.lines
+        return HiddenResult(
+            case=case,
+            settings=settings,
+            folder=measured,
+            examined=examined,
+            export=export,
+            raw=score(corrected.head1, corrected.head1, lines),
+            paper=score(paper.output, paper.head1, lines),
+            corrected=score(corrected.output, corrected.head1, lines),
+            fresh_capture_arcsec=left_on_fresh_set(examined, fresh_set),
+            firmware_orders=int(np.count_nonzero(paper_bank.amplitudes)),
+            reversal_arcsec=reversal,
+            clocks=rig.instrument.clock,
+            simulating_s=time.monotonic() - started - workbench_s,
+            workbench_s=workbench_s,
+        )
+
+    def _examined(self, measured: Path) -> tuple[Examined, Export]:
+        """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
+        effects_folder = self.folder / "effects"
+        # Of an earlier run: an effect file that is there is never written over.
+        (effects_folder / f"{ADOPTED}.py").unlink(missing_ok=True)
+        self.say("Workbench: it is given the measurement set, and nothing else")
+        examined = examine(measured, adopted_name=ADOPTED, effects_folder=effects_folder)
+        export = examined.export(self.settings.revolution.lanes, self.case.fresh_c)
+        write_coefficient_file(self.folder / "coefficients.toml", export.coefficients)
+        for words in examined.words():
+            self.say(f"  {words}")
+        return examined, export
+
+    def _drive(self, plan: RunPlan, turns: float) -> Drive:
+        scale = self.settings.revolution
+        return turning(
+            plan.side * scale.speed_rad_s,
+            turns + FURTHER_TURNS,
+            ripple_rad=scale.ripple_rad,
+            ripple_order=scale.ripple_order,
+            temperature_c=plan.temperature_c,
+            start_s=plan.start_s,
+        )
+
+    def _first_run(self) -> Coefficients:
+        """Two turns up, cold; the firmware calibrates after the first. Its bank is returned."""
+        rig = self.rig
+        stays = self.case.fresh_c is None and not self.case.further
+        plan = RunPlan()
+        rig.power_up(
+            self._drive(plan, 3.4 if stays else 2.0), frozen=False, stage="over both indices"
+        )
+        rig.record()
+        first = rig.captured_turn("first turn: captured, not corrected")
+        if not self.case.polygon:
+            self._reference_of(rig.rest_of_recording("first turn"), rig.present_drive)
+        firmware = rig.instrument.firmware
+        told = firmware.telemetry[-1]
+        if told["result"] != "applied":
+            raise InstrumentError(
+                f"the firmware did not apply the first turn: {told['result']}, {told['reason']}"
+            )
+        firmware.send("freeze on")
+        rig.settle("calibration, swap and ramp")
+        bank = firmware.coefficients
+        assert bank is not None
+        rig.record()
+        second = rig.captured_turn("second turn: the paper's model")
+        self.runs.append([first, second])
+        rig.rest_of_recording("second turn: the paper's model")
+        return bank
+
+    def _further_run(self, plan: RunPlan, number: int) -> None:
+        rig = self.rig
+        rig.power_up(self._drive(plan, plan.turns), frozen=True, stage=f"run {number}: indices")
+        if plan.reference:
+            rig.record()
+        turns = [rig.captured_turn(f"run {number}") for _ in range(plan.turns)]
+        self.runs.append(turns)
+        if plan.reference:
+            self._reference_of(rig.instrument.recording(), rig.present_drive)
+
+    def _fresh_power_up(self) -> None:
+        fresh_c = self.case.fresh_c
+        plan = RunPlan(start_s=3600.0)
+        if fresh_c is not None:
+            plan = RunPlan(start_s=3600.0, temperature_c=(fresh_c, fresh_c))
+        self.rig.power_up(self._drive(plan, 4.0), frozen=True, stage="fresh: over both indices")
+
+    def _reference_of(self, recording: Recording, drive: Drive) -> None:
+        readings = on_the_move(recording, drive, self.settings.stations)
+        self.references.append(
+            self._rows(readings, drive, f"rotary reference, {self.settings.stations} marks", None)
+        )
+
+    def _rows(
+        self, readings: Readings, drive: Drive, instrument: str, faces: int | None
+    ) -> Reference:
+        return as_reference(
+            readings,
+            drive,
+            counts_per_rev=self.settings.revolution.counts_per_rev,
+            noise_arcsec=self.settings.reference_noise_arcsec,
+            random=self.random,
+            instrument=instrument,
+            faces=faces,
+            run=len(self.references),
+        )
+
+    def _polygon(self, stage: str, bank: Coefficients | None) -> float:
+        """Up and down over the faces; the mean of up less down, arcseconds.
+
+        Without a bank the output is what head 1 reads, and its rows go into the set.
+        """
+        rig, settings = self.rig, self.settings
+        clock_hz = rig.instrument.clock_hz
+        plan = over_stations(
+            settings.revolution.speed_rad_s,
+            settings.faces,
+            settings.cycles,
+            stop_s=STOP_CLOCKS / clock_hz,
+            start_s=5400.0,
+        )
+        rig.power_up(plan.drive, frozen=True, stage=f"{stage}: indices")
+        if bank is not None:
+            rig.load(bank, stage)
+        rig.instrument.record(every=1)
+        rig.work_until_the_end(stage)
+        recording = rig.instrument.recording()
+        counts = counts_standing(recording.output, rig.clock_of(plan.station_s))
+        # With a bank the zero is that of the corrected output: only differences are asked for.
+        zero = 0 if bank is not None else zero_level(recording, int(plan.direction[-1]))
+        readings = Readings(
+            plan.station_s,
+            plan.target_deg,
+            plan.direction,
+            plan.cycle,
+            counts - zero,
+            plan.drive.state(plan.station_s).angle_rad,
+        )
+        rows = self._rows(
+            readings, plan.drive, f"{settings.faces}-sided polygon, autocollimator", settings.faces
+        )
+        if bank is None:
+            self.references.append(rows)
+        up = rows.error_arcsec[plan.direction > 0].mean()
+        return float(up - rows.error_arcsec[plan.direction < 0].mean())

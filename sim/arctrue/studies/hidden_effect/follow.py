@@ -1,0 +1,94 @@
+"""Thermal eccentricity while the table warms: which correction keeps up, turn by turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.instrument import Instrument, InstrumentError, Progress
+from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
+from arctrue.studies.hidden_effect.drive import Drive, turning
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.rig import Rig
+from arctrue.studies.hidden_effect.score import score
+
+HELD, EVERY_TURN, BY_TEMPERATURE = WAYS = ("held", "every turn", "by temperature")
+"""The first turn's coefficients for good; the firmware's after each turn; the model's at the
+temperature of the moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class FollowedTurn:
+    """One turn of the corrected output while the table warms."""
+
+    temperature_c: float
+    """In the middle of the turn."""
+    order1_arcsec: float
+    rms_arcsec: float
+
+
+def follow_warming(
+    result: HiddenResult,
+    turns: int,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+) -> dict[str, list[FollowedTurn]]:
+    """The table of ``result`` warms over ``turns`` turns after the first; once for each way.
+
+    Raises InstrumentError where the firmware does not come to a swap.
+    """
+    scale = result.settings.revolution
+    found = {}
+    for way in WAYS:
+        with Instrument(
+            scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, progress=progress
+        ) as instrument:
+            table = result.settings.table(result.case.build(result.settings))
+            rig = Rig(instrument, table, result.settings)
+            found[way] = _followed(rig, result, way, turns)
+    return found
+
+
+def _followed(rig: Rig, result: HiddenResult, way: str, turns: int) -> list[FollowedTurn]:
+    scale = result.settings.revolution
+    drive = turning(
+        scale.speed_rad_s,
+        # Each turn is recorded with a little more, and its coefficients fade in.
+        1.0 + 1.4 * turns,
+        ripple_rad=scale.ripple_rad,
+        ripple_order=scale.ripple_order,
+        temperature_c=(COLD_C, WARM_C),
+    )
+    firmware = rig.instrument.firmware
+    # An average over turns would lag behind a table that changes.
+    firmware.set("keep", 0.0)
+    rig.power_up(drive, frozen=False, stage=f"{way}: indices")
+    rig.captured_turn(f"{way}: first turn")
+    if firmware.telemetry[-1]["result"] != "applied":
+        raise InstrumentError(
+            f"the firmware did not apply the first turn: {firmware.telemetry[-1]}"
+        )
+    if way != EVERY_TURN:
+        firmware.send("freeze on")
+    rig.settle(way)
+    found = []
+    for _ in range(turns):
+        if way == BY_TEMPERATURE:
+            ahead_c = _middle_c(rig, drive)
+            export = result.examined.export(scale.lanes, ahead_c)
+            rig.load(export.coefficients, way)
+        temperature_c = _middle_c(rig, drive)
+        recording = rig.recorded_turn(way)
+        seen = score(recording.output, recording.head1, scale.lines)
+        found.append(FollowedTurn(temperature_c, float(seen.order_arcsec[0]), seen.rms_arcsec))
+    return found
+
+
+def _middle_c(rig: Rig, drive: Drive) -> float:
+    """Temperature half a turn from now: a sensor on the table, and that it warms steadily."""
+    scale = rig.settings.revolution
+    now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
+    half_s = np.pi / scale.speed_rad_s
+    return float(drive.temperature_c(np.minimum(now_s + half_s, drive.duration_s))[0])

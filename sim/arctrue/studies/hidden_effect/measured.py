@@ -1,0 +1,71 @@
+"""What was recorded, as the folder of a measurement set; the truth sealed beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.measurement import (
+    Capture,
+    MeasurementSet,
+    Reference,
+    Table,
+    write_measurement_set,
+)
+from arctrue.studies.hidden_effect.rig import CapturedTurn
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.studies.simulate.truth import write_truth
+from arctrue.table import DISC_RADIUS_M, HEAD_SEPARATION_RAD
+from arctrue.table.causes.base import PhysicalEffect
+
+_ROWS = tuple(
+    field.name
+    for field in dataclasses.fields(Reference)
+    if field.name not in ("instrument", "faces", "standard_uncertainty_arcsec")
+)
+
+
+def write_set(
+    folder: Path,
+    title: str,
+    settings: HiddenSettings,
+    runs: Sequence[Sequence[CapturedTurn]],
+    references: Sequence[Reference],
+) -> None:
+    """Write the turns of each run, and the rows of all reference runs one after another."""
+    turns = [(number, turn) for number, run in enumerate(runs) for turn in run]
+    capture = Capture(
+        run=np.concatenate([np.full(turn.time_s.size, number) for number, turn in turns]),
+        time_s=np.concatenate([turn.time_s for _, turn in turns]),
+        head1_counts=np.concatenate([turn.head1_counts for _, turn in turns]),
+        head2_counts=np.concatenate([turn.head2_counts for _, turn in turns]),
+        temperature_c=np.concatenate([turn.temperature_c for _, turn in turns]),
+        clock_hz=settings.revolution.clock_hz,
+    )
+    reference = None
+    if references:
+        rows: dict[str, Any] = {
+            name: np.concatenate([getattr(item, name) for item in references]) for name in _ROWS
+        }
+        reference = dataclasses.replace(references[0], **rows)
+    facts = Table(
+        counts_per_rev=settings.revolution.counts_per_rev,
+        grating_lines=settings.revolution.lines,
+        disc_diameter_mm=2e3 * DISC_RADIUS_M,
+        head_separation_deg=float(np.rad2deg(HEAD_SEPARATION_RAD)),
+    )
+    write_measurement_set(folder, MeasurementSet(facts, capture, reference, title))
+
+
+def seal(folder: Path, effect: str, causes: Sequence[PhysicalEffect]) -> Path:
+    """Write what was hidden beside the folder, for the judge alone."""
+    truth: dict[str, Any] = {
+        "schema": 1,
+        "hidden": effect,
+        "causes": [repr(cause) for cause in causes],
+    }
+    return write_truth(folder, truth)

@@ -1,0 +1,127 @@
+"""A reference instrument on the table, and what it says of the gateware's output.
+
+It is read while the compensation is off: the output then is what head 1 reads, which is what the
+rows of a reference run are about.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.instrument import EdgeTrack, InstrumentError, Recording
+from arctrue.measurement import Reference
+from arctrue.studies.hidden_effect.drive import TURN_RAD, Drive
+from arctrue.units import ARCSEC_PER_RAD
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """The output at stations, arrays ``(n,)``."""
+
+    motion_s: Float
+    target_deg: Float
+    direction: NDArray[np.int64]
+    cycle: NDArray[np.int64]
+    output_counts: NDArray[np.int64]
+    """From the index."""
+    true_angle_rad: Float
+
+
+def zero_level(recording: Recording, side: int) -> int:
+    """Level of the output's signal at the lower end of its count 0, in which Z is high.
+
+    ``side``: in which direction the table turns as Z rises. Raises InstrumentError where the
+    recording holds no Z.
+    """
+    if not recording.index_clock.size:
+        raise InstrumentError("the output never raised Z in the recorded turn")
+    track = recording.output
+    # The kept edges are some clocks apart; between two of them the speed is steady.
+    raised = round(float(np.interp(recording.index_clock[-1], track.clock, track.position)))
+    return (raised if side > 0 else raised - 1) % track.counts_per_rev
+
+
+def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
+    """What the output shows at clocks at which it stands, from the zero of the track.
+
+    The track has levels that were passed: upwards the count above one is shown, downwards that
+    below. Needs every edge. Raises InstrumentError where some are missing.
+    """
+    place = np.searchsorted(track.clock, clock) - 1
+    if track.dropped or track.edges != track.clock.size or place.min() < 0:
+        raise InstrumentError("the recording does not hold every edge before each station")
+    step = np.sign(np.diff(track.position, prepend=track.position[0] - 1))
+    # The same level twice: a reversal.
+    last = np.maximum.accumulate(np.where(step != 0, np.arange(step.size), 0))
+    turned = (np.arange(step.size) - last) % 2 == 1
+    side = np.where(turned, -step[last], step[last])
+    return np.asarray(track.position[place] - (side[place] < 0), dtype=np.int64)
+
+
+def on_the_move(recording: Recording, drive: Drive, stations: int) -> Readings:
+    """A rotary reference whose marks the table passes: each latches the output."""
+    track = recording.output
+    side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
+    first = int(np.ceil(side * track.true_angle_rad[0] * stations / TURN_RAD))
+    number = side * (first + np.arange(stations))
+    marks: Float = np.asarray(number * (TURN_RAD / stations), dtype=np.float64)
+    order = slice(None, None, side)
+    angle = track.true_angle_rad[order]
+    position = np.interp(marks, angle, track.position[order])
+    clock = np.interp(marks, angle, track.clock[order])
+    share = (clock - track.clock[0]) / (track.clock[-1] - track.clock[0])
+    begin, end = _motion_span_s(drive, track)
+    return Readings(
+        begin + share * (end - begin),
+        np.asarray(number * (360.0 / stations), dtype=np.float64),
+        np.full(stations, side, dtype=np.int64),
+        np.zeros(stations, dtype=np.int64),
+        np.floor(position).astype(np.int64) - zero_level(recording, side),
+        marks,
+    )
+
+
+def _motion_span_s(drive: Drive, track: EdgeTrack) -> tuple[float, float]:
+    """Times of the motion at the first and the last edge: the speed is one, but for its ripple."""
+    times = np.linspace(0.0, drive.duration_s, 4096)
+    angle = drive.state(times).angle_rad
+    order = slice(None, None, 1 if angle[-1] > angle[0] else -1)
+    ends = np.interp(track.true_angle_rad[[0, -1]], angle[order], times[order])
+    return float(ends[0]), float(ends[1])
+
+
+def as_reference(
+    readings: Readings,
+    drive: Drive,
+    *,
+    counts_per_rev: int,
+    noise_arcsec: float,
+    random: np.random.Generator,
+    instrument: str,
+    faces: int | None,
+    run: int,
+) -> Reference:
+    """The rows of a measurement set: head 1's reading less the reference's angle."""
+    reading_rad = readings.output_counts * (TURN_RAD / counts_per_rev)
+    error_rad = reading_rad - readings.true_angle_rad
+    # Of the whole turns between the two nobody knows.
+    error_rad -= np.round(error_rad / TURN_RAD) * TURN_RAD
+    noise = random.normal(0.0, noise_arcsec, error_rad.size)
+    return Reference(
+        target_deg=readings.target_deg,
+        error_arcsec=error_rad * ARCSEC_PER_RAD + noise,
+        run=np.full(error_rad.size, run, dtype=np.int64),
+        time_s=drive.start_s + readings.motion_s,
+        cycle=readings.cycle,
+        direction=readings.direction,
+        head1_counts=readings.output_counts,
+        temperature_c=drive.temperature_c(readings.motion_s),
+        instrument=instrument,
+        faces=faces,
+        standard_uncertainty_arcsec=noise_arcsec,
+    )

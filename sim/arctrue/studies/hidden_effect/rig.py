@@ -1,0 +1,182 @@
+"""The instrument on the table: powered up, driven, and read turn by turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.instrument import Instrument, InstrumentError, Recording
+from arctrue.instrument.revolution import set_up
+from arctrue.studies.hidden_effect.drive import TURN_RAD, Drive
+from arctrue.studies.hidden_effect.loaded_table import LoadedTable
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+
+BINS = 720
+"""Of the recordings: half a degree."""
+SPARE_TURNS = 0.06
+"""What a recording goes on after its turn, so that it holds an index and a station at its end."""
+
+_ENABLE_CLOCKS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class CapturedTurn:
+    """A bank that the gateware filled; arrays ``(n,)``."""
+
+    time_s: NDArray[np.float64]
+    """Of the measurement."""
+    head1_counts: NDArray[np.int64]
+    head2_counts: NDArray[np.int64]
+    temperature_c: NDArray[np.float64]
+
+
+class Rig:
+    """One table and one instrument, through any number of power-ups."""
+
+    def __init__(
+        self, instrument: Instrument, table: LoadedTable, settings: HiddenSettings
+    ) -> None:
+        """Nothing is before the heads yet."""
+        self.instrument = instrument
+        self.table = table
+        self.settings = settings
+        self.drive: Drive | None = None
+        self._attached_clock = 0
+        self._timestamp_offset = 0
+        self._told_turns = 0
+
+    @property
+    def present_drive(self) -> Drive:
+        """The drive that the table is on."""
+        if self.drive is None:
+            raise InstrumentError("the table is not driven yet: call power_up() first")
+        return self.drive
+
+    def power_up(self, drive: Drive, *, frozen: bool, stage: str) -> None:
+        """The table at the start of ``drive``; reset, firmware, and on over both indices.
+
+        With ``frozen`` the firmware judges each turn and leaves the coefficients alone.
+        """
+        self.drive = drive
+        self._attached_clock = self.instrument.clock
+        self.instrument.attach(self.table, drive)
+        self.instrument.reset()
+        firmware = self.instrument.firmware
+        set_up(firmware, self.settings.revolution)
+        firmware.send(f"freeze {'on' if frozen else 'off'}")
+        self._timestamp_offset = self.instrument.clock - self.instrument.snapshot().time
+        firmware.run(
+            until=lambda f: f.phase == "capture",
+            poll_clocks=self.settings.revolution.poll_clocks,
+            stage=stage,
+        )
+        self._told_turns = len(firmware.telemetry)
+
+    def motion_time_s(self, clock: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Time of the present motion at clocks of the instrument."""
+        return np.asarray((clock - self._attached_clock) / self.instrument.clock_hz)
+
+    def record(self) -> None:
+        """Begin to record a turn, and a little more."""
+        self.instrument.record(bins=BINS, every=self.settings.kept_every, turns=1.0 + SPARE_TURNS)
+
+    def captured_turn(self, stage: str) -> CapturedTurn:
+        """On until the gateware has filled a bank; it is read before the firmware gives it back."""
+        instrument, poll = self.instrument, self.settings.revolution.poll_clocks
+        while not instrument.read("status.capture_ready"):
+            self._pass(poll, stage)
+        bank = instrument.read_capture()
+        self.work(stage)
+        size = bank.samples.shape[0]
+        period = self.settings.revolution.sample_period_clocks
+        start = bank.start_time + self._timestamp_offset
+        moving_s = self.motion_time_s(start + period * np.arange(size, dtype=np.float64))
+        drive = self.present_drive
+        counts = bank.samples.astype(np.int64)
+        return CapturedTurn(
+            drive.start_s + moving_s, counts[:, 0], counts[:, 1], drive.temperature_c(moving_s)
+        )
+
+    def work(self, stage: str) -> None:
+        """Let the firmware take the bank that is ready, calibrate, and swap if it wants to."""
+        told = len(self.instrument.firmware.telemetry)
+        self.instrument.firmware.run(
+            until=lambda f: len(f.telemetry) > told and f.phase == "capture",
+            poll_clocks=self.settings.revolution.poll_clocks,
+            stage=stage,
+        )
+
+    def settle(self, stage: str) -> None:
+        """On until a swap has acted and its ramp is over."""
+        instrument = self.instrument
+        while True:
+            status = instrument.read_fields("status")
+            if status["compensating"] and not status["ramp_busy"]:
+                return
+            self._pass(self.settings.revolution.poll_clocks, stage)
+
+    def load(self, coefficients: Coefficients, stage: str) -> None:
+        """Write a whole bank, every lane of it, and let it act.
+
+        The firmware holds orders of the turn only: its ``freeze`` must be on.
+        """
+        instrument = self.instrument
+        swaps = instrument.read("swap_count")
+        instrument.write_coefficients(coefficients)
+        instrument.command("swap")
+        while instrument.read("swap_count") == swaps:
+            self._pass(self.settings.revolution.poll_clocks, stage)
+        instrument.update("control", compensate=1)
+        # The status tells of the ramp once the pipeline has seen the enable.
+        self._pass(_ENABLE_CLOCKS, stage)
+        self.settle(stage)
+
+    def restart_capture(self) -> None:
+        """Drop the turn under way: what is captured next begins now."""
+        self.instrument.update("control", capture_enable=0)
+        self.instrument.update("control", capture_enable=1)
+
+    def rest_of_recording(self, stage: str) -> Recording:
+        """On until the recording, which ends by itself, holds its turn."""
+        drive = self.present_drive
+        side = float(np.sign(drive.knot_speeds_rad_s[1]))
+        instrument = self.instrument
+        first = instrument.recording().output.true_angle_rad[0]
+        end = first + side * TURN_RAD * (1.0 + SPARE_TURNS)
+        while side * (instrument.true_angle_rad - end) < 0:
+            self._pass(self.settings.revolution.poll_clocks, stage)
+        return instrument.recording()
+
+    def work_until_the_end(self, stage: str) -> None:
+        """The firmware's main loop until the motion is over."""
+        self.instrument.firmware.run(
+            until=lambda _: self.instrument.ended,
+            poll_clocks=self.settings.revolution.poll_clocks,
+            stage=stage,
+        )
+
+    def clock_of(self, motion_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Clocks of the instrument at times of the present motion."""
+        return np.asarray(self._attached_clock + motion_s * self.instrument.clock_hz)
+
+    def recorded_turn(self, stage: str) -> Recording:
+        """Record one turn from here on, while the firmware goes on with its turns."""
+        self.record()
+        self.instrument.run(self.settings.revolution.poll_clocks, stage=stage)
+        drive = self.present_drive
+        side = float(np.sign(drive.knot_speeds_rad_s[1]))
+        end = self.instrument.true_angle_rad + side * TURN_RAD * (1.0 + SPARE_TURNS)
+        self.instrument.firmware.run(
+            until=lambda _: side * (self.instrument.true_angle_rad - end) >= 0,
+            poll_clocks=self.settings.revolution.poll_clocks,
+            stage=stage,
+        )
+        return self.instrument.recording()
+
+    def _pass(self, clocks: int, stage: str) -> None:
+        if self.instrument.ended:
+            raise InstrumentError(f"the motion ended during: {stage}")
+        self.instrument.run(clocks, stage=stage)

@@ -1,0 +1,57 @@
+"""The scale of an experiment with a hidden effect."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from arctrue.instrument.revolution import RevolutionSettings
+from arctrue.studies.hidden_effect.loaded_table import LoadedTable
+from arctrue.table.causes.base import PhysicalEffect
+
+KEPT_A_SIGNAL_PERIOD = 64
+"""Edges kept of each period of the grating, at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenSettings:
+    """The table and the gateware, both as in ``arctrue revolution``, and what is measured."""
+
+    revolution: RevolutionSettings = field(
+        default_factory=lambda: RevolutionSettings(
+            noise_arcsec=0.1, clocks_per_count=1.14, alpha_error_arcsec=0.0
+        )
+    )
+    stations: int = 360
+    """Marks of the rotary reference in a turn."""
+    faces: int = 24
+    """Of the polygon, where the table has to stand still."""
+    cycles: int = 2
+    """Of the polygon."""
+    reference_noise_arcsec: float = 0.1
+    seed: int = 1
+
+    @classmethod
+    def of_lines(cls, lines: int, lanes: int, samples: int, **others: object) -> HiddenSettings:
+        """The paper's scale with another number of lines, lanes and samples a turn."""
+        usual = cls()
+        scale = dataclasses.replace(usual.revolution, lines=lines, lanes=lanes, samples=samples)
+        return dataclasses.replace(usual, revolution=scale, **others)  # type: ignore[arg-type]
+
+    @property
+    def kept_every(self) -> int:
+        """Which edges are kept: odd, so that they meet every phase of the signal period."""
+        every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
+        return every + 1 - every % 2 if every > 1 else 1
+
+    def table(self, hidden: Sequence[PhysicalEffect]) -> LoadedTable:
+        """The paper's kind of table with ``hidden`` in it; the noise of the readings comes last."""
+        plain = self.revolution.table()
+        noise = 1 if self.revolution.noise_arcsec else 0
+        known = plain.effects[: len(plain.effects) - noise]
+        return LoadedTable(
+            heads=plain.heads,
+            effects=(*known, *hidden, *plain.effects[len(known) :]),
+            counts_per_rev=plain.counts_per_rev,
+        )

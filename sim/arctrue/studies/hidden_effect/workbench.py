@@ -1,0 +1,113 @@
+"""The workbench on a measurement set: it is given a folder, and nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.measurement import read_measurement_set
+from arctrue.workbench.diagnose.adopted import adopt
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.parts import ProductOfParts
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.model.export import Export, export_model
+from arctrue.workbench.model.growth import add_effect, as_stored, fitted, settle, step_of
+from arctrue.workbench.model.model import HistoryStep, Model, default_model
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What the workbench made of a set."""
+
+    observations: Observations
+    diagnosis: Diagnosis
+    effect: str | None
+    """What was added; None: nothing could be."""
+    effect_file: Path | None
+    """Written for an effect that is in no catalogue."""
+    before: Model
+    """The paper's model, fitted."""
+    model: Model
+    """With the effect."""
+    effects: Mapping[str, type[Effect]]
+
+    @property
+    def ladder(self) -> list[HistoryStep]:
+        """How the error fell on this set."""
+        return list(self.model.history)
+
+    def export(self, lanes: int, temperature_c: float | None) -> Export:
+        """The model as coefficients of the gateware, and what lanes cannot correct."""
+        return export_model(
+            self.model,
+            self.observations,
+            self.effects,
+            lanes=lanes,
+            temperature_c=temperature_c,
+        )
+
+    def data(self) -> dict[str, Any]:
+        """As ``arctrue diagnose --json``."""
+        return diagnosis_data(self.diagnosis, self.before.names())
+
+    def words(self) -> list[str]:
+        """The verdict in sentences."""
+        return sentences(self.diagnosis)
+
+
+def examine(folder: Path, *, adopted_name: str, effects_folder: Path) -> Examined:
+    """``arctrue diagnose``, ``arctrue add`` (after ``--adopt`` for what no effect explains)."""
+    measurement = read_measurement_set(folder)
+    observations = observations_of(measurement)
+    effects = catalogue()
+    title = measurement.title or folder.name
+    before, solution = fitted(default_model(), observations, effects)
+    terms = settle(before, observations, effects)
+    found = diagnose(observations, terms, effects)
+    name, settings, file = None, {}, None
+    if found.named is not None:
+        name = found.named.name
+        usual = dict(effects[name].defaults)
+        settings = {
+            key: value
+            for key, value in found.named.effect.settings.items()
+            if value != usual.get(key)
+        }
+    elif found.described is not None and isinstance(found.described.effect, ProductOfParts):
+        name = adopted_name
+        file = adopt(found.described.effect, name, found.description or "", effects_folder)
+        effects = catalogue([effects_folder])
+    model = dataclasses.replace(
+        before, history=[step_of("fit", ", ".join(before.names()), title, solution)]
+    )
+    if name is not None:
+        model, _ = add_effect(model, name, settings, observations, effects, title)
+    return Examined(observations, found, name, file, before, model, effects)
+
+
+def left_on_fresh_set(examined: Examined, folder: Path) -> dict[str, float]:
+    """RMS of what the capture of another set leaves, nothing fitted, arcseconds.
+
+    As ``arctrue compare --no-fit``, with the model before and after the effect was added.
+    """
+    observations = observations_of(
+        read_measurement_set(folder),
+        reference_temperature_c=examined.model.reference_temperature_c,
+    )
+    left = {}
+    for name, model in (("without", examined.before), ("with", examined.model)):
+        solution = as_stored(model, observations, examined.effects)
+        residual = Residuals(solution).capture_arcsec
+        assert residual is not None
+        left[name] = float(np.sqrt(np.mean(residual**2)))
+    return left

@@ -1,0 +1,25 @@
+"""The paper's experiment (its section 4): polygon, autocollimator, ten cycles, uncertainty."""
+
+from arctrue.studies.paper.budget import (
+    UncertaintyBudget,
+    bessel_deviation,
+    mounting_eccentricity_rad,
+    tower_difference_rad,
+)
+from arctrue.studies.paper.polygon import Autocollimator, Polygon
+from arctrue.studies.paper.published import PUBLISHED, Published
+from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors
+
+__all__ = [
+    "PUBLISHED",
+    "Autocollimator",
+    "Polygon",
+    "Published",
+    "StationErrors",
+    "UncertaintyBudget",
+    "bessel_deviation",
+    "mounting_eccentricity_rad",
+    "residual_orders",
+    "station_errors",
+    "tower_difference_rad",
+]

@@ -1,0 +1,71 @@
+"""From autocollimator readings, cycle by cycle, to the figures that the paper prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.studies.paper.budget import (
+    UncertaintyBudget,
+    bessel_deviation,
+    mounting_eccentricity_rad,
+    tower_difference_rad,
+)
+from arctrue.studies.paper.published import Published
+from arctrue.units import ARCSEC_PER_RAD
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StationErrors:
+    """Positioning error at every face; shapes ``(faces,)``, arcsec, mean over the faces removed."""
+
+    mean_arcsec: Float
+    deviation_arcsec: Float
+
+    @property
+    def span_arcsec(self) -> tuple[float, float]:
+        """Smallest and largest mean."""
+        return float(self.mean_arcsec.min()), float(self.mean_arcsec.max())
+
+    def budget(self, published: Published) -> UncertaintyBudget:
+        """Table 3 with the repeatability that was measured here (mean over the faces)."""
+        return UncertaintyBudget(
+            published.budget.polygon_arcsec,
+            published.budget.autocollimator_arcsec,
+            float(np.mean(self.deviation_arcsec)),
+            ARCSEC_PER_RAD
+            * mounting_eccentricity_rad(
+                published.mounting_offset_m, published.flatness_m, published.face_width_m
+            ),
+            ARCSEC_PER_RAD
+            * tower_difference_rad(
+                2.0 * np.pi / published.faces, published.tilt_arcsec / ARCSEC_PER_RAD
+            ),
+        )
+
+
+def station_errors(readings_rad: Float) -> StationErrors:
+    """Error = −reading: a table that stands too far on turns the face on.
+
+    ``readings_rad`` has shape ``(cycles, faces)``. The mean of a cycle is where the zero was put
+    and is removed, as an autocollimator is set to zero before a cycle.
+    Raises ValueError for less than two cycles.
+    """
+    errors = -ARCSEC_PER_RAD * (readings_rad - readings_rad.mean(axis=1, keepdims=True))
+    return StationErrors(errors.mean(axis=0), bessel_deviation(errors))
+
+
+def residual_orders(error_arcsec: Float) -> Float:
+    """Amplitude of each order that so many faces can tell apart, 1 … faces/2, Fig. 11 b.
+
+    ``error_arcsec`` has shape ``(faces,)``; the answer ``(faces // 2,)``, arcsec.
+    """
+    lines = np.fft.rfft(error_arcsec) / error_arcsec.size
+    amplitude = 2.0 * np.abs(lines[1:])
+    if error_arcsec.size % 2 == 0:
+        amplitude[-1] /= 2.0
+    return np.asarray(amplitude)

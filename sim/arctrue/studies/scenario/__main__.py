@@ -1,0 +1,36 @@
+"""``python -m arctrue.studies.scenario RUN.json …``: the table of docs/scenarios.md."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+
+def results_table(files: Sequence[Path]) -> str:
+    """One line a file of ``arctrue run --json``, in markdown: what its last turn came to."""
+    lines = [
+        "| Scenario | Turns | Applied | Refused "
+        "| Not corrected, RMS | Corrected, RMS | Edges | Mean | Reference |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for file in files:
+        told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        last = told["turns"][-1]
+        before, after = last["uncorrected"], last["corrected"]
+        seen = last["reference"]
+        shown = f"{seen['rms_arcsec']:.2f}″" if seen else ""
+        # Adding 0 makes a 0 of a negative one.
+        mean = round(after["mean_arcsec"], 2) + 0.0
+        lines.append(
+            f"| `{file.stem}` | {len(told['turns'])} | {told['applied']} | {told['refused']} "
+            f"| {before['rms_arcsec']:.2f}″ | {after['rms_arcsec']:.2f}″ "
+            f"| {after['edges_rms_arcsec']:.2f}″ | {mean:.2f}″ | {shown} |"
+        )
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(results_table([Path(name) for name in sys.argv[1:]]))

@@ -1,0 +1,99 @@
+"""What came of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from arctrue.studies.scenario.scenario import Scenario
+from arctrue.studies.scenario.turns import TurnError
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One turn of travel."""
+
+    number: int
+    """The first is 1."""
+    temperature_c: float
+    """In the middle of the turn's travel."""
+    uncorrected: TurnError | None
+    """Head 1 as it came in."""
+    corrected: TurnError | None
+    """The output."""
+    reference: TurnError | None
+    """The output as a wrong reference shows it, at the faces only."""
+    told: tuple[dict[str, Any], ...]
+    """Telemetry that the firmware gave meanwhile."""
+    flags: tuple[str, ...]
+    """Raised at some time in the turn."""
+    events: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain values."""
+
+        def error(found: TurnError | None) -> dict[str, Any] | None:
+            if found is None:
+                return None
+            return {
+                "lowest_arcsec": found.lowest_arcsec,
+                "highest_arcsec": found.highest_arcsec,
+                "rms_arcsec": found.rms_arcsec,
+                "edges_rms_arcsec": found.edges_rms_arcsec,
+                "mean_arcsec": found.mean_arcsec,
+                "amplitude_arcsec": found.amplitude_arcsec.tolist(),
+            }
+
+        return {
+            "turn": self.number,
+            "temperature_c": self.temperature_c,
+            "uncorrected": error(self.uncorrected),
+            "corrected": error(self.corrected),
+            "reference": error(self.reference),
+            "telemetry": list(self.told),
+            "flags": list(self.flags),
+            "events": list(self.events),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioResult:
+    """All turns, and which limits were broken."""
+
+    scenario: Scenario
+    turns: tuple[Turn, ...]
+    illegal: int
+    """Clocks in which A and B of the output changed together."""
+    clocks: int
+    wall_s: float
+    broken: tuple[str, ...] = ()
+    """Limits of the scenario that do not hold, in words."""
+
+    @property
+    def applied(self) -> int:
+        """Calibrations that the firmware applied."""
+        return self._told("applied")
+
+    @property
+    def refused(self) -> int:
+        """Captures that the firmware refused."""
+        return self._told("refused")
+
+    def _told(self, result: str) -> int:
+        return sum(told["result"] == result for turn in self.turns for told in turn.told)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain values."""
+        return {
+            "title": self.scenario.title,
+            "counts_per_rev": self.scenario.scale.counts_per_rev,
+            "lanes": self.scenario.scale.lanes,
+            "clock_hz": self.scenario.clock_hz,
+            "turns": [turn.as_json() for turn in self.turns],
+            "applied": self.applied,
+            "refused": self.refused,
+            "illegal": self.illegal,
+            "clocks": self.clocks,
+            "wall_s": self.wall_s,
+            "broken": list(self.broken),
+        }

@@ -1,0 +1,223 @@
+"""A scenario on the virtual instrument, turn by turn."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from arctrue.instrument import Instrument, InstrumentError, PinFault, Progress
+from arctrue.instrument.build import Say
+from arctrue.studies.scenario.course import Course
+from arctrue.studies.scenario.limits import broken_limits
+from arctrue.studies.scenario.reader import FLAGS
+from arctrue.studies.scenario.result import ScenarioResult, Turn
+from arctrue.studies.scenario.scenario import Scenario
+from arctrue.studies.scenario.seen import seen_by_reference
+from arctrue.studies.scenario.turns import turn_errors
+
+LOOKS_A_TURN = 36
+"""How often flags and telemetry are looked at."""
+
+
+class _Run:
+    """One run under way."""
+
+    def __init__(self, instrument: Instrument, scenario: Scenario, course: Course) -> None:
+        self.instrument, self.scenario, self.course = instrument, scenario, course
+        self.started = instrument.clock
+        self.flags: list[set[str]] = [set() for _ in range(self.rows)]
+        self.told: list[list[dict[str, Any]]] = [[] for _ in range(self.rows)]
+        self.events: list[list[str]] = [[] for _ in range(self.rows)]
+        self._heard = 0
+        self._stalled = 0
+        self._firmware_held = False
+        for fault in scenario.faults:
+            self.events[self._row_of(fault.at_turn)].append(fault.text)
+        self._note_pauses()
+
+    @property
+    def rows(self) -> int:
+        """Turns of travel, the last of which may be a part of one."""
+        return max(1, int(np.ceil(self.course.turns - 1e-6)))
+
+    def _row_of(self, turn: float) -> int:
+        return int(np.clip(np.floor(turn + 1e-9), 0, self.rows - 1))
+
+    def _note_pauses(self) -> None:
+        turn = 0.0
+        for before, leg in zip((None, *self.scenario.legs), self.scenario.legs, strict=False):
+            # What happens at the end of the last turn stands in its row.
+            row = self._row_of(turn)
+            if not leg.turns:
+                self.events[row].append(f"pause of {leg.pause_s:g} s")
+            elif before is not None and before.turns * leg.turns < 0:
+                self.events[row].append("reversal")
+            turn += abs(leg.turns)
+
+    def clock_at(self, motion_s: float) -> int:
+        """The clock of an instant of the motion."""
+        return self.started + round(motion_s * self.instrument.clock_hz)
+
+    def row_now(self) -> int:
+        """Row of the present clock."""
+        now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
+        return self._row_of(float(self.course.travel_turns(np.array([now_s]))[0]))
+
+    def spans(self, what: str) -> list[tuple[int, int, int]]:
+        """First and last clock of each fault of a kind, and the most clocks of a stall."""
+        return [
+            (self.clock_at(begin), max(self.clock_at(begin) + 1, self.clock_at(end)), f.most_clocks)
+            for f in self.scenario.faults
+            if f.what == what
+            for begin, end in (f.span_s(self.course),)
+        ]
+
+    def lay_pin_faults(self) -> None:
+        """All faults of pins, at their clocks."""
+        found = []
+        for fault in self.scenario.faults:
+            if fault.what != "pins":
+                continue
+            begin, end = (self.clock_at(instant) for instant in fault.span_s(self.course))
+            acts = {fault.act: fault.pins}
+            found.append(
+                PinFault(
+                    begin,
+                    max(1, end - begin),
+                    **acts,
+                    probability=fault.probability,
+                )
+            )
+        if found:
+            self.instrument.disturb(*found, seed=self.scenario.scale.seed)
+
+    def look(self) -> None:
+        """Note flags and telemetry in the present row."""
+        row = self.row_now()
+        for head in ("head1", "head2"):
+            fields = self.instrument.read_fields(f"{head}.flags")
+            self.flags[row] |= {f"{head}.{name}" for name, value in fields.items() if value}
+        if self.instrument.read("status.cannot_keep_up"):
+            self.flags[row].add("status.cannot_keep_up")
+        self.flags[row] &= set(FLAGS)
+        telemetry = self.instrument.firmware.telemetry
+        self.told[row] += telemetry[self._heard :]
+        self._heard = len(telemetry)
+
+    def freeze_when_wanted(self) -> None:
+        """Hold the coefficients after the first that were applied."""
+        applied = any(t["result"] == "applied" for t in self.instrument.firmware.telemetry)
+        firmware = self.scenario.firmware
+        if firmware.recalibrate == "first_turn" and applied and not self._firmware_held:
+            self._firmware_held = True
+            self.instrument.firmware.send("freeze on")
+
+    def go(self, poll_clocks: int) -> None:
+        """The whole motion, with its faults."""
+        instrument = self.instrument
+        hung, stalls = self.spans("hung_processor"), self.spans("bus_stall")
+        edges = sorted({clock for begin, end, _ in (*hung, *stalls) for clock in (begin, end)})
+        turn_s = 2 * np.pi / max(self.scenario.speeds_rad_s)
+        between = max(poll_clocks, round(turn_s * instrument.clock_hz / LOOKS_A_TURN))
+        end = self.clock_at(self.course.duration_s)
+        while instrument.clock < end:
+            now = instrument.clock
+            until = min([now + between, end, *(edge for edge in edges if edge > now)])
+            most = max((most for begin, last, most in stalls if begin <= now < last), default=0)
+            if most != self._stalled:
+                instrument.stall_bus(most, self.scenario.scale.seed)
+                self._stalled = most
+            stage = f"turn {self.row_now() + 1} of {self.rows}"
+            if any(begin <= now < last for begin, last, _ in hung):
+                instrument.run(until - now, stage=stage)
+            else:
+                instrument.firmware.run(until - now, poll_clocks=poll_clocks, stage=stage)
+                self.freeze_when_wanted()
+            self.look()
+
+
+def run_scenario(
+    scenario: Scenario,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    say: Say | None = None,
+) -> ScenarioResult:
+    """Run it.
+
+    Raises InstrumentError where the instrument cannot be built, or the heads find no index.
+    """
+    course, scale = scenario.course(), scenario.scale
+    with Instrument(
+        scale.lanes, scale.capture_depth, clock_hz=scenario.clock_hz, progress=progress, say=say
+    ) as instrument:
+        began = time.monotonic()
+        run = _Run(instrument, scenario, course)
+        instrument.attach(scenario.table(), course)
+        run.lay_pin_faults()
+        poll = scenario.revolution.poll_clocks
+        _set_up(instrument, scenario)
+        first = run.clock_at(course.time_at_turn(0.0))
+        while instrument.clock < first:
+            instrument.firmware.run(
+                min(poll, first - instrument.clock), poll_clocks=poll, stage="over the indices"
+            )
+        if instrument.firmware.phase == "wait_for_index":
+            raise InstrumentError(
+                "a head did not find its index before the first turn; "
+                "are there enough counts a turn (scale.lines, --lines)?"
+            )
+        instrument.record(every=scenario.kept_every)
+        run.go(poll)
+        run.look()
+        recording = instrument.recording()
+        errors = {}
+        for name, track in (("head1", recording.head1), ("output", recording.output)):
+            if track.dropped:
+                raise InstrumentError(
+                    f"{track.dropped} edges did not fit the recording: make the motion shorter"
+                )
+            edge_s = (track.clock - run.started) / instrument.clock_hz
+            errors[name] = turn_errors(track, course.travel_turns(edge_s), run.rows)
+        middle_s = np.array(
+            [course.time_at_turn(min(n + 0.5, course.turns)) for n in range(run.rows)]
+        )
+        temperature_c = course.temperature_c(middle_s)
+        turns = tuple(
+            Turn(
+                number=n + 1,
+                temperature_c=float(temperature_c[n]),
+                uncorrected=errors["head1"][n],
+                corrected=errors["output"][n],
+                reference=seen_by_reference(scenario, course, n + 1, errors["output"][n]),
+                told=tuple(run.told[n]),
+                flags=tuple(sorted(run.flags[n])),
+                events=tuple(run.events[n]),
+            )
+            for n in range(run.rows)
+        )
+        result = ScenarioResult(
+            scenario, turns, recording.illegal, instrument.clock, time.monotonic() - began
+        )
+    return dataclasses.replace(result, broken=broken_limits(result))
+
+
+def _set_up(instrument: Instrument, scenario: Scenario) -> None:
+    """The firmware with the scale of the scenario, started."""
+    firmware = instrument.firmware
+    for name, value in (
+        ("counts_per_rev", scenario.scale.counts_per_rev),
+        ("sample_period", scenario.sample_period_clocks),
+        ("ramp_rate", scenario.revolution.ramp_rate),
+        ("output_spacing", 1),
+        ("orders", scenario.firmware.orders),
+        *scenario.firmware.parameters,
+    ):
+        firmware.set(name, value)
+    firmware.calculation_clocks = round(scenario.firmware.calculation_s * instrument.clock_hz)
+    firmware.start()
+    if scenario.firmware.recalibrate == "never":
+        firmware.send("freeze on")

@@ -1,0 +1,265 @@
+"""A scenario: what is run, as plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from arctrue.instrument import clock_hz_for
+from arctrue.instrument.noise import ReadingNoise
+from arctrue.instrument.recording import ARCSEC_A_TURN
+from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
+from arctrue.studies.scenario.course import Course, Leg
+from arctrue.studies.scenario.table import ScenarioTable
+from arctrue.table import (
+    HEAD_SEPARATION_RAD,
+    DiscEccentricity,
+    GraduationHarmonics,
+    PhysicalEffect,
+    two_heads,
+)
+from arctrue.units import RAD_PER_ARCSEC
+
+EDGES_KEPT_A_TURN = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Size of disc, gateware and capture."""
+
+    lines: int = 1024
+    interpolation: int = 1024
+    lanes: int = 4
+    samples: int = 1200
+    """In a turn at the slowest speed; a faster turn has fewer."""
+    clocks_per_count: float = 1.1
+    """At the fastest speed."""
+    seed: int = 1
+    """Of the readings' noise and of the random faults."""
+
+    @property
+    def counts_per_rev(self) -> int:
+        """Counts a turn."""
+        return self.lines * self.interpolation
+
+    @property
+    def capture_depth(self) -> int:
+        """Samples that a bank holds: those of a turn and a margin, in steps of 512."""
+        return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
+
+
+@dataclass(frozen=True, slots=True)
+class TableErrors:
+    """What is wrong with the table beside the effects that are named."""
+
+    paper: bool = True
+    """The paper's kind of error, [−150.0″, 137.9″], or a perfect disc."""
+    separation_error_arcsec: float = 0.0
+    """How far the heads' separation is from the 33° that the firmware is told."""
+    noise_arcsec: float = 0.2
+    """Standard deviation of each head's reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class TemperaturePoint:
+    """A corner of the temperature's course."""
+
+    celsius: float
+    turn: float | None = None
+    """Where the time counts from: the first instant of this turn, or the first turn's."""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class NamedEffect:
+    """A cause as it stands in the file, ready for the table."""
+
+    cause: str
+    physical: PhysicalEffect
+    reference_only: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something that goes wrong for a while."""
+
+    what: str
+    """``pins``, ``bus_stall`` or ``hung_processor``."""
+    at_turn: float
+    for_turns: float = 0.0
+    for_s: float = 0.0
+    """In time of the motion, after ``for_turns``."""
+    pins: int = 0
+    act: str = "invert"
+    probability: float = 1.0
+    most_clocks: int = 0
+    text: str = ""
+    """For people."""
+
+    def span_s(self, course: Course) -> tuple[float, float]:
+        """First and last instant, in time of the motion."""
+        begin = course.time_at_turn(self.at_turn)
+        if not self.for_turns:
+            return begin, begin + self.for_s
+        return begin, course.time_at_turn(self.at_turn + self.for_turns) + self.for_s
+
+
+@dataclass(frozen=True, slots=True)
+class FirmwareSettings:
+    """How the firmware is set up."""
+
+    recalibrate: str = "every_turn"
+    """``every_turn``, ``first_turn`` (then frozen) or ``never``."""
+    orders: int = 32
+    calculation_s: float = 0.25
+    """What a calibration may take, in the table's time."""
+    parameters: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What must hold, or the run has failed; None is not asked for."""
+
+    from_turn: int = 3
+    to_turn: int | None = None
+    corrected_rms_arcsec: float | None = None
+    corrected_reach_arcsec: float | None = None
+    worse_by_arcsec: float | None = None
+    """By how much the corrected RMS may lie above the uncorrected one, in any turn."""
+    applied_turns_least: int | None = None
+    refused_turns_least: int | None = None
+    refused_turns_most: int | None = None
+    reasons_wanted: tuple[str, ...] = ()
+    """Of refused captures."""
+    flags_wanted: tuple[str, ...] = ()
+    flags_allowed: tuple[str, ...] | None = None
+
+    def without_arcsec(self) -> Limits:
+        """The same without those that depend on the size of a count."""
+        return replace(
+            self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """Everything that a file says."""
+
+    title: str
+    about: str
+    scale: Scale
+    errors: TableErrors
+    legs: tuple[Leg, ...]
+    ripple_rad: float = 0.0
+    ripple_order: int = 7
+    temperature: tuple[TemperaturePoint, ...] = ()
+    effects: tuple[NamedEffect, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    firmware: FirmwareSettings = field(default_factory=FirmwareSettings)
+    limits: Limits = field(default_factory=Limits)
+    orders: tuple[int, ...] = (1, 2, 3)
+    """Shown for each turn."""
+    faces: int = 24
+    """Of the polygon, where an effect concerns the reference."""
+
+    @property
+    def speeds_rad_s(self) -> list[float]:
+        """Of the legs that turn."""
+        return [leg.speed_rad_s for leg in self.legs if leg.turns]
+
+    @property
+    def clock_hz(self) -> float:
+        """Clocks of the gateware in a second of the table's time."""
+        return clock_hz_for(
+            self.scale.counts_per_rev, max(self.speeds_rad_s), self.scale.clocks_per_count
+        )
+
+    @property
+    def sample_period_clocks(self) -> int:
+        """Clocks between two samples: a turn at the slowest speed has ``scale.samples``."""
+        turn_s = 2 * np.pi / min(self.speeds_rad_s)
+        return round(turn_s * self.clock_hz / self.scale.samples)
+
+    @property
+    def revolution(self) -> RevolutionSettings:
+        """The same scale as settings of the one revolution, which know the paper's table."""
+        return RevolutionSettings(
+            lines=self.scale.lines,
+            interpolation=self.scale.interpolation,
+            lanes=self.scale.lanes,
+            samples=self.scale.samples,
+            speed_deg_s=float(np.rad2deg(max(self.speeds_rad_s))),
+            clocks_per_count=self.scale.clocks_per_count,
+            orders=self.firmware.orders,
+            noise_arcsec=0.0,
+        )
+
+    @property
+    def kept_every(self) -> int:
+        """Which edges are kept: odd, so that they meet every phase of a line's counts."""
+        every = max(1, self.scale.counts_per_rev // EDGES_KEPT_A_TURN)
+        return every + 1 - every % 2
+
+    @property
+    def arcsec_per_count(self) -> float:
+        """One count in seconds of arc."""
+        return ARCSEC_A_TURN / self.scale.counts_per_rev
+
+    def course(self) -> Course:
+        """The motion with its temperature. Raises ValueError where it cannot be driven."""
+        bare = Course.over(
+            self._legs_in_samples(), ripple_rad=self.ripple_rad, ripple_order=self.ripple_order
+        )
+        if not self.temperature:
+            return bare
+        points = sorted(
+            (
+                float(bare.surroundings_at(np.array([bare.time_at_turn(point.turn or 0.0)]))[0])
+                + point.seconds,
+                point.celsius,
+            )
+            for point in self.temperature
+        )
+        return Course(
+            bare.knot_times_s,
+            bare.knot_speeds_rad_s,
+            bare.start_rad,
+            bare.ripple_rad,
+            bare.ripple_order,
+            bare.ripple_phase_rad,
+            bare.surroundings_s,
+            tuple(time for time, _ in points),
+            tuple(celsius for _, celsius in points),
+        )
+
+    def _legs_in_samples(self) -> list[Leg]:
+        """What is run of a pause is whole sample periods, so that what follows meets the gateware's
+        clock and sampler where it would without the pause: nothing else of it changes a result.
+        """
+        if not self.speeds_rad_s:
+            return list(self.legs)
+        period_s = self.sample_period_clocks / self.clock_hz
+        return [
+            leg if leg.turns else replace(leg, run_s=max(1, round(leg.run_s / period_s)) * period_s)
+            for leg in self.legs
+        ]
+
+    def table(self) -> ScenarioTable:
+        """The table with all that acts on it; the noise of the readings comes last."""
+        effects: list[PhysicalEffect] = []
+        if self.errors.paper:
+            plain = self.revolution.table().effects
+            effects += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
+        effects += [effect.physical for effect in self.effects if not effect.reference_only]
+        if self.errors.noise_arcsec:
+            # Independent from one sample to the next.
+            correlation_s = self.sample_period_clocks / self.clock_hz / 5
+            rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
+            effects.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))
+        separation = HEAD_SEPARATION_RAD + self.errors.separation_error_arcsec * RAD_PER_ARCSEC
+        return ScenarioTable(
+            heads=two_heads(separation_rad=separation),
+            effects=tuple(effects),
+            counts_per_rev=self.scale.counts_per_rev,
+        )

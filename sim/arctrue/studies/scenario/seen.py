@@ -1,0 +1,40 @@
+"""What a reference instrument with errors of its own would show of the output."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.studies.scenario.course import Course
+from arctrue.studies.scenario.scenario import Scenario
+from arctrue.studies.scenario.turns import BINS, TURN_RAD, TurnError
+from arctrue.table.causes.cause import Cause, Stations
+from arctrue.units import RAD_PER_ARCSEC
+
+
+def seen_by_reference(
+    scenario: Scenario, course: Course, number: int, error: TurnError | None
+) -> TurnError | None:
+    """The error of turn ``number`` (first: 1) at the faces of a polygon, as its reading shows it.
+
+    None where no effect concerns the reference. The bins that hold no face are NaN.
+    """
+    causes = [effect.physical for effect in scenario.effects if effect.reference_only]
+    if not causes or error is None:
+        return None
+    faces = np.arange(scenario.faces)
+    angle_rad = np.asarray(faces * (TURN_RAD / scenario.faces), dtype=np.float64)
+    # The half degree that begins at the face, whatever the last bit of its angle.
+    bins = faces * BINS // scenario.faces
+    stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
+    state = course.state(stood_s)
+    stations = Stations(state.turned(angle_rad), faces)
+    deviation_rad = error.bins_arcsec[bins] * RAD_PER_ARCSEC
+    shown = deviation_rad.copy()
+    for cause in causes:
+        if isinstance(cause, Cause):
+            shown = shown + cause.instrument_error_rad(stations, deviation_rad)
+    values = np.full(BINS, np.nan)
+    values[bins] = shown / RAD_PER_ARCSEC
+    mean = float(np.nanmean(values))
+    single = float(np.sqrt(np.nanmean((values - mean) ** 2)))
+    return TurnError(values - mean, mean, single)

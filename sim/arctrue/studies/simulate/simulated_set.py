@@ -1,0 +1,160 @@
+"""One measurement set with chosen causes, and its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.simulate.bench import Bench
+from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
+from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.causes.belt_half_order import BeltPull
+from arctrue.table.causes.disc_eccentricity import DiscEccentricity
+from arctrue.table.causes.gear_mesh import GearMesh
+from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
+from arctrue.table.rotary_table import RotaryTable, two_heads
+from arctrue.units import RAD_PER_ARCSEC
+
+ECCENTRICITY_UM = (20.0, 30.0)
+"""The paper's table: 108″ of first order is 28 µm."""
+GRADUATION_ORDERS = (2, 3, 4, 5, 6, 8)
+GRADUATION_ARCSEC = (0.15, 1.0)
+NOISE_ARCSEC = 0.1
+REFERENCE_NOISE_ARCSEC = 0.15
+INDEX_SCATTER_COUNTS = 1
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A cause by its name; without a size one is drawn."""
+
+    name: str
+    size: float | None = None
+
+
+@dataclass(frozen=True)
+class SimulatedSet:
+    """The set that may be shown, and the truth that may not."""
+
+    measurement: MeasurementSet
+    truth: dict[str, Any]
+    exact_arcsec: dict[str, NDArray[np.float64]]
+    """What each channel would show without noise and rounding; as little to be shown."""
+
+
+def simulate_set(
+    wanted: Sequence[Wanted],
+    experiment: Experiment,
+    seed: int,
+    *,
+    title: str = "simulated rotary table",
+    noise_arcsec: float = NOISE_ARCSEC,
+    reference_noise_arcsec: float = REFERENCE_NOISE_ARCSEC,
+    index_scatter_counts: int = INDEX_SCATTER_COUNTS,
+    again: int = 0,
+    further: Sequence[str] = (),
+) -> SimulatedSet:
+    """A table drawn by ``seed`` with all the causes wanted, measured as the experiment says.
+
+    ``again`` counts further measurements of the same table: only the noise and the take-off of
+    the index differ from the first one, number 0.
+
+    ``further`` names measurements to be made after those of the experiment, on the same table;
+    the runs of the experiment stay the same to the last count.
+
+    A latency needs a reference that is read on the move; it is added to the experiment.
+    Raises ValueError for a name that no recipe has, or a size that is not positive.
+    """
+    for item in wanted:
+        if item.name not in RECIPES:
+            raise ValueError(f"no cause is called {item.name}; there are: {', '.join(RECIPES)}")
+        if item.size is not None and not item.size > 0:
+            raise ValueError(f"the size of {item.name} must be positive, found {item.size}")
+    table_random, cause_random, noise_random = (
+        np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
+    )
+    if again:
+        noise_random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(3, again)))
+    if any(item.name == "latency" for item in wanted) and experiment.reference is not None:
+        speeds = tuple(run.speed_rad_s for run in experiment.runs[:3]) or (0.5, -0.5)
+        moving = MovingReference(speeds)
+        experiment = replace(experiment, reference=replace(experiment.reference, moving=moving))
+    causes: list[PhysicalEffect] = []
+    hidden: list[dict[str, Any]] = []
+    for item in wanted:
+        recipe = RECIPES[item.name]
+        size = recipe.draw_size(cause_random) if item.size is None else item.size
+        built = recipe.build(size, cause_random, experiment)
+        causes += built
+        hidden.append(
+            {
+                "effect": recipe.name,
+                "in_catalogue": recipe.in_catalogue,
+                "parts": [_with_order(part, built[0]) for part in recipe.parts],
+                "size": size,
+                "unit": recipe.unit,
+                "causes": [_plain(cause) for cause in built],
+            }
+        )
+    base = _base_effects(table_random)
+    table = RotaryTable(two_heads(), (*base, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC)
+    for kind in further:
+        # After the causes were drawn: they stay those of the experiment itself.
+        experiment = with_further(experiment, kind)
+    teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
+    bench = Bench(
+        table,
+        reference_noise_arcsec=reference_noise_arcsec,
+        index_scatter_counts=index_scatter_counts,
+        random=noise_random,
+    )
+    measured = bench.measure(experiment, title=title, drive_gear_teeth=teeth)
+    truth = {
+        "schema": 1,
+        "hidden": "+".join(item.name for item in wanted) or "none",
+        "seed": seed,
+        "again": again,
+        "experiment": experiment.name,
+        "effects": hidden,
+        "table": [_plain(effect) for effect in base],
+        "noise_arcsec": noise_arcsec,
+        "reference_noise_arcsec": reference_noise_arcsec,
+        "index_scatter_counts": index_scatter_counts,
+        "floor_arcsec": measured.floor_arcsec,
+    }
+    return SimulatedSet(measured.measurement, truth, measured.exact_arcsec)
+
+
+def _base_effects(random: np.random.Generator) -> list[PhysicalEffect]:
+    amplitudes = random.uniform(*GRADUATION_ARCSEC, len(GRADUATION_ORDERS)) * RAD_PER_ARCSEC
+    phases = random.uniform(0.0, 2 * np.pi, len(GRADUATION_ORDERS))
+    return [
+        DiscEccentricity(
+            float(random.uniform(*ECCENTRICITY_UM)) * 1e-6, float(random.uniform(0.0, 2 * np.pi))
+        ),
+        GraduationHarmonics(GRADUATION_ORDERS, tuple(amplitudes.tolist()), tuple(phases.tolist())),
+    ]
+
+
+def _with_order(part: str, cause: PhysicalEffect) -> str:
+    """``order:*`` of a recipe with the order that was drawn."""
+    if part != "order:*":
+        return part
+    assert isinstance(cause, BeltPull)
+    return f"order:{cause.order:g}"
+
+
+def _plain(effect: PhysicalEffect) -> dict[str, Any]:
+    """A cause as JSON: its class and fields; complex numbers as two."""
+    fields = {
+        key: [value.real, value.imag] if isinstance(value, complex) else value
+        for key, value in asdict(effect).items()  # type: ignore[call-overload]
+    }
+    fields.pop("at", None)
+    return {"cause": type(effect).__name__, **fields}

@@ -1,0 +1,8 @@
+"""Physical causes of a wrong reading, one file a cause."""
+
+from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.causes.disc_eccentricity import DiscEccentricity
+from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
+from arctrue.table.causes.graduation_lines import GraduationLines
+
+__all__ = ["DiscEccentricity", "GraduationHarmonics", "GraduationLines", "PhysicalEffect"]

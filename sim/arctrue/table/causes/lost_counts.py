@@ -1,0 +1,35 @@
+"""A counter loses or gains counts at one instant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.causes.cause import Cause
+from arctrue.table.conditions import Conditions
+
+
+@dataclass(frozen=True, slots=True)
+class LostCounts(Cause):
+    """From ``instant_s`` of one run on, the counter of one head is ``counts`` off.
+
+    The next run begins at the index again, which sets it right; a counter that goes on without
+    its index (``for_good``) keeps the step in all later runs.
+    """
+
+    head: int
+    run: int
+    instant_s: float
+    """Since the start of the run."""
+    counts: int
+    for_good: bool = False
+
+    def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
+        """Counts gained (lost: negative), shape ``(n,)``."""
+        if head != self.head:
+            return 0
+        later = conditions.run > self.run if self.for_good else False
+        after = (conditions.run == self.run) & (conditions.since_run_start_s >= self.instant_s)
+        return np.where(after | later, self.counts, 0).astype(np.int64)

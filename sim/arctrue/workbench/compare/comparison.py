@@ -1,0 +1,69 @@
+"""A model beside a measurement set: how far, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.workbench.compare.findings import ExcessOf, Finding, ranked_findings
+from arctrue.workbench.compare.maps import ResidualMap, residual_maps
+from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.workbench.inference.every_row import capture_figures
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.growth import rms_and_peak
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """How far the model is from one channel."""
+
+    rows: int
+    rms_arcsec: float
+    peak_arcsec: float
+    noise_arcsec: float
+    lack_of_fit_p: float
+
+    @property
+    def excess_arcsec(self) -> float:
+        """RMS of what is left beyond the noise of the repeats."""
+        return float(np.sqrt(max(self.rms_arcsec**2 - self.noise_arcsec**2, 0.0)))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Both channels, the maps and the findings: the largest share first, then its shadows."""
+
+    channels: dict[str, ChannelComparison]
+    maps: list[ResidualMap]
+    findings: list[Finding]
+
+
+def compare(solution: Solution, seed: int) -> Comparison:
+    """Residuals of a fitted (or stored) model against every condition of the set."""
+    residuals = Residuals(solution)
+    observations = solution.observations
+    channels: dict[str, ChannelComparison] = {}
+    for channel, values, noise, lack in (
+        ("capture", residuals.capture_arcsec, capture_noise_arcsec, capture_lack_of_fit),
+        ("reference", residuals.reference_arcsec, reference_noise_arcsec, reference_lack_of_fit),
+    ):
+        if values is None:
+            continue
+        rms, peak = rms_and_peak(values)
+        rows = values.size
+        figures = capture_figures(solution) if channel == "capture" else None
+        if figures is not None:
+            rows, rms, peak = figures.rows, figures.rms_arcsec, figures.peak_arcsec
+        p_value = lack(residuals)
+        channels[channel] = ChannelComparison(
+            rows, rms, peak, noise(observations, values), 1.0 if p_value is None else p_value
+        )
+    maps = residual_maps(residuals, np.random.default_rng(seed))
+    excess = {
+        name: ExcessOf(item.rows, item.rms_arcsec, item.excess_arcsec)
+        for name, item in channels.items()
+    }
+    return Comparison(channels, maps, ranked_findings(residuals, maps, excess))

@@ -1,0 +1,241 @@
+"""What the residual follows, in words, and which of it only resembles something stronger.
+
+Heat and time rise together in a warming run, so that both "explain" the same variance. The
+strongest is taken out of the residual first; what each of the others then still explains is its
+share beyond it. One that is left with little is a shadow.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.compare.maps import ResidualMap, variance_share
+from arctrue.workbench.diagnose.parts import ProductOfParts
+from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.inference.normal import row_blocks
+from arctrue.workbench.inference.residuals import Residuals
+
+Float = NDArray[np.float64]
+
+LEAST_SHARE = 0.02
+"""Shares of the excess below this are not put into words."""
+SIGNIFICANCE = 0.01
+SHADOW_SHARE = 0.25
+"""One that keeps less than this part of its share beside a stronger one is its shadow."""
+MOST_TAKEN = 4
+"""So many are taken out one after another; what comes later is too small to rank."""
+
+
+@dataclass(frozen=True)
+class ExcessOf:
+    """What the shares of one channel refer to."""
+
+    rows: int
+    rms_arcsec: float
+    excess_arcsec: float
+
+    def share(self, share_of_variance: float) -> float:
+        """Share of the excess over the noise, from a share of the whole variance.
+
+        When repeats scatter as much as the whole (an effect that does not repeat), the whole
+        counts.
+        """
+        excess, whole = self.excess_arcsec**2, self.rms_arcsec**2
+        if excess < 0.05 * whole:
+            excess = whole
+        return float(min(max(share_of_variance, 0.0) * whole / max(excess, 1e-30), 1.0))
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One sentence on where the model fails."""
+
+    channel: str
+    follows: str
+    """The condition, in words."""
+    share: float
+    """Of the excess that follows it, by itself."""
+    share_beyond: float
+    """Of the excess that follows it once everything stronger has been taken out."""
+    shadow_of: str | None
+    """What it resembles, when it adds little beside it."""
+    text: str
+
+
+class _Follower(ABC):
+    """A condition that the residual may follow."""
+
+    channel: str
+    words: str
+
+    @abstractmethod
+    def variance_share(self, residuals: Residuals, whole: float) -> float:
+        """Share of ``whole`` (sum of squares at the start) that it takes from the residuals."""
+
+    @abstractmethod
+    def taken_from(self, residuals: Residuals) -> Residuals:
+        """The residuals without what it explains."""
+
+
+class _Map(_Follower):
+    def __init__(self, item: ResidualMap) -> None:
+        self.channel, self.words, self._map = item.channel, item.condition, item
+
+    def variance_share(self, residuals: Residuals, whole: float) -> float:
+        values = _centred(residuals, self.channel)
+        there = variance_share(values, self._map.group, self._map.bins) * float(values @ values)
+        return there / max(whole, 1e-30) - self._map.null_share
+
+    def taken_from(self, residuals: Residuals) -> Residuals:
+        values = _centred(residuals, self.channel)
+        counts = np.maximum(np.bincount(self._map.group, minlength=self._map.bins), 1)
+        means = np.bincount(self._map.group, weights=values, minlength=self._map.bins) / counts
+        left = values - means[self._map.group]
+        if self.channel == "capture":
+            return residuals.with_residuals(left, residuals.reference_arcsec)
+        return residuals.with_residuals(residuals.capture_arcsec, left)
+
+
+class _Product(_Follower):
+    def __init__(self, effect: ProductOfParts, channel: str) -> None:
+        self.channel, self._effect = channel, effect
+        self.words = " × ".join(_words(part) for part in _told_parts(effect))
+
+    def variance_share(self, residuals: Residuals, whole: float) -> float:
+        sigma = (
+            residuals.reference_sigma_arcsec
+            if self.channel == "reference"
+            else residuals.capture_sigma_arcsec
+        )
+        return residuals.score(self._effect, {}).gain * sigma**2 / max(whole, 1e-30)
+
+    def taken_from(self, residuals: Residuals) -> Residuals:
+        coefficients = residuals.score(self._effect, {}).coefficients
+        context = residuals.solution.context
+        capture, reference = residuals.capture_arcsec, residuals.reference_arcsec
+        if capture is not None and residuals.observations.capture is not None:
+            capture = capture.copy()
+            for block in row_blocks(capture.size):
+                rows = residuals.observations.capture.part(block)
+                columns = self._effect.capture_columns(rows, {}, context)
+                if columns is not None:
+                    capture[block] -= columns @ coefficients
+        if reference is not None and residuals.observations.reference is not None:
+            rows_there = residuals.observations.reference
+            columns = self._effect.reference_columns(rows_there, {}, context)
+            if columns is not None:
+                reference = reference - columns @ coefficients
+        return residuals.with_residuals(capture, reference)
+
+
+def _told_parts(effect: ProductOfParts) -> list[str]:
+    """Condition and wave, without the frame. An electrical phase has none: it names its head."""
+    return effect.parts if effect.electrical_head is not None else effect.parts[:-1]
+
+
+def _centred(residuals: Residuals, channel: str) -> Float:
+    values = residuals.capture_arcsec if channel == "capture" else residuals.reference_arcsec
+    assert values is not None
+    return np.asarray(values - values.mean())
+
+
+def ranked_findings(
+    residuals: Residuals, maps: Sequence[ResidualMap], excess: Mapping[str, ExcessOf]
+) -> list[Finding]:
+    """Everything worth a sentence: what stands by itself first, each followed by its shadows."""
+    found: list[Finding] = []
+    for channel, reference in excess.items():
+        found += _ranked(residuals, channel, maps, reference)
+    leaders = sorted((item for item in found if not item.shadow_of), key=lambda item: -item.share)
+    ordered: list[Finding] = []
+    for leader in leaders:
+        ordered.append(leader)
+        ordered += [
+            item
+            for item in found
+            if item.shadow_of == leader.follows and item.channel == leader.channel
+        ]
+    return ordered
+
+
+def _products(residuals: Residuals, channel: str, known: set[str]) -> list[_Follower]:
+    """Products of parts that the residuals follow beyond chance, but for those that are known."""
+    found: list[_Follower] = []
+    for item in best_parts(residuals, look_alikes=True):
+        if corrected_p_value(item.gain, item.rank, item.trials, 1) > SIGNIFICANCE:
+            continue
+        where = "reference" if item.effect.frame == "reference" else "capture"
+        if where != channel or len(item.effect.parts) < 2:
+            continue
+        product = _Product(item.effect, channel)
+        if product.words not in known:
+            known.add(product.words)
+            found.append(product)
+    return found
+
+
+def _ranked(
+    start: Residuals, channel: str, maps: Sequence[ResidualMap], excess: ExcessOf
+) -> list[Finding]:
+    values = _centred(start, channel)
+    whole = float(values @ values)
+    known: set[str] = set()
+    waiting: list[_Follower] = [_Map(item) for item in maps if item.channel == channel]
+    waiting += _products(start, channel, known)
+    by_itself: dict[_Follower, float] = {}
+    now: dict[_Follower, float] = {}
+    found: list[Finding] = []
+    residuals = start
+    for _ in range(MOST_TAKEN):
+        for item in waiting:
+            if item not in by_itself:
+                by_itself[item] = excess.share(item.variance_share(start, whole))
+                now[item] = (
+                    by_itself[item]
+                    if residuals is start
+                    else excess.share(item.variance_share(residuals, whole))
+                )
+        waiting = [item for item in waiting if min(by_itself[item], now[item]) >= LEAST_SHARE]
+        if not waiting:
+            break
+        leader = max(waiting, key=lambda item: now[item])
+        waiting.remove(leader)
+        found.append(_finding(leader, by_itself[leader], now[leader], None))
+        residuals = leader.taken_from(residuals)
+        for item in list(waiting):
+            before, now[item] = now[item], excess.share(item.variance_share(residuals, whole))
+            if now[item] < SHADOW_SHARE * before or now[item] < LEAST_SHARE:
+                waiting.remove(item)
+                found.append(_finding(item, by_itself[item], now[item], leader.words))
+        if not waiting:
+            # A strong cause and its shadows may have filled the list: look at what is left.
+            waiting = _products(residuals, channel, known)
+    rest = [item for item in waiting if item in by_itself]
+    return [*found, *(_finding(item, by_itself[item], now[item], None) for item in rest)]
+
+
+def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None) -> Finding:
+    if shadow_of is None:
+        text = f"{share:.0%} of the excess in the {item.channel} follows {item.words}"
+        if beyond < share - LEAST_SHARE:
+            text += f" ({beyond:.0%} beyond what is said above)"
+    else:
+        text = f"{item.words} resembles it: {share:.0%} by itself, {beyond:.0%} beyond it"
+    return Finding(item.channel, item.words, share, beyond, shadow_of, text)
+
+
+def _words(part: str) -> str:
+    kind, _, value = part.partition(":")
+    if kind == "order":
+        return f"order {value}"
+    if kind == "electrical":
+        return f"electrical phase of {value.replace('head', 'head ')}"
+    if kind == "hz":
+        return f"{value} Hz"
+    return part.replace("^2", "²")

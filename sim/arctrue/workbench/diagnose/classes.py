@@ -1,0 +1,55 @@
+"""Candidates that this data cannot tell from the best one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.inference.residuals import Residuals
+
+LEAST_SHARE = 0.5
+"""A candidate that takes less than this share of the best one's gain cannot stand in for it."""
+NOTHING_LEFT_P = 0.001
+"""Beside the other, an effect adds nothing when its gain, for all places that it looked at, is no
+rarer than this."""
+
+
+@dataclass
+class Similar:
+    """Names of candidates like the best: those of equal freedom, and larger ones around it."""
+
+    equals: list[str] = field(default_factory=list)
+    larger: list[str] = field(default_factory=list)
+
+    @property
+    def all_names(self) -> list[str]:
+        """Both lists."""
+        return [*self.equals, *self.larger]
+
+
+def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
+    """Candidates whose columns explain what the best one explains."""
+    similar = Similar()
+    for other in others:
+        if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
+            continue
+        if not stands_in(best, other):
+            continue
+        if other.rank > best.rank:
+            similar.larger.append(other.name)
+        else:
+            similar.equals.append(other.name)
+    return similar
+
+
+def adds(item: Candidate, other: Candidate) -> bool:
+    """With the other in the model, the first still takes more than chance gives at its place."""
+    left = Residuals(other.solution).score(item.effect, item.nonlinear)
+    return corrected_p_value(left.gain, left.rank, item.trials, 1) < NOTHING_LEFT_P
+
+
+def stands_in(best: Candidate, other: Candidate) -> bool:
+    """With the other in the model, the best one adds nothing more than its own search may find."""
+    return not adds(best, other)

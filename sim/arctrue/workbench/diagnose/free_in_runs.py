@@ -1,0 +1,44 @@
+"""An oscillation in time is there at every speed; one run alone may be an order of the angle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.effects.base import Effect
+
+SAME_SPEED = 1.2
+"""Speeds within this ratio are one."""
+LEAST_SHARE = 1.0 / 3.0
+"""Of the gain that the rows at other speeds would give if it were as large there."""
+
+
+def at_other_speeds(item: Candidate) -> bool:
+    """False for an effect that is free in each run and shows at one of several speeds only.
+
+    What has a size and phase of its own in every run can take the place of any order in a single
+    run: warmth, for instance, that makes an order in the warm run. A frequency would be seen at
+    the other speeds too.
+    """
+    rows = item.solution.observations.capture
+    if rows is None or not _free_in_runs(item.effect, item):
+        return True
+    part = item.solution.part(len(item.solution.terms) - 1)
+    coefficients = item.solution.coefficients[part].reshape(rows.runs, -1)
+    counts = np.bincount(rows.run, minlength=rows.runs).astype(np.float64)
+    first = np.searchsorted(rows.run, np.arange(rows.runs))
+    speed = np.abs(rows.speed_rad_s[first])
+    gain = counts * np.sum(coefficients**2, axis=1)
+    strongest = speed[int(np.argmax(gain))]
+    other = (speed > strongest * SAME_SPEED) | (speed < strongest / SAME_SPEED)
+    if not other.any() or gain.sum() <= 0.0:
+        return True
+    expected = float(counts[other].sum() / counts.sum())
+    return float(gain[other].sum() / gain.sum()) > LEAST_SHARE * expected
+
+
+def _free_in_runs(effect: Effect, item: Candidate) -> bool:
+    """Its columns are counted by runs: as many more as the set has runs."""
+    observations = item.solution.observations
+    names = effect.column_names(observations)
+    return observations.runs > 1 and all(" run " in name for name in names)

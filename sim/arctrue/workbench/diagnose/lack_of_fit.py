@@ -1,0 +1,124 @@
+"""Does the model fit at all? Residuals against the scatter of their own repeats, by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import stations_a_turn
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+ANGLE_BINS = 120
+ELECTRICAL_BINS = 24
+LEAST_ROWS_A_GROUP = 3
+LEAST_ROWS_A_PERIODOGRAM = 64
+
+
+def analysis_of_variance(values: Float, group: Integer) -> float:
+    """p of the F test that the groups' means differ by no more than their own scatter says."""
+    _, group = np.unique(group, return_inverse=True)
+    counts = np.bincount(group)
+    kept = counts >= LEAST_ROWS_A_GROUP
+    inside = kept[group]
+    values, group = values[inside], group[inside]
+    if values.size == 0:
+        return 1.0
+    _, group = np.unique(group, return_inverse=True)
+    counts = np.bincount(group).astype(np.float64)
+    groups = counts.size
+    if groups < 2 or values.size - groups < 4:
+        return 1.0
+    means = np.bincount(group, weights=values) / counts
+    within = float(np.sum((values - means[group]) ** 2)) / (values.size - groups)
+    between = float(np.sum(counts * (means - values.mean()) ** 2)) / (groups - 1)
+    if within <= 0.0:
+        return 1.0 if between <= 0.0 else 0.0
+    return float(f_distribution.sf(between / within, groups - 1, values.size - groups))
+
+
+def line_in_time(rows: CaptureRows, residual: Float) -> float:
+    """p of Fisher's test for one line in the periodogram of any run."""
+    smallest, runs = 1.0, max(rows.runs, 1)
+    for run in range(rows.runs):
+        smallest = min(smallest, fisher_p(residual[rows.run == run]))
+    return min(1.0, smallest * runs)
+
+
+def fisher_p(values: Float) -> float:
+    """p of Fisher's test for one line in the periodogram; 1 for too few values."""
+    if values.size < LEAST_ROWS_A_PERIODOGRAM:
+        return 1.0
+    power = np.abs(np.fft.rfft(values - values.mean())[1:-1]) ** 2
+    share = float(power.max() / max(power.sum(), 1e-300))
+    # First term of Fisher's series; exact enough where it is small.
+    log_p = np.log(power.size) + (power.size - 1) * np.log1p(-min(share, 1.0 - 1e-15))
+    return float(np.exp(min(log_p, 0.0)))
+
+
+def line_in_angle(rows: ReferenceRows, residual: Float) -> float:
+    """p of Fisher's test along dense stations, each run and direction for itself.
+
+    Stations that never repeat have no scatter of repeats; a line in their order spectrum still
+    tells a lack of fit. A polygon's few stations are left to the analysis of variance.
+    """
+    side = np.zeros(rows.run.size) if rows.direction is None else rows.direction
+    passes = np.cumsum(np.diff(rows.run, prepend=rows.run[0]) != 0) * 2 + (side > 0)
+    names = np.unique(passes)
+    smallest = 1.0
+    for name in names:
+        inside = np.flatnonzero(passes == name)
+        smallest = min(smallest, fisher_p(residual[inside]))
+    return min(1.0, smallest * names.size)
+
+
+def _bins(angle_rad: Float, bins: int) -> Integer:
+    place = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * bins)
+    return np.asarray(place, dtype=np.int64) % bins
+
+
+def _capture_groupings(rows: CaptureRows) -> Iterator[Integer]:
+    angle = _bins(rows.angle_rad, ANGLE_BINS)
+    yield rows.run * ANGLE_BINS + angle
+    yield rows.revolution * ANGLE_BINS + angle
+    if rows.electrical1_rad is not None:
+        yield _bins(rows.electrical1_rad, ELECTRICAL_BINS)
+    if rows.electrical2_rad is not None:
+        yield _bins(rows.electrical2_rad, ELECTRICAL_BINS)
+
+
+def _reference_groupings(rows: ReferenceRows) -> Iterator[Integer]:
+    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) * 1e4).astype(np.int64)
+    side = np.zeros_like(station) if rows.direction is None else rows.direction.astype(np.int64)
+    yield station * 4 + side
+    yield side
+    if rows.cycle is not None:
+        yield rows.cycle
+    yield np.arange(station.size) * 12 // max(station.size, 1)
+
+
+def capture_lack_of_fit(residuals: Residuals) -> float | None:
+    """Smallest p of all groupings, times their number; None without a capture."""
+    rows, residual = residuals.observations.capture, residuals.capture_arcsec
+    if rows is None or residual is None:
+        return None
+    found = [analysis_of_variance(residual, group) for group in _capture_groupings(rows)]
+    found.append(line_in_time(rows, residual))
+    return float(min(1.0, min(found) * len(found)))
+
+
+def reference_lack_of_fit(residuals: Residuals) -> float | None:
+    """Smallest p of all groupings, times their number; None without a reference."""
+    rows, residual = residuals.observations.reference, residuals.reference_arcsec
+    if rows is None or residual is None:
+        return None
+    found = [analysis_of_variance(residual, group) for group in _reference_groupings(rows)]
+    if stations_a_turn(rows) >= LEAST_ROWS_A_PERIODOGRAM:
+        found.append(line_in_angle(rows, residual))
+    return float(min(1.0, min(found) * len(found)))

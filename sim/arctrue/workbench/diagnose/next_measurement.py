@@ -1,0 +1,226 @@
+"""The measurement that would split two effects which this data cannot tell apart.
+
+Each plan is tried on paper: one effect is taken for the truth, with the size that was found; what
+it would show in the planned rows too is given to the other effect to explain. What the other one
+leaves, as χ² with the noise of this set, says how well the plan would split the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.parts import ProductOfParts
+from arctrue.workbench.diagnose.planned import PLANS, Plan
+from arctrue.workbench.effects.base import Nonlinear
+from arctrue.workbench.inference.normal import Term, capture_sums, reference_sums, term_widths
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution, solve
+from arctrue.workbench.observations import Observations
+
+SPLITS_CHI_SQUARE = 50.0
+"""χ² that the wrong effect must leave: 7 standard deviations, so that a diagnosis with all its
+corrections sees it."""
+MOST_ROWS = 300_000
+"""Sets with more rows are not planned for by trial; the effect's own words stand in."""
+OF_PARTS = {
+    "temperature": (
+        "warm",
+        "one more run with the table 4 K warmer, at the same speed and in the same direction: "
+        "the part grows with the temperature",
+    ),
+    "speed": ("speed", "one more run at another speed, in the same direction: it grows with it"),
+    "speed^2": (
+        "speed",
+        "one more run at another speed, in the same direction: at twice the speed it is four "
+        "times as large",
+    ),
+    "direction": ("direction", "the same run in the other direction: its sign turns"),
+    "time": ("again", "the same run an hour later, at the same temperature: it has gone on"),
+    "settling": (
+        "again",
+        "the same run once more, after the table has stood still for ten minutes: it begins anew, "
+        "or it does not",
+    ),
+}
+"""Kind and words of the measurement that puts a condition to the test."""
+POLYGON_FIXED = frozenset({"polygon_face_error", "polygon_eccentricity"})
+REINDEX = (
+    "the same reference run with the polygon put on again some whole faces further, as a set of "
+    "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
+    "polygon"
+)
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """What to measure: for people, and its kind for programs."""
+
+    words: str
+    kind: str | None
+    chi_square: float | None = None
+    """That the wrong one of the pair would leave there."""
+
+
+AT_ONE_SPEED = NextMeasurement(
+    "one run with five times as many samples a turn: the line is there at one speed only, and may "
+    "be the alias of another",
+    "samples",
+)
+
+
+def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:
+    """For a class: the first plan that splits the best one from all, or from the first."""
+    own = NextMeasurement(best.effect.next_measurement, None)
+    observations = best.solution.observations
+    if not rivals or observations.rows > MOST_ROWS:
+        return own
+    partly: tuple[Plan, float, Candidate] | None = None
+    for plan in PLANS:
+        there = plan.with_it(observations)
+        if there is None:
+            continue
+        splits = [_split(best, rival, there) for rival in rivals]
+        if min(splits) > SPLITS_CHI_SQUARE:
+            names = ", ".join(rival.name for rival in rivals)
+            return NextMeasurement(
+                f"{plan.words}: it splits {best.name} from {names}", plan.kind, min(splits)
+            )
+        if partly is None and max(splits) > SPLITS_CHI_SQUARE:
+            partly = plan, max(splits), rivals[int(np.argmax(splits))]
+    if any((best.name in POLYGON_FIXED) != (rival.name in POLYGON_FIXED) for rival in rivals):
+        return NextMeasurement(REINDEX, "polygon_reindexed")
+    if partly is not None:
+        plan, chi_square, rival = partly
+        return NextMeasurement(
+            f"{plan.words}: it splits {best.name} from {rival.name}", plan.kind, chi_square
+        )
+    return own
+
+
+def measurement_for_variety(best: Candidate) -> NextMeasurement:
+    """The first plan with which the set no longer lacks what this effect needs to be named."""
+    observations = best.solution.observations
+    lacking = "; ".join(best.effect.variety(observations))
+    for plan in PLANS:
+        there = plan.with_it(observations)
+        if there is not None and not best.effect.variety(there):
+            return NextMeasurement(f"{plan.words}: {best.name} needs {lacking}", plan.kind)
+    return NextMeasurement(lacking, None)
+
+
+def measurement_for_parts(
+    product: ProductOfParts, *, temperature_known: bool = True
+) -> NextMeasurement:
+    """What puts a description by parts to the test: its condition is changed alone."""
+    for part in product.parts:
+        if part in OF_PARTS:
+            kind, words = OF_PARTS[part]
+            if part in ("time", "settling") and not temperature_known:
+                words += ". Record the temperature with it: warming up, which this set cannot show"
+                words += ", looks the same"
+            return NextMeasurement(words, kind)
+    if any(order != round(order) for order in product.orders):
+        return NextMeasurement(
+            "one run of 30 turns or more: a half order changes its sign from turn to turn, an "
+            "order beside it drifts away",
+            "turns",
+        )
+    if product.electrical_head is not None:
+        return NextMeasurement(
+            "one run with five times as many samples a turn: many samples in each signal period",
+            "samples",
+        )
+    if product.frame == "reference":
+        return NextMeasurement(REINDEX, "polygon_reindexed")
+    if product.frame == "disc":
+        return NextMeasurement(
+            "the disc put on its hub again, turned by some degrees: what is fixed to it turns too",
+            None,
+        )
+    return NextMeasurement(
+        "the bracket of one head moved by some degrees: what belongs to it moves too", None
+    )
+
+
+def _split(first: Candidate, second: Candidate, there: Observations) -> float:
+    """χ² that the wrong one leaves, the smaller of both cases."""
+    return min(_left_over(first, second, there), _left_over(second, first, there))
+
+
+def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float:
+    shown = _showing(truth, there)
+    sigma = (truth.solution.capture_sigma_arcsec, truth.solution.reference_sigma_arcsec)
+    known = (sigma[0] or sigma[1], sigma[1] or sigma[0])
+    base_terms = truth.solution.terms[:-1]
+
+    def solved(terms: Sequence[Term]) -> Solution:
+        context = truth.solution.context
+        return solve(
+            terms,
+            shown,
+            context,
+            capture=capture_sums(terms, shown, context),
+            reference=reference_sums(terms, shown, context),
+            fixed_sigma=known,
+        )
+
+    places: list[Nonlinear] = [other.nonlinear]
+    if other.effect.search:
+        # It may have been found a little beside its place: look again.
+        places += [
+            place.nonlinear for place in other.effect.scan(Residuals(solved(base_terms)))[:1]
+        ]
+    return min(_chi_square(solved([*base_terms, Term(other.effect, place)])) for place in places)
+
+
+def _showing(truth: Candidate, there: Observations) -> Observations:
+    """The planned set with what the model with ``truth`` predicts as its measured values."""
+    solution = truth.solution
+    coefficients = []
+    for index, term in enumerate(solution.terms):
+        known = dict(
+            zip(
+                term.effect.column_names(solution.observations),
+                solution.coefficients[solution.part(index)],
+                strict=True,
+            )
+        )
+        # What is free in each run goes on as it was in the first.
+        again = list(known.values())[: max(len(known) // max(solution.observations.runs, 1), 1)]
+        names = term.effect.column_names(there)
+        coefficients += [
+            known.get(name, again[position % len(again)]) for position, name in enumerate(names)
+        ]
+    predicted = replace(
+        solution,
+        observations=there,
+        widths=tuple(term_widths(solution.terms, there)),
+        coefficients=np.array(coefficients),
+        run_offsets_arcsec=np.zeros(there.runs),
+        reference_offset_arcsec=0.0,
+    )
+    capture, reference = there.capture, there.reference
+    if capture is not None:
+        values = predicted.capture_prediction_arcsec()
+        capture = replace(capture, difference_arcsec=values)
+    if reference is not None:
+        values = predicted.reference_prediction_arcsec()
+        reference = replace(reference, error_arcsec=values - values.mean())
+    return replace(there, capture=capture, reference=reference)
+
+
+def _chi_square(solution: Solution) -> float:
+    residuals = Residuals(solution)
+    offsets = solution.run_offsets_arcsec / solution.observations.index_sigma_arcsec
+    total = float(offsets @ offsets)
+    for values, sigma in (
+        (residuals.capture_arcsec, residuals.capture_sigma_arcsec),
+        (residuals.reference_arcsec, residuals.reference_sigma_arcsec),
+    ):
+        if values is not None:
+            total += float(values @ values) / sigma**2
+    return total

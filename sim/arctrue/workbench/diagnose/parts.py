@@ -1,0 +1,326 @@
+"""Effects that no catalogue has, put together from parts.
+
+A part of the conditions (temperature, speed, time, ...) times a wave (an order, the electrical
+phase, or nothing) that is fixed to something (the disc, the stator, a head, the reference).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.base import (
+    Columns,
+    Effect,
+    FitContext,
+    Lane,
+    Nonlinear,
+    Parameter,
+    amplitude_and_phase,
+    paired_lanes,
+)
+from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns, harmonic_names
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+Float = NDArray[np.float64]
+Rows = CaptureRows | ReferenceRows
+Frame = Literal["disc", "stator", "head1", "head2", "reference"]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A factor that depends on the conditions of a row."""
+
+    part: str
+    """Name in the JSON: temperature, speed, speed^2, direction, time, settling; empty for 1."""
+    words: str
+    unit: str
+    values: Callable[[Rows], Float | None]
+    time_constant_s: float | None = None
+    each_run: bool = False
+
+
+def _temperature(rows: Rows) -> Float | None:
+    warmth = rows.temperature_c
+    return None if warmth is None else warmth - rows.reference_temperature_c
+
+
+def _speed(rows: Rows) -> Float | None:
+    return rows.speed_rad_s
+
+
+def _speed_size(rows: Rows) -> Float | None:
+    return None if rows.speed_rad_s is None else np.abs(rows.speed_rad_s)
+
+
+def _speed_square(rows: Rows) -> Float | None:
+    return None if rows.speed_rad_s is None else rows.speed_rad_s**2
+
+
+def _direction(rows: Rows) -> Float | None:
+    return rows.direction
+
+
+def _time(rows: Rows) -> Float | None:
+    return None if rows.time_s is None else rows.time_s / 3600.0
+
+
+def _settling(time_constant_s: float, each_run: bool) -> Callable[[Rows], Float | None]:
+    def values(rows: Rows) -> Float | None:
+        if rows.time_s is None or rows.run_start_s is None:
+            return None
+        since = rows.time_s - (rows.run_start_s if each_run else rows.set_start_s)
+        return np.asarray(np.exp(-np.maximum(since, 0.0) / time_constant_s))
+
+    return values
+
+
+ALWAYS = Condition("", "", "", lambda rows: np.ones(rows.run.size))
+TEMPERATURE = Condition("temperature", "(T − T₀)", "K", _temperature)
+SIMPLE_CONDITIONS = (
+    TEMPERATURE,
+    Condition("direction", "direction", "", _direction),
+    Condition("speed", "speed", "rad/s", _speed),
+    Condition("speed^2", "speed²", "(rad/s)²", _speed_square),
+    Condition("speed", "|speed|", "rad/s", _speed_size),
+    Condition("time", "time", "h", _time),
+)
+
+
+def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
+    """exp(−t/τ), t from the start of each run or of the whole set."""
+    since = "each start" if each_run else "the start"
+    return Condition(
+        "settling",
+        f"exp(−t/{time_constant_s:.3g} s) from {since}",
+        "",
+        _settling(time_constant_s, each_run),
+        time_constant_s,
+        each_run,
+    )
+
+
+def condition_named(
+    words: str, time_constant_s: float | None = None, each_run: bool = False
+) -> Condition:
+    """A condition by its words, or the settling of a time constant; "" is no condition.
+
+    Raises ValueError for words that name none.
+    """
+    if time_constant_s is not None:
+        return settling_condition(time_constant_s, each_run)
+    for condition in (ALWAYS, *SIMPLE_CONDITIONS):
+        if condition.words == words:
+            return condition
+    known = ", ".join(repr(condition.words) for condition in SIMPLE_CONDITIONS)
+    raise ValueError(f"no condition {words!r}; there are: {known}")
+
+
+def conditions(observations: Observations) -> list[Condition]:
+    """The factors that vary in this set, the simpler first; look-alikes are left out."""
+    found = [ALWAYS, *SIMPLE_CONDITIONS]
+    longest = max(observations.longest_run_s, _reference_span(observations))
+    shortest = 20.0 * max(observations.sample_period_s, 1e-9)
+    if longest > 4.0 * shortest:
+        for constant in np.geomspace(max(longest / 300.0, shortest), 3.0 * longest, 9):
+            found += [settling_condition(float(constant), each) for each in (False, True)]
+    return _distinct(found, observations)
+
+
+def _reference_span(observations: Observations) -> float:
+    rows = observations.reference
+    if rows is None or rows.time_s is None or rows.time_s.size == 0:
+        return 0.0
+    return float(np.ptp(rows.time_s))
+
+
+def _distinct(found: list[Condition], observations: Observations) -> list[Condition]:
+    kept: list[Condition] = []
+    shapes: list[Float] = []
+    for condition in found:
+        pieces = []
+        for rows in (observations.capture, observations.reference):
+            if rows is None:
+                continue
+            values = condition.values(rows)
+            thin = max(rows.run.size // 20_000, 1)
+            pieces.append(np.zeros(rows.run.size) if values is None else values)
+            pieces[-1] = pieces[-1][::thin]
+        shape = np.concatenate(pieces) if pieces else np.zeros(0)
+        centred = shape - shape.mean() if shape.size else shape
+        if condition is not ALWAYS:
+            scale = float(np.sqrt(np.mean(centred**2))) if centred.size else 0.0
+            if scale <= 1e-9 * max(float(np.abs(shape).max(initial=0.0)), 1e-30):
+                continue
+            alike = [
+                abs(float(centred @ other)) / (np.linalg.norm(centred) * np.linalg.norm(other))
+                for other in shapes
+            ]
+            if max(alike, default=0.0) > 0.9999:
+                continue
+            shapes.append(centred)
+        kept.append(condition)
+    return kept
+
+
+class ProductOfParts(Effect):
+    """condition × wave, fixed to a frame."""
+
+    name = "product_of_parts"
+    physics = "A description by parts; its physics is not known yet."
+    equation = "condition × wave, in one frame"
+    source = "found in the residuals"
+    capture_sees = "as its frame says"
+    reference_sees = "as its frame says"
+    told_apart_by = "its condition and its order"
+    next_measurement = "change the condition alone and measure again"
+    plausible = "unknown"
+
+    def __init__(
+        self,
+        condition: Condition,
+        orders: tuple[float, ...],
+        frame: Frame,
+        electrical_head: int | None = None,
+    ) -> None:
+        """``orders`` are multiples of the angle (or of the electrical phase); () for a constant."""
+        super().__init__()
+        self.condition = condition
+        self.orders = orders
+        self.frame: Frame = frame
+        self.electrical_head = electrical_head
+
+    @property
+    def parts(self) -> list[str]:
+        """The parts by their public names."""
+        names = [self.condition.part] if self.condition.part else []
+        if self.electrical_head is not None:
+            return [*names, f"electrical:head{self.electrical_head}"]
+        names += [f"order:{order:g}" for order in self.orders]
+        return [*names, self.frame]
+
+    def column_names(self, observations: Observations) -> list[str]:
+        if not self.orders:
+            return ["size"]
+        if self.electrical_head is None and self.frame == "stator":
+            return harmonic_names(self.orders, "x ") + harmonic_names(self.orders, "y ")
+        return harmonic_names(self.orders)
+
+    def _wave(self, angle_rad: Float, sign: float = 1.0) -> Columns:
+        if not self.orders:
+            return np.full((angle_rad.size, 1), sign)
+        return sign * harmonic_columns(angle_rad, self.orders)
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        factor = self.condition.values(rows)
+        if factor is None or self.frame == "reference":
+            return None
+        if self.electrical_head is not None:
+            phase = rows.electrical1_rad if self.electrical_head == 1 else rows.electrical2_rad
+            if phase is None:
+                return None
+            wave = self._wave(phase, -1.0 if self.electrical_head == 1 else 1.0)
+        elif self.frame == "disc" and self.orders:
+            wave = disc_difference(rows.disc1_rad, rows.disc2_rad, self.orders)
+        elif self.frame == "stator":
+            wave = capture_motion(rows, self.orders)
+        else:
+            wave = self._wave(rows.angle_rad, -1.0 if self.frame == "head1" else 1.0)
+        return factor[:, np.newaxis] * wave
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        factor = self.condition.values(rows)
+        if factor is None or self.frame == "head2" or self.electrical_head == 2:
+            return None
+        if self.electrical_head == 1:
+            if rows.electrical1_rad is None:
+                return None
+            wave = self._wave(rows.electrical1_rad)
+        elif self.frame == "stator":
+            wave = reference_motion(rows, self.orders)
+        else:
+            wave = self._wave(rows.angle_rad)
+        return factor[:, np.newaxis] * wave
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        unit = "arcsec" + (f"/{self.condition.unit}" if self.condition.unit else "")
+        if not self.orders:
+            sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
+            return {"size": Parameter(float(coefficients[0]), sigma, unit)}
+        if self.frame == "stator" and self.electrical_head is None:
+            width = 2 * len(self.orders)
+            alpha = observations.head_separation_rad
+            mixing = np.hstack([np.sin(alpha) * np.eye(width), (np.cos(alpha) - 1) * np.eye(width)])
+            coefficients, covariance = mixing @ coefficients, mixing @ covariance @ mixing.T
+        found: dict[str, Parameter] = {}
+        for index, order in enumerate(self.orders):
+            pair = slice(2 * index, 2 * index + 2)
+            cosine, sine = coefficients[pair]
+            prefix = "" if len(self.orders) == 1 else f"order_{order:g}_"
+            found |= amplitude_and_phase(cosine, sine, covariance[pair, pair], prefix, unit)
+        return found
+
+    def lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+        temperature_c: float | None,
+    ) -> list[Lane]:
+        factor = 1.0
+        if self.condition is TEMPERATURE:
+            if temperature_c is None:
+                raise ValueError(f"{self.name}: say the temperature with --temperature")
+            factor = temperature_c - observations.reference_temperature_c
+        elif self.condition is not ALWAYS:
+            return []
+        orders = [round(order) for order in self.orders if order == round(order)]
+        if self.electrical_head == 1 and observations.grating_lines is not None:
+            orders = [order * observations.grating_lines for order in orders]
+        elif self.electrical_head is not None or self.frame in ("head2", "reference"):
+            return []
+        if len(orders) != len(self.orders):
+            return []
+        if self.frame == "stator" and self.electrical_head is None:
+            # Head 1 sees y; its columns come after those of x.
+            coefficients = coefficients[2 * len(orders) :]
+        return paired_lanes(orders, factor * coefficients)
+
+    def describe(self, parameters: dict[str, Parameter]) -> str:
+        """In words, for instance ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""
+        words = [self.condition.words] if self.condition.words else []
+        if self.electrical_head is not None:
+            multiples = ", ".join(f"{order:g}" for order in self.orders)
+            words.append(f"electrical phase of head {self.electrical_head} × {multiples}")
+        elif self.orders:
+            words.append("order " + ", ".join(f"{order:g}" for order in self.orders))
+        frames = {
+            "disc": "disc-fixed",
+            "stator": "stator-fixed",
+            "head1": "head 1 only",
+            "head2": "head 2 only",
+            "reference": "reference only",
+        }
+        size = parameters.get("amplitude") or parameters.get("size")
+        text = " × ".join(words) if words else "constant"
+        if self.electrical_head is None:
+            text += f", {frames[self.frame]}"
+        if size is not None:
+            unit = size.unit.replace("arcsec", "″")
+            text += f", {abs(size.value):.2g}{unit}"
+        return text

@@ -1,0 +1,285 @@
+"""Which product of parts takes most from what a model leaves."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.diagnose.parts import (
+    Condition,
+    Frame,
+    ProductOfParts,
+    conditions,
+    settling_condition,
+)
+from arctrue.workbench.inference.normal import row_blocks
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations import Observations
+
+Float = NDArray[np.float64]
+
+HIGHEST_ORDER = 30
+"""Orders of the angle, in halves, that the parts are tried with."""
+ELECTRICAL_MULTIPLES = (1.0, 2.0)
+SHORTLIST = 8
+LEAST_ARC_RAD = 1.5 * np.pi
+"""A reference run over less than this does not go round the table."""
+SETTLING_STEP = 1.6
+"""A time constant is refined between this many times less and more."""
+SETTLING_ROUNDS = 12
+FRAME_MARGIN = 6.0
+"""BIC by which a frame must beat a more natural one: odds of 20 to 1."""
+
+
+@dataclass(frozen=True)
+class PartsCandidate:
+    """A product of parts with its gain, and the number of products that were tried."""
+
+    effect: ProductOfParts
+    gain: float
+    rank: int
+    trials: float
+    level_trials: float
+    """Places that its p pays for: see :func:`level_share`."""
+
+
+def _half_orders() -> Float:
+    return np.arange(1, 2 * HIGHEST_ORDER + 1) / 2.0
+
+
+def level_share(order: float | None) -> float:
+    """Share of one condition's false alarms that is spent on an order; None: on no order.
+
+    As many on each octave of orders, and on no order at all as on one half: discs, bearings and
+    belts bend in a few waves, and the shares were fixed before any data. They add up to 1.
+    """
+    orders = _half_orders()
+    total = 1.0 + float(np.sum(orders[0] / orders))
+    return (1.0 if order is None else float(orders[0] / order)) / total
+
+
+def condition_shares(found: Sequence[Condition]) -> list[float]:
+    """Share of the false alarms that is spent on each condition; they add up to 1.
+
+    As many on each kind: all time constants of a settling have one share among them.
+    """
+    kinds = [
+        ("settling", str(item.each_run)) if item.time_constant_s is not None else (item.words, "")
+        for item in found
+    ]
+    sizes = Counter(kinds)
+    return [1.0 / (len(sizes) * sizes[kind]) for kind in kinds]
+
+
+def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+    """Approximate gain of every (condition, half order), and of (condition, constant)."""
+    rows, residual = residuals.observations.capture, residuals.capture_arcsec
+    assert rows is not None
+    assert residual is not None
+    orders = _half_orders()
+    sums = np.zeros((len(factors), orders.size), dtype=np.complex128)
+    constant = np.zeros(len(factors))
+    for block in row_blocks(residual.size):
+        weighted = np.stack([factor[block] * residual[block] for factor in factors])
+        step = np.exp(-0.5j * rows.angle_rad[block])
+        power = np.ones_like(step)
+        for index in range(orders.size):
+            power = power * step
+            sums[:, index] += weighted @ power
+        constant += weighted.sum(axis=1)
+    squares = np.array([float(factor @ factor) for factor in factors])
+    variance = residuals.capture_sigma_arcsec**2
+    scale = np.maximum(squares, 1e-30) * variance
+    return 2.0 * np.abs(sums) ** 2 / scale[:, None], constant**2 / scale
+
+
+def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+    rows, residual = residuals.observations.reference, residuals.reference_arcsec
+    assert rows is not None
+    assert residual is not None
+    orders = _half_orders()
+    waves = np.exp(-1j * np.outer(rows.angle_rad, orders))
+    weighted = np.stack([factor * residual for factor in factors])
+    squares = np.array([float(factor @ factor) for factor in factors])
+    scale = np.maximum(squares, 1e-30) * residuals.reference_sigma_arcsec**2
+    power = 2.0 * np.abs(weighted @ waves) ** 2 / scale[:, None]
+    if rows.face is not None and rows.faces is not None:
+        # Faces see an order n and its alias faces − n alike: the lower one stands for both.
+        power[:, orders > rows.faces / 2.0] = 0.0
+    arc = float(np.ptp(rows.target_rad))
+    if arc < LEAST_ARC_RAD:
+        # On an arc, what is less than a period is a slow curve and no order.
+        power[:, orders * arc < 2.0 * np.pi] = 0.0
+    return power, weighted.sum(axis=1) ** 2 / scale
+
+
+def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
+    """Frames worth a try, the most natural first: it wins when the data cannot tell."""
+    frames: list[Frame] = []
+    if observations.capture is not None and not in_reference:
+        if order is None:
+            frames = ["head2", "head1"]
+        elif order == round(order):
+            frames = ["disc", "stator", "head2", "head1"]
+        else:
+            # The disc closes after a turn: a half order cannot be fixed to it.
+            frames = ["stator", "head2", "head1", "disc"]
+    if observations.reference is not None and in_reference:
+        frames.append("reference")
+    if observations.capture is None and not frames:
+        frames = ["reference"]
+    return frames
+
+
+def _scored(
+    residuals: Residuals, effect: ProductOfParts, tried: float, share: float
+) -> PartsCandidate:
+    """``share`` of the false alarms is spent on the condition of ``effect`` in its channel."""
+    score = residuals.score(effect, {})
+    share *= level_share(effect.orders[0] if effect.orders else None)
+    return PartsCandidate(effect, score.gain, score.rank, tried, 1.0 / share)
+
+
+def _natural(frames: Sequence[PartsCandidate], rows: int) -> PartsCandidate:
+    """The first frame that is about as good as the best: the data must speak for another."""
+    worth = [item.gain - item.rank * np.log(rows) for item in frames]
+    return next(
+        item for item, value in zip(frames, worth, strict=True) if value > max(worth) - FRAME_MARGIN
+    )
+
+
+def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[PartsCandidate]:
+    """The products of parts with the largest gains, best first.
+
+    ``look_alikes`` keeps those that a simpler condition describes about as well.
+    """
+    observations = residuals.observations
+    found = conditions(observations)
+    channels = (observations.capture is not None) + (observations.reference is not None)
+    shares = [share / max(channels, 1) for share in condition_shares(found)]
+    places: list[tuple[float, Condition, float | None, bool]] = []
+    certain: list[tuple[float, Condition, float | None, bool]] = []
+    tried = 0.0
+    for in_reference, rows, waves in (
+        (False, observations.capture, _capture_waves),
+        (True, observations.reference, _reference_waves),
+    ):
+        if rows is None:
+            continue
+        usable: list[Condition] = []
+        factors: list[Float] = []
+        for condition in found:
+            values = condition.values(rows)
+            if values is not None and float(np.abs(values).max(initial=0.0)) > 0.0:
+                usable.append(condition)
+                factors.append(values)
+        orders, constants = waves(residuals, factors)
+        tried += orders.size + constants.size
+        for index, condition in enumerate(usable):
+            best = np.argsort(orders[index])[::-1][:3]
+            places += [
+                (float(orders[index, k]), condition, float(_half_orders()[k]), in_reference)
+                for k in best
+                if orders[index, k] > 0.0
+            ]
+            # A constant of the runs is not in the residuals, which are less their offsets: it is
+            # always scored exactly.
+            certain.append((float(constants[index]), condition, None, in_reference))
+    places.sort(key=lambda place: -place[0])
+    scored: list[PartsCandidate] = []
+    chosen = [*places[: 4 * SHORTLIST], *certain]
+    for _, condition, order, in_reference in chosen:
+        orders_of = () if order is None else (order,)
+        tried_frames = [
+            _scored(
+                residuals,
+                ProductOfParts(condition, orders_of, frame),
+                tried,
+                shares[found.index(condition)],
+            )
+            for frame in _frames(order, observations, in_reference)
+            if orders_of or frame != "stator"
+        ]
+        if tried_frames:
+            scored.append(_natural(tried_frames, observations.rows))
+    for condition in found:
+        for head in (1, 2):
+            rows = observations.capture
+            if rows is None or rows.electrical1_rad is None or not condition.part:
+                continue
+            if condition.part == "settling":
+                continue
+            frame_of_head: Frame = "head1" if head == 1 else "head2"
+            effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
+            scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
+    if look_alikes:
+        return _best_of_each(scored)[:SHORTLIST]
+    simple = _without_idle_conditions(scored, found, observations.rows)
+    short = sorted(simple, key=lambda item: -(item.gain - 2.0 * item.rank))[:SHORTLIST]
+    refined = [_refined_settling(residuals, item) for item in short[:2]] + short[2:]
+    return sorted(refined, key=lambda item: -(item.gain - 2.0 * item.rank))
+
+
+def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
+    """The best frame and time constant of every condition and wave, best first."""
+    best: dict[tuple[str, ...], PartsCandidate] = {}
+    for item in sorted(scored, key=lambda item: -(item.gain - 2.0 * item.rank)):
+        best.setdefault(tuple(item.effect.parts[:-1]), item)
+    return list(best.values())
+
+
+def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
+    """A settling with its time constant moved to the largest gain (golden section in log τ)."""
+    constant = item.effect.condition.time_constant_s
+    if constant is None:
+        return item
+
+    def at(log_constant: float) -> PartsCandidate:
+        condition = settling_condition(float(np.exp(log_constant)), item.effect.condition.each_run)
+        effect = ProductOfParts(
+            condition, item.effect.orders, item.effect.frame, item.effect.electrical_head
+        )
+        return replace(_scored(residuals, effect, item.trials, 1.0), level_trials=item.level_trials)
+
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    low, high = (np.log(constant) + side * np.log(SETTLING_STEP) for side in (-1.0, 1.0))
+    inner, outer = high - golden * (high - low), low + golden * (high - low)
+    there = [at(inner), at(outer)]
+    for _ in range(SETTLING_ROUNDS):
+        if there[0].gain > there[1].gain:
+            high, outer = outer, inner
+            inner = high - golden * (high - low)
+            there = [at(inner), there[0]]
+        else:
+            low, inner = inner, outer
+            outer = low + golden * (high - low)
+            there = [there[1], at(outer)]
+    return max([item, *there], key=lambda place: place.gain)
+
+
+def _without_idle_conditions(
+    scored: Sequence[PartsCandidate], order: Sequence[Condition], rows: int
+) -> list[PartsCandidate]:
+    """Without those that a simpler condition describes about as well: the same wave.
+
+    A settling of an hour is, within a run of a minute, no condition at all.
+    """
+
+    def worth(item: PartsCandidate) -> float:
+        return float(item.gain - item.rank * np.log(rows))
+
+    kept: list[PartsCandidate] = []
+    for item in sorted(scored, key=lambda item: order.index(item.effect.condition)):
+        wave = (item.effect.orders, item.effect.electrical_head)
+        simpler = [
+            worth(other)
+            for other in kept
+            if wave == (other.effect.orders, other.effect.electrical_head)
+        ]
+        if worth(item) > max(simpler, default=-np.inf) + FRAME_MARGIN:
+            kept.append(item)
+    return kept

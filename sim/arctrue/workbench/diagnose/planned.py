@@ -1,0 +1,281 @@
+"""Measurements that could be made next, as rows that they would give.
+
+The rows carry conditions only (angle, time, temperature, direction, ...), no measured values: with
+them an effect's own columns tell what it would show there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
+
+PAUSE_S = 600.0
+FASTER = 3.0
+WARMER_K = 4.0
+MORE_TURNS = 30
+MORE_SAMPLES = 5
+MOST_NEW_ROWS = 100_000
+FACES = 24
+CYCLES = 5
+STATION_S = 4.0
+MOVING_STATIONS = 360
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A measurement: its name for programs, its words for people, the rows with it."""
+
+    kind: str
+    words: str
+    with_it: Callable[[Observations], Observations | None]
+    """The set with it; None where the table or the set does not allow it."""
+
+
+def _joined(before: Rows, after: Rows) -> Rows:
+    """Rows one after the other; what is no array stays as it was before."""
+    values: dict[str, Any] = {}
+    for item in fields(before):
+        old, new = getattr(before, item.name), getattr(after, item.name)
+        both = isinstance(old, np.ndarray) and isinstance(new, np.ndarray)
+        values[item.name] = np.concatenate([old, new]) if both else old
+    return type(before)(**values)
+
+
+def _further_run(
+    observations: Observations,
+    *,
+    faster: float = 1.0,
+    back: bool = False,
+    warmer_k: float = 0.0,
+    turns: float | None = None,
+    finer: float = 1.0,
+) -> Observations | None:
+    """The set with one run more, made like its first one but for what is asked for."""
+    rows = observations.capture
+    if rows is None:
+        return None
+    first = np.flatnonzero(rows.run == 0)
+    travel = float(rows.angle_rad[first[-1]] - rows.angle_rad[first[0]])
+    duration = float(rows.time_s[first[-1]] - rows.time_s[first[0]])
+    if first.size < 3 or duration <= 0.0 or travel == 0.0:
+        return None
+    longer = 1.0 if turns is None else turns * 2.0 * np.pi / abs(travel)
+    if longer < 1.0 or (warmer_k and rows.temperature_c is None):
+        return None
+    # A share of a step more or less a turn: the new samples fall beside the old ones.
+    count = int(min(first.size * longer * finer, MOST_NEW_ROWS)) + 1
+    share = np.arange(count) / (count - 1)
+    way = -1.0 if back else 1.0
+    angle = rows.angle_rad[first[0]] + 0.5 + way * travel * longer * share
+    start = float(rows.time_s.max()) + PAUSE_S
+    new = CaptureRows(
+        run=np.full(count, rows.runs, dtype=np.int64),
+        revolution=int(rows.revolution.max()) + 1 + _turns(angle),
+        time_s=start + duration * longer / faster * share,
+        temperature_c=None
+        if rows.temperature_c is None
+        else np.full(count, float(np.median(rows.temperature_c[first])) + warmer_k),
+        direction=np.full(count, way * np.sign(travel)),
+        speed_rad_s=np.full(count, way * travel / duration * faster),
+        angle_rad=angle,
+        disc1_rad=angle,
+        disc2_rad=angle + rows.head_separation_rad,
+        line1_rad=angle,
+        line2_rad=angle + rows.head_separation_rad,
+        electrical1_rad=_phase(angle, observations),
+        electrical2_rad=_phase(angle + rows.head_separation_rad, observations),
+        run_start_s=np.full(count, start),
+        set_start_s=rows.set_start_s,
+        runs=rows.runs + 1,
+        head_separation_rad=rows.head_separation_rad,
+        reference_temperature_c=rows.reference_temperature_c,
+        difference_arcsec=np.zeros(count),
+    )
+    joined = replace(_joined(rows, new), runs=rows.runs + 1)
+    return replace(observations, capture=joined, kept_columns={})
+
+
+def _turns(angle_rad: Float) -> Integer:
+    return np.asarray(np.abs(angle_rad - angle_rad[0]) // (2.0 * np.pi), dtype=np.int64)
+
+
+def _phase(angle_rad: Float, observations: Observations) -> Float | None:
+    if observations.grating_lines is None:
+        return None
+    return np.asarray(np.mod(angle_rad * observations.grating_lines, 2.0 * np.pi))
+
+
+def _stations(observations: Observations) -> ReferenceRows:
+    """A polygon's stations, up and back, after everything that was measured."""
+    up = np.arange(FACES) * (2.0 * np.pi / FACES)
+    target = np.tile(np.concatenate([up, up[::-1]]), CYCLES)
+    count = target.size
+    ends = [
+        float(rows.time_s.max())
+        for rows in (observations.capture, observations.reference)
+        if rows is not None and rows.time_s is not None
+    ]
+    start = max(ends, default=0.0) + PAUSE_S
+    time: Float = start + STATION_S * np.arange(count, dtype=np.float64)
+    return ReferenceRows(
+        run=np.zeros(count, dtype=np.int64),
+        cycle=np.repeat(np.arange(CYCLES), 2 * FACES),
+        time_s=time,
+        temperature_c=np.full(count, observations.reference_temperature_c),
+        direction=np.tile(np.repeat([1.0, -1.0], FACES), CYCLES),
+        target_rad=target,
+        angle_rad=target,
+        line_rad=target,
+        face=np.round(target * FACES / (2.0 * np.pi)).astype(np.int64) % FACES,
+        faces=FACES,
+        electrical1_rad=_phase(target, observations),
+        teeth=observations.drive_gear_teeth,
+        speed_rad_s=None,
+        run_start_s=np.full(count, start),
+        set_start_s=start,
+        middle_time_s=float(0.5 * (time[0] + time[-1])),
+        reference_temperature_c=observations.reference_temperature_c,
+        error_arcsec=np.zeros(count),
+    )
+
+
+def _reference(observations: Observations) -> Observations | None:
+    if observations.reference is not None:
+        return None
+    return replace(observations, reference=_stations(observations), kept_columns={})
+
+
+def _reference_back(observations: Observations) -> Observations | None:
+    rows = observations.reference
+    if rows is None or rows.direction is None or np.unique(rows.direction).size > 1:
+        return None
+    back = replace(_later(rows), direction=-rows.direction)
+    return replace(observations, reference=_joined(rows, back), kept_columns={})
+
+
+def _later(rows: ReferenceRows) -> ReferenceRows:
+    """The same rows once more, after a pause."""
+    cycle = None if rows.cycle is None else rows.cycle + int(rows.cycle.max()) + 1
+    run = rows.run + int(rows.run.max()) + 1
+    if rows.time_s is None or rows.run_start_s is None:
+        return replace(rows, cycle=cycle, run=run)
+    after = float(np.ptp(rows.time_s)) + PAUSE_S
+    return replace(
+        rows,
+        cycle=cycle,
+        run=run,
+        time_s=rows.time_s + after,
+        run_start_s=rows.run_start_s + after,
+    )
+
+
+def _polygon_turned(observations: Observations) -> Observations | None:
+    """Once more with the polygon turned on the table by a third of a face."""
+    rows = observations.reference
+    if rows is None or rows.face is None or rows.faces is None:
+        return None
+    shift = 2.0 * np.pi / rows.faces / 3.0
+    electrical = rows.electrical1_rad
+    if electrical is not None and observations.grating_lines is not None:
+        electrical = np.mod(electrical + shift * observations.grating_lines, 2.0 * np.pi)
+    turned = replace(
+        _later(rows),
+        target_rad=rows.target_rad + shift,
+        angle_rad=rows.angle_rad + shift,
+        line_rad=rows.line_rad + shift,
+        electrical1_rad=electrical,
+    )
+    return replace(observations, reference=_joined(rows, turned), kept_columns={})
+
+
+def _moving_reference(observations: Observations) -> Observations | None:
+    """A reference that is read on the move, both ways and three times as fast."""
+    rows, capture = observations.reference, observations.capture
+    if rows is None or rows.time_s is None or (rows.speed_rad_s is not None):
+        return None
+    slow = 0.5 if capture is None else float(np.abs(capture.speed_rad_s).min())
+    passes = []
+    for number, speed in enumerate((slow, -slow, FASTER * slow)):
+        up: Float = np.linspace(0.0, 2.0 * np.pi, MOVING_STATIONS, endpoint=False)
+        target: Float = up if speed > 0 else up[::-1]
+        start = float(rows.time_s.max()) + PAUSE_S * (number + 1)
+        cycle = None if rows.cycle is None else rows.cycle.max() + 1 + number
+        passes.append(
+            replace(
+                rows,
+                run=np.full(target.size, rows.run.max() + 1 + number),
+                cycle=None if cycle is None else np.full(target.size, cycle),
+                time_s=start + np.abs(target - target[0]) / abs(speed),
+                temperature_c=np.full(target.size, rows.reference_temperature_c),
+                direction=np.full(target.size, np.sign(speed)),
+                target_rad=target,
+                angle_rad=target,
+                line_rad=target,
+                face=None,
+                faces=None,
+                electrical1_rad=_phase(target, observations),
+                speed_rad_s=np.full(target.size, speed),
+                run_start_s=np.full(target.size, start),
+                error_arcsec=np.zeros(target.size),
+            )
+        )
+    still = replace(rows, speed_rad_s=np.zeros(rows.run.size), face=None, faces=None)
+    for item in passes:
+        still = _joined(still, item)
+    return replace(observations, reference=still, kept_columns={})
+
+
+PLANS = (
+    Plan(
+        "speed", "one more run at three times the speed", lambda o: _further_run(o, faster=FASTER)
+    ),
+    Plan("direction", "one more run in the other direction", lambda o: _further_run(o, back=True)),
+    Plan(
+        "again",
+        "the same run once more, after the table has stood still for ten minutes",
+        _further_run,
+    ),
+    Plan(
+        "warm",
+        "one more run with the table 4 K warmer",
+        lambda o: _further_run(o, warmer_k=WARMER_K),
+    ),
+    Plan(
+        "turns",
+        f"one run of {MORE_TURNS} turns or more",
+        lambda o: _further_run(o, turns=float(MORE_TURNS)),
+    ),
+    Plan(
+        "samples",
+        f"one run with {MORE_SAMPLES} times as many samples a turn",
+        lambda o: _further_run(o, finer=float(MORE_SAMPLES)),
+    ),
+    Plan(
+        "reference",
+        "a reference run: a polygon of 24 faces, in both directions",
+        _reference,
+    ),
+    Plan("reference_back", "the reference run in the other direction too", _reference_back),
+    Plan(
+        "polygon_turned",
+        "the reference run once more, the polygon turned on the table by a third of a face "
+        "(as a second run in reference.csv)",
+        _polygon_turned,
+    ),
+    Plan(
+        "moving_reference",
+        "a reference that is read on the move, both ways and at two speeds",
+        _moving_reference,
+    ),
+)
+"""The cheaper first."""

@@ -1,0 +1,30 @@
+"""Columns of a motion of the axis in the stator frame; shared by two effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Columns
+from arctrue.workbench.effects.harmonics import harmonic_columns
+from arctrue.workbench.observations import CaptureRows, ReferenceRows
+
+ARCSEC_PER_RAD = 648_000.0 / np.pi
+
+
+def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
+    """x columns, then y columns.
+
+    Head 1 at stator angle 0 sees y; head 2 at −α sees x·sin α + y·cos α; their difference is
+    x·sin α + y·(cos α − 1), all as displacement over the radius, in arcseconds.
+    """
+    waves = harmonic_columns(rows.angle_rad, orders)
+    alpha = rows.head_separation_rad
+    return np.hstack([waves * np.sin(alpha), waves * (np.cos(alpha) - 1.0)])
+
+
+def reference_motion(rows: ReferenceRows, orders: Sequence[float]) -> Columns:
+    """x columns (head 1 does not see them), then y columns."""
+    waves = harmonic_columns(rows.angle_rad, orders)
+    return np.hstack([np.zeros_like(waves), waves])

@@ -1,0 +1,291 @@
+"""What a physical effect is to the workbench: the interface of every file in this folder.
+
+An effect turns the conditions of each measured row (angle, time, temperature, direction, ...)
+into columns; the fit finds one coefficient a column, common to both channels. What an effect
+needs beyond linear coefficients (an order, a frequency, an instant) it declares as search
+parameters and finds by :meth:`Effect.scan`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from arctrue.workbench.inference.residuals import Residuals
+    from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+Columns = NDArray[np.float64]
+"""Shape (rows, coefficients)."""
+
+Nonlinear = Mapping[str, float]
+"""Values of the search parameters, by name."""
+
+Compensation = Literal["lanes", "offset", "none"]
+"""What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A fitted quantity as people read it: value, standard uncertainty, unit."""
+
+    value: float
+    sigma: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """A harmonic of head 1's error that a lane of the gateware can take away."""
+
+    order: int
+    cosine_arcsec: float
+    sine_arcsec: float
+
+
+@dataclass(frozen=True, slots=True)
+class SearchParameter:
+    """A parameter that enters the columns nonlinearly and is therefore searched."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    steps: int = 64
+    """Points of the grid that the default scan tries."""
+    integer: bool = False
+    """Only whole numbers mean something; such a parameter is not refined."""
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A place that a scan found: search parameters, and how many independent places it tried."""
+
+    nonlinear: dict[str, float]
+    gain: float
+    """Weighted sum of squares that the columns take from the residuals, 2·Δ(log likelihood)."""
+    trials: float
+
+
+@dataclass(frozen=True)
+class FitContext:
+    """What the present model says, for effects whose columns depend on it.
+
+    The error function is that of the graduation, eq. (8): arcseconds as a function of the disc
+    angle in radians.
+    """
+
+    cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def error_arcsec(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        """ε(ψ) in arcseconds, shape of ``disc_rad``."""
+        total = np.zeros_like(disc_rad, dtype=np.float64)
+        for order, cosine, sine in zip(
+            self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
+        ):
+            phase = order * disc_rad
+            total += cosine * np.cos(phase) + sine * np.sin(phase)
+        return total
+
+    def error_slope(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+        """dε/dψ, arcsecond an arcsecond, shape of ``disc_rad``."""
+        arcsec_rad = np.pi / 648_000.0
+        total = np.zeros_like(disc_rad, dtype=np.float64)
+        for order, cosine, sine in zip(
+            self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
+        ):
+            phase = order * disc_rad
+            total += order * (sine * np.cos(phase) - cosine * np.sin(phase))
+        return total * arcsec_rad
+
+
+class Effect(ABC):
+    """One physical effect. A subclass is one file; the built-in ones use just this interface."""
+
+    name: ClassVar[str]
+    """Public name: command line, model files, JSON."""
+    physics: ClassVar[str]
+    """What happens, in two sentences."""
+    equation: ClassVar[str]
+    source: ClassVar[str]
+    capture_sees: ClassVar[str]
+    """What the difference of the two heads shows of it."""
+    reference_sees: ClassVar[str]
+    """What a reference run shows of it."""
+    told_apart_by: ClassVar[str]
+    next_measurement: ClassVar[str]
+    """The measurement that would show this effect best, or split it from its like."""
+    plausible: ClassVar[str]
+    """Sizes that have been seen."""
+    compensation: ClassVar[Compensation] = "none"
+    compensation_note: ClassVar[str] = ""
+    search: ClassVar[tuple[SearchParameter, ...]] = ()
+    defaults: ClassVar[Mapping[str, object]] = {}
+    """Settings and their default values."""
+    parameter_units: ClassVar[Mapping[str, str]] = {}
+    """The main parameters that :meth:`parameters` gives, with their units."""
+    depends_on_model: ClassVar[bool] = False
+    """The columns depend on the fitted error function, so that the fit iterates."""
+    step_at: ClassVar[tuple[str, str] | None] = None
+    """Search parameters (run, instant) at which the only column steps from 0 to 1."""
+    run_level: ClassVar[bool] = False
+    """Its size is known from run to run only, so that the runs are the sample."""
+    local_on_disc: ClassVar[bool] = False
+    """It acts on a short arc of the disc, which every turn has to show."""
+
+    def __init__(self, **settings: object) -> None:
+        """Raises ValueError for a setting that this effect does not have, or of a wrong type."""
+        unknown = sorted(set(settings) - set(self.defaults))
+        if unknown:
+            known = ", ".join(sorted(self.defaults)) or "none"
+            raise ValueError(
+                f"effect {self.name}: unknown setting {', '.join(unknown)}; it has: {known}"
+            )
+        for key, value in settings.items():
+            expected = self.defaults[key]
+            numbers = (int, float)
+            same = isinstance(value, type(expected)) or (
+                isinstance(expected, numbers) and isinstance(value, numbers)
+            )
+            if not same or (isinstance(value, bool) and not isinstance(expected, bool)):
+                raise ValueError(
+                    f"effect {self.name}: setting {key} must be like {expected!r}, found {value!r}"
+                )
+        self.settings: dict[str, object] = {**self.defaults, **settings}
+
+    def integers(self, key: str) -> tuple[int, ...]:
+        """A setting that lists whole numbers. Raises ValueError when it does not."""
+        values = self.settings[key]
+        if not isinstance(values, Sequence) or not all(
+            isinstance(value, int) and not isinstance(value, bool) and value > 0 for value in values
+        ):
+            raise ValueError(
+                f"effect {self.name}: setting {key} must list whole numbers above 0, "
+                f"found {values!r}"
+            )
+        return tuple(values)
+
+    def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
+        """Orders of ε(ψ) whose cos, sin coefficients this effect's first columns are."""
+        return ()
+
+    def lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+        temperature_c: float | None,
+    ) -> list[Lane]:
+        """The harmonics that the gateware can correct, at a temperature where that matters.
+
+        Default: the disc-fixed orders of :meth:`disc_orders`.
+        """
+        return paired_lanes(self.disc_orders(nonlinear), coefficients)
+
+    def missing(self, observations: Observations) -> list[str]:
+        """What the set lacks for a test of this effect, in words; empty: it can be tested."""
+        return []
+
+    def variety(self, observations: Observations) -> list[str]:
+        """Which variety of conditions the set lacks to tell this effect from its like, in words.
+
+        Such an effect can be fitted, but it is not named; it may share a class with another.
+        """
+        return []
+
+    @abstractmethod
+    def column_names(self, observations: Observations) -> list[str]:
+        """One name a coefficient, for instance ``cos 3``."""
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        """What each coefficient adds to R₂ − R₁, arcseconds; None: nothing at all."""
+        return None
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        """What each coefficient adds to ε of head 1, arcseconds; None: nothing at all."""
+        return None
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        """The best places of the search parameters for what the model leaves, best first.
+
+        The default tries a grid over the declared ranges. Effects with a better way override it.
+        """
+        from arctrue.workbench.inference.scan import grid_scan
+
+        return grid_scan(self, residuals)
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """The effect with no more settings than the residuals ask for; how many were tried.
+
+        The diagnosis judges this one, so that an effect of many orders is not charged for those
+        that are not there. The default is the effect as it is.
+        """
+        return self, 1.0
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        """The fitted effect as people read it. Default: every coefficient in arcseconds.
+
+        σ of a search parameter is put in by the fit, which knows the tangents of the columns.
+        """
+        names = self.column_names(observations)
+        sigma = np.sqrt(np.diag(covariance))
+        found = {
+            name: Parameter(float(value), float(error), "arcsec")
+            for name, value, error in zip(names, coefficients, sigma, strict=True)
+        }
+        for parameter in self.search:
+            found[parameter.name] = Parameter(
+                nonlinear[parameter.name], float("nan"), parameter.unit
+            )
+        return found
+
+
+def paired_lanes(orders: Sequence[int], coefficients: NDArray[np.float64]) -> list[Lane]:
+    """Lanes of cos, sin coefficient pairs, one pair an order."""
+    return [
+        Lane(order, float(coefficients[2 * index]), float(coefficients[2 * index + 1]))
+        for index, order in enumerate(orders)
+    ]
+
+
+def amplitude_and_phase(
+    cosine: float, sine: float, covariance: NDArray[np.float64], prefix: str, unit: str = "arcsec"
+) -> dict[str, Parameter]:
+    """c·cos x + s·sin x as amplitude·cos(x + phase), with standard uncertainties.
+
+    ``covariance`` is the 2 × 2 block of (c, s). The phase has a uniform distribution's
+    uncertainty (180°/√3) at most.
+    """
+    amplitude = float(np.hypot(cosine, sine))
+    direction = np.array([cosine, sine]) / amplitude if amplitude > 0.0 else np.array([1.0, 0.0])
+    across = np.array([-direction[1], direction[0]])
+    along_sigma = float(np.sqrt(max(float(direction @ covariance @ direction), 0.0)))
+    across_sigma = float(np.sqrt(max(float(across @ covariance @ across), 0.0)))
+    limit = float(180.0 / np.sqrt(3.0))
+    phase_sigma = (
+        min(float(np.degrees(across_sigma / amplitude)), float(limit)) if amplitude > 0.0 else limit
+    )
+    return {
+        f"{prefix}amplitude": Parameter(amplitude, along_sigma, unit),
+        f"{prefix}phase": Parameter(
+            float(np.degrees(np.arctan2(-sine, cosine))), phase_sigma, "deg"
+        ),
+    }

@@ -1,0 +1,1 @@
+"""The built-in physical effects, one file each; the registry finds an effect by its file."""

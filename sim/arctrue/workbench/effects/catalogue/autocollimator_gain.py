@@ -1,0 +1,42 @@
+"""The reference's scale is a little too large or too small."""
+
+from __future__ import annotations
+
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.observations import Observations, ReferenceRows
+
+
+class AutocollimatorGain(ScalarEffect):
+    """gain·ε in the reference run: in proportion to the reading itself."""
+
+    name = "autocollimator_gain"
+    physics = (
+        "The autocollimator multiplies what it sees by 1 + g. The larger the table's own error, "
+        "the larger the false part; it shrinks once the table is compensated."
+    )
+    equation = "measured ε = (1 + g)·ε(θ)"
+    source = "scale error of an autocollimator; its certificate"
+    capture_sees = "nothing"
+    reference_sees = "a copy of the error itself"
+    told_apart_by = "it shrinks when the table is compensated"
+    next_measurement = "the same reference run with the compensation on"
+    plausible = "0.01 to 1 %"
+    parameter_units = {"gain": "1"}
+    compensation_note = "an error of the reference, not of the table"
+    depends_on_model = True
+    parameter_name = "gain"
+    parameter_unit = "1"
+
+    def missing(self, observations: Observations) -> list[str]:
+        lacking = []
+        if observations.reference is None:
+            lacking.append("a reference run")
+        if observations.capture is None:
+            lacking.append("a capture of both heads: it gives the true size of the error")
+        return lacking
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return context.error_arcsec(rows.angle_rad)[:, None]

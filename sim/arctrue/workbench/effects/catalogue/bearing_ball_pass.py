@@ -1,0 +1,104 @@
+"""Rolling elements carry the axis at an order that is not whole."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+    amplitude_and_phase,
+)
+from arctrue.workbench.effects.conditions import one_speed
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import unwrapped_order_scan
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+LEAST_TURNS = 1.98
+"""Two turns, less the step after the last sample."""
+
+
+class BearingBallPass(Effect):
+    """Axis motion cos, sin νθ over the unwrapped angle, ν not whole, found."""
+
+    name = "bearing_ball_pass"
+    physics = (
+        "The cage and the balls of a rolling bearing go round at rates that are no whole multiple "
+        "of the turn. The motion repeats over the unwrapped angle, never over a single turn."
+    )
+    equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
+    source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"
+    capture_sees = "a line at the order ν over all revolutions"
+    reference_sees = "a line at ν too: stations come at the same unwrapped angles every cycle"
+    told_apart_by = "order tracking over the unwrapped angle; the same order at every speed"
+    next_measurement = "a capture of more turns in one run: ν is resolved to 1/(2·turns)"
+    plausible = "0.05 to 1 µm"
+    parameter_units = {
+        "order": "1",
+        "difference_amplitude": "arcsec",
+        "difference_phase": "deg",
+        "head1_amplitude": "arcsec",
+        "head1_phase": "deg",
+    }
+    search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
+    defaults = {"highest_order": 60}
+
+    def missing(self, observations: Observations) -> list[str]:
+        if observations.capture is None:
+            return ["a capture of both heads"]
+        if observations.longest_run_turns < LEAST_TURNS:
+            return ["a run of at least two turns: ν is resolved to 1/(2·turns)"]
+        return []
+
+    def variety(self, observations: Observations) -> list[str]:
+        return one_speed(observations)
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["x cos", "x sin", "y cos", "y sin"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return capture_motion(rows, [nonlinear["order"]])
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return reference_motion(rows, [nonlinear["order"]])
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        highest = self.settings["highest_order"]
+        assert isinstance(highest, int)
+        return unwrapped_order_scan(self, residuals, float(highest))
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        alpha = observations.head_separation_rad
+        # x and y are not separable: what head 1 and the difference show is.
+        mixing = np.array(
+            [
+                [np.sin(alpha), 0.0, np.cos(alpha) - 1.0, 0.0],
+                [0.0, np.sin(alpha), 0.0, np.cos(alpha) - 1.0],
+            ]
+        )
+        difference = mixing @ coefficients
+        spread = mixing @ covariance @ mixing.T
+        found = {"order": Parameter(nonlinear["order"], float("nan"), "1")}
+        found |= amplitude_and_phase(difference[0], difference[1], spread, "difference_")
+        if observations.reference is not None:
+            found |= amplitude_and_phase(
+                coefficients[2], coefficients[3], covariance[2:, 2:], "head1_"
+            )
+        return found

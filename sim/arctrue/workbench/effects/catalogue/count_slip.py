@@ -1,0 +1,80 @@
+"""Counts lost or gained on one head at one instant."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+)
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import step_scan
+from arctrue.workbench.observations import CaptureRows, Observations
+
+
+class CountSlip(Effect):
+    """A step in R₂ − R₁ at one instant, to the end of that run."""
+
+    name = "count_slip"
+    physics = (
+        "A burst of noise or an edge too fast makes one decoder lose or gain counts. From that "
+        "instant on the head is off by a whole number of counts, until its next index pass."
+    )
+    equation = "δ₂₁ = m·(one count) after the instant, m whole"
+    source = "incremental counting"
+    capture_sees = "a step between two samples"
+    reference_sees = "a step when it is head 1"
+    told_apart_by = "index-to-index count differs from counts_per_rev by the step"
+    next_measurement = "a capture across several index passes, with the index counts recorded"
+    plausible = "1 to 1,000 counts, often a multiple of 4"
+    parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
+    step_at = ("run", "instant")
+    compensation_note = "count again from the index"
+    search = (
+        SearchParameter("run", "1", 0.0, 1e6, "run in which it happens", integer=True),
+        SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
+    )
+
+    def missing(self, observations: Observations) -> list[str]:
+        return [] if observations.capture is not None else ["a capture of both heads"]
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["step"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        after = (rows.run == round(nonlinear["run"])) & (rows.time_s >= nonlinear["instant"])
+        return np.asarray(after, dtype=np.float64)[:, np.newaxis]
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        return step_scan(self, residuals)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
+        step = float(coefficients[0])
+        found = {
+            "run": Parameter(nonlinear["run"], 0.0, "1"),
+            # The step lies somewhere between the last row before it and the first one after.
+            "instant": Parameter(
+                nonlinear["instant"] - 0.5 * observations.sample_period_s, float("nan"), "s"
+            ),
+            "step": Parameter(step, sigma, "arcsec"),
+        }
+        count = observations.count_arcsec
+        if count is not None:
+            found["counts"] = Parameter(step / count, sigma / count, "counts")
+        return found

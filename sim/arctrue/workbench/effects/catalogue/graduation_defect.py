@@ -1,0 +1,83 @@
+"""A scratch, dirt or a splice at one place of the disc."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+)
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import bump_scan
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+
+def bump(angle_rad: NDArray[np.float64], nonlinear: Nonlinear) -> NDArray[np.float64]:
+    """A bell of height 1 at ``place`` (degrees), ``width`` (degrees, standard deviation)."""
+    away = angle_rad - np.radians(nonlinear["place"])
+    away = (away + np.pi) % (2.0 * np.pi) - np.pi
+    return np.asarray(np.exp(-0.5 * (away / np.radians(nonlinear["width"])) ** 2))
+
+
+class GraduationDefect(Effect):
+    """A bump of some width at one disc angle."""
+
+    name = "graduation_defect"
+    physics = (
+        "A scratch, dirt or a splice shifts the light's pattern while it passes under a head. Both "
+        "heads meet it at the same disc angle, α apart, so R₂ − R₁ shows it twice, with two signs."
+    )
+    equation = "ε(ψ) = h·exp(−(ψ − ψ₀)²/2w²); ψ₀, w found"
+    source = "a local error of the graduation"
+    capture_sees = "twice, α apart, with opposite signs"
+    reference_sees = "one station at most"
+    told_apart_by = "both heads see it at the same disc angle"
+    local_on_disc = True
+    next_measurement = "a slow capture with many samples across the place"
+    plausible = "0.5 to 20″ high, 0.05 to 5° wide"
+    parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
+    compensation_note = "too local for a sum of low orders; clean or replace the disc"
+    search = (
+        SearchParameter("place", "deg", 0.0, 360.0, "disc angle of the defect"),
+        SearchParameter("width", "deg", 0.02, 12.0, "standard deviation of the bell"),
+    )
+
+    def missing(self, observations: Observations) -> list[str]:
+        return [] if observations.capture is not None else ["a capture of both heads"]
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["height"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return (bump(rows.line2_rad, nonlinear) - bump(rows.line1_rad, nonlinear))[:, np.newaxis]
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return bump(rows.line_rad, nonlinear)[:, np.newaxis]
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        return bump_scan(self, residuals)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        sigma = float(np.sqrt(max(covariance[0, 0], 0.0)))
+        return {
+            "place": Parameter(nonlinear["place"], float("nan"), "deg"),
+            "width": Parameter(nonlinear["width"], float("nan"), "deg"),
+            "height": Parameter(float(coefficients[0]), sigma, "arcsec"),
+        }

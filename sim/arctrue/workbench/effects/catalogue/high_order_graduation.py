@@ -1,0 +1,94 @@
+"""A line or few in the order spectrum, above the orders of the base model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+    amplitude_and_phase,
+)
+from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import disc_order_scan, reference_order_scan, stations_a_turn
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+
+class HighOrderGraduation(Effect):
+    """c·cos nψ + s·sin nψ with n above the base model, found in the order spectrum."""
+
+    name = "high_order_graduation"
+    physics = (
+        "The machine that ruled the disc, or a ring of screws that holds it, leaves an error with "
+        "many periods a turn. It turns with the disc like every graduation error."
+    )
+    equation = "ε(ψ) = c cos nψ + s sin nψ, n > N found"
+    source = "paper, equation (5), beyond the N that it analyses"
+    capture_sees = "order n with the factor e^{jnα} − 1"
+    reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
+    told_apart_by = (
+        "a line at a whole order in the order spectrum of R₂ − R₁, or of a dense reference run"
+    )
+    next_measurement = "a capture with more samples a turn than twice the order"
+    plausible = "0.05 to 2″"
+    parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
+    compensation = "lanes"
+    search = (SearchParameter("order", "1", 21.0, 4096.0, "periods a turn", integer=True),)
+    defaults = {"above": 20}
+
+    def disc_orders(self, nonlinear: Nonlinear) -> Sequence[int]:
+        return (round(nonlinear["order"]),)
+
+    def missing(self, observations: Observations) -> list[str]:
+        rows = observations.reference
+        if observations.capture is not None:
+            return []
+        if rows is not None and stations_a_turn(rows) > 2.0 * (self._above + 1):
+            return []
+        return [
+            "a capture of both heads, or a reference run of a whole turn with more than "
+            f"{2 * (self._above + 1)} stations"
+        ]
+
+    @property
+    def _above(self) -> int:
+        above = self.settings["above"]
+        assert isinstance(above, int)
+        return above
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["cos", "sin"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return disc_difference(rows.line1_rad, rows.line2_rad, [nonlinear["order"]])
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return harmonic_columns(rows.line_rad, [nonlinear["order"]])
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        if residuals.observations.capture is None:
+            return reference_order_scan(self, residuals, self._above)
+        return disc_order_scan(self, residuals, self._above)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        found = {"order": Parameter(nonlinear["order"], 0.0, "1")}
+        return found | amplitude_and_phase(coefficients[0], coefficients[1], covariance, "")

@@ -1,0 +1,43 @@
+"""The table stops elsewhere when it comes from the other side."""
+
+from __future__ import annotations
+
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.observations import Observations, ReferenceRows
+
+
+class Hysteresis(ScalarEffect):
+    """±½·reversal error in the reference run, by direction."""
+
+    name = "hysteresis"
+    physics = (
+        "Friction winds the shaft up between disc and table, so the two are twisted one way or "
+        "the other. Both heads sit on the disc and do not see it."
+    )
+    equation = "ε = d·B/2, d = ±1 direction, B reversal error"
+    source = "ISO 230-2, reversal error of an axis"
+    capture_sees = "almost nothing"
+    reference_sees = "positive and negative approach differ by B at every station"
+    told_apart_by = "a reference run in both directions"
+    next_measurement = "a reference run in both directions"
+    plausible = "0.1 to 5″"
+    parameter_units = {"reversal_error": "arcsec"}
+    compensation_note = "depends on the direction of approach: lanes cannot correct it"
+    parameter_name = "reversal_error"
+    parameter_unit = "arcsec"
+
+    def missing(self, observations: Observations) -> list[str]:
+        rows = observations.reference
+        if rows is None:
+            return ["a reference run"]
+        if rows.direction is None:
+            return ["the column direction in the reference run"]
+        if rows.direction.min() == rows.direction.max():
+            return ["a reference run in both directions"]
+        return []
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        return None if rows.direction is None else 0.5 * rows.direction[:, None]

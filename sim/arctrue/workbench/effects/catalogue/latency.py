@@ -1,0 +1,50 @@
+"""The reading is older than the reference's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.observations import Observations, ReferenceRows
+
+ARCSEC_PER_RAD = 648_000.0 / np.pi
+
+
+class Latency(ScalarEffect):
+    """τ·ω in a reference run on the move."""
+
+    name = "latency"
+    physics = (
+        "Between the light on the disc and the number that leaves lies a delay τ. On the move the "
+        "reading is behind by τ·ω; both heads share it, so only a reference shows it."
+    )
+    equation = "ε = −τ·ω"
+    source = "sampling of a moving scale; the paper's 290 ns are a part of it"
+    capture_sees = "nothing when both heads share it"
+    reference_sees = "an offset in proportion to the speed, in runs on the move only"
+    told_apart_by = "a reference run at several speeds"
+    next_measurement = "a reference run on the move at two speeds or more"
+    plausible = "0.3 to 100 µs"
+    parameter_units = {"latency": "us"}
+    compensation_note = "depends on the speed; a servo takes it as dead time"
+    parameter_name = "latency"
+    parameter_unit = "us"
+
+    def missing(self, observations: Observations) -> list[str]:
+        rows = observations.reference
+        if rows is None:
+            return ["a reference run"]
+        if rows.speed_rad_s is None:
+            return ["a reference run on the move (this one stands still at its stations)"]
+        # There and back at one speed, a delay is a reversal error.
+        if np.unique(np.round(np.abs(rows.speed_rad_s), 6)).size < 2:
+            return ["a reference run at more than one speed"]
+        return []
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        if rows.speed_rad_s is None:
+            return None
+        return (-rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6)[:, np.newaxis]

@@ -1,0 +1,61 @@
+"""A first order that only the reference shows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    amplitude_and_phase,
+)
+from arctrue.workbench.effects.harmonics import harmonic_columns
+from arctrue.workbench.observations import Observations, ReferenceRows
+
+
+class PolygonEccentricity(Effect):
+    """cos θ, sin θ in the reference rows only."""
+
+    name = "polygon_eccentricity"
+    physics = (
+        "The polygon sits off the axis and its faces are not quite flat, so the autocollimator "
+        "meets each face at another place. The reference then has a first order of its own."
+    )
+    equation = "ε = c cos θ + s sin θ, reference only"
+    source = "paper, equation (14) and Fig. 11 b"
+    capture_sees = "nothing"
+    reference_sees = "order 1"
+    told_apart_by = "two heads and the reference disagree at order 1"
+    next_measurement = "a reference run with the polygon re-indexed by some faces"
+    plausible = "0.05 to 1″"
+    parameter_units = {"amplitude": "arcsec", "phase": "deg"}
+    compensation_note = "an error of the reference, not of the table"
+
+    def missing(self, observations: Observations) -> list[str]:
+        lacking = []
+        if observations.reference is None:
+            lacking.append("a reference run")
+        if observations.capture is None:
+            lacking.append("a capture of both heads: the table's own order 1 hides it")
+        return lacking
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["cos", "sin"]
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return harmonic_columns(rows.angle_rad, [1])
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        return amplitude_and_phase(coefficients[0], coefficients[1], covariance, "")

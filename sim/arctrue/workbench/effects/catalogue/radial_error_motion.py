@@ -1,0 +1,112 @@
+"""The axis moves in the frame, in step with the angle."""
+
+from __future__ import annotations
+
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
+from arctrue.workbench.effects.base import (
+    Columns,
+    Effect,
+    FitContext,
+    Lane,
+    Nonlinear,
+    Parameter,
+    paired_lanes,
+)
+from arctrue.workbench.effects.harmonics import harmonic_names
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.workbench.inference.residuals import Residuals
+
+
+class RadialErrorMotion(Effect):
+    """x(θ) and y(θ) of the axis in the stator frame, orders 2 to 8."""
+
+    name = "radial_error_motion"
+    physics = (
+        "The bearing lets the axis wander the same way every turn. The heads stand still, so they "
+        "see it at their own stator angles: the phase between them is α, not nα."
+    )
+    equation = "ε₁ = y(θ), δ₂₁ = x sin α + y (cos α − 1); x, y = Σ c cos kθ + s sin kθ"
+    source = "ISO 230-7, synchronous radial error motion; exact for small motions"
+    capture_sees = "order k, but not with the factor of a disc-fixed order"
+    reference_sees = "order k"
+    told_apart_by = "two heads and reference disagree at orders 2 to 8"
+    next_measurement = "a third head, or the reference with its polygon re-indexed by some faces"
+    plausible = "0.1 to 2 µm (0.4 to 8″ at a radius of 54 mm)"
+    parameter_units = {
+        "x_cos_K": "arcsec",
+        "x_sin_K": "arcsec",
+        "y_cos_K": "arcsec",
+        "y_sin_K": "arcsec",
+    }
+    compensation = "lanes"
+    compensation_note = "what head 1 sees (y), when a reference run has separated it"
+    defaults = {"orders": list(range(2, 9))}
+
+    def missing(self, observations: Observations) -> list[str]:
+        lacking = []
+        if observations.capture is None:
+            lacking.append("a capture of both heads")
+        if observations.reference is None:
+            lacking.append("a reference run: two heads alone cannot tell it from graduation")
+        return lacking
+
+    def column_names(self, observations: Observations) -> list[str]:
+        orders = self.integers("orders")
+        return harmonic_names(orders, "x ") + harmonic_names(orders, "y ")
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return capture_motion(rows, self.integers("orders"))
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return reference_motion(rows, self.integers("orders"))
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """With the orders that are there, best first: each must be worth its two columns."""
+        orders = self.integers("orders")
+        gains = {
+            order: residuals.score(RadialErrorMotion(orders=[order]), {}).gain for order in orders
+        }
+        reference = residuals.observations.reference
+        worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
+        kept = [order for order in orders if gains[order] > worth]
+        if not kept or len(kept) == len(orders):
+            return self, 1.0
+        return RadialErrorMotion(orders=kept), float(comb(len(orders), len(kept)))
+
+    def lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+        temperature_c: float | None,
+    ) -> list[Lane]:
+        # Head 1 sees y; its columns come after those of x.
+        orders = self.integers("orders")
+        return paired_lanes(orders, coefficients[2 * len(orders) :])
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        found: dict[str, Parameter] = {}
+        names = self.column_names(observations)
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        for name, value, error in zip(names, coefficients, sigma, strict=True):
+            key = name.replace(" ", "_")
+            found[key] = Parameter(float(value), float(error), "arcsec")
+        return found

@@ -1,0 +1,133 @@
+"""Each head's interpolator is not perfect: an error with the period of its signal."""
+
+from __future__ import annotations
+
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from arctrue.workbench.effects.base import (
+    Columns,
+    Effect,
+    FitContext,
+    Lane,
+    Nonlinear,
+    Parameter,
+    amplitude_and_phase,
+    paired_lanes,
+)
+from arctrue.workbench.effects.harmonics import harmonic_columns, harmonic_names
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+if TYPE_CHECKING:
+    from arctrue.workbench.inference.residuals import Residuals
+
+WORTH_P = 0.01
+"""A multiple counts when its four columns take more than this chance gives."""
+
+
+class SubdivisionError(Effect):
+    """cos, sin of k times the electrical phase, each head its own."""
+
+    name = "subdivision_error"
+    physics = (
+        "Offset, gain and phase errors of a head's sine and cosine make the interpolated angle "
+        "swing once, twice or four times a signal period. Each head has electronics of its own."
+    )
+    equation = "ε_h = Σ c_{h,k} cos kφ_h + s_{h,k} sin kφ_h, φ_h = 2π·frac(counts·lines/turn)"
+    source = "Heydemann (1981), quadrature errors of an interferometer"
+    capture_sees = "both heads' swings, without the factor of the disc-fixed orders"
+    reference_sees = "24 faces meet only 3 electrical phases: an alias at order 8"
+    told_apart_by = "it follows the electrical phase counts mod (counts a line)"
+    next_measurement = "a slow capture over a few signal periods with many samples a period"
+    plausible = "0.06 to 2.4″"
+    parameter_units = {
+        "head1_multiple_K_amplitude": "arcsec",
+        "head1_multiple_K_phase": "deg",
+        "head2_multiple_K_amplitude": "arcsec",
+        "head2_multiple_K_phase": "deg",
+    }
+    compensation = "lanes"
+    compensation_note = "head 1's part, as lanes at k × lines; head 2 is not in the output"
+    defaults = {"multiples": [1, 2, 4]}
+
+    def missing(self, observations: Observations) -> list[str]:
+        if observations.grating_lines is None:
+            return ["the key table.grating_lines"]
+        if observations.capture is None and (
+            observations.reference is None or observations.reference.electrical1_rad is None
+        ):
+            return ["counts of a head"]
+        return []
+
+    def column_names(self, observations: Observations) -> list[str]:
+        multiples = self.integers("multiples")
+        return harmonic_names(multiples, "head 1 ") + harmonic_names(multiples, "head 2 ")
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        assert rows.electrical1_rad is not None
+        assert rows.electrical2_rad is not None
+        multiples = self.integers("multiples")
+        return np.hstack(
+            [
+                -harmonic_columns(rows.electrical1_rad, multiples),
+                harmonic_columns(rows.electrical2_rad, multiples),
+            ]
+        )
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        if rows.electrical1_rad is None:
+            return None
+        head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
+        return np.hstack([head1, np.zeros_like(head1)])
+
+    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+        """With the multiples that are there, the third too: large distortions mix."""
+        tried = sorted({*self.integers("multiples"), 3})
+        least = float(chi2.isf(WORTH_P, 4))
+        kept = [
+            multiple
+            for multiple in tried
+            if residuals.score(SubdivisionError(multiples=[multiple]), {}).gain > least
+        ]
+        if not kept:
+            return self, 1.0
+        return SubdivisionError(multiples=kept), float(comb(len(tried), len(kept)))
+
+    def lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+        temperature_c: float | None,
+    ) -> list[Lane]:
+        lines = observations.grating_lines
+        assert lines is not None
+        # Head 1's columns come first; head 2 is not in the output.
+        return paired_lanes([lines * k for k in self.integers("multiples")], coefficients)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        multiples = self.integers("multiples")
+        found: dict[str, Parameter] = {}
+        for head in (1, 2):
+            for index, multiple in enumerate(multiples):
+                start = 2 * (index + (head - 1) * len(multiples))
+                pair = slice(start, start + 2)
+                cosine, sine = coefficients[pair]
+                found |= amplitude_and_phase(
+                    cosine, sine, covariance[pair, pair], f"head{head}_multiple_{multiple}_"
+                )
+        return found

@@ -1,0 +1,50 @@
+"""A head's bracket grows with the temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.observations import CaptureRows, Observations
+
+LEAST_SPAN_K = 0.2
+
+
+class ThermalHeadDrift(ScalarEffect):
+    """(T − T₀)·rate in R₂ − R₁."""
+
+    name = "thermal_head_drift"
+    physics = (
+        "The bracket of head 2 expands and carries the head along the disc. The whole difference "
+        "of the heads drifts with the temperature, at every angle alike."
+    )
+    equation = "δ₂₁ = (T − T₀)·s"
+    source = "thermal expansion of a bracket"
+    capture_sees = "the mean drifts with T"
+    reference_sees = "nothing when it is head 2"
+    told_apart_by = "the temperature against the time"
+    next_measurement = "a capture while the table warms and cools again"
+    plausible = "0.05 to 5″/K"
+    parameter_units = {"drift": "arcsec/K"}
+    compensation_note = "head 2 is not in the output; use α at the present temperature"
+    run_level = True
+    parameter_name = "drift"
+    parameter_unit = "arcsec/K"
+
+    def missing(self, observations: Observations) -> list[str]:
+        rows = observations.capture
+        if rows is None:
+            return ["a capture of both heads"]
+        if rows.temperature_c is None:
+            return ["the column temperature_c in the capture"]
+        if float(np.ptp(rows.temperature_c)) < LEAST_SPAN_K:
+            return [f"a temperature that changes by {LEAST_SPAN_K} K or more in the capture"]
+        return []
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        if rows.temperature_c is None:
+            return None
+        return (rows.temperature_c - rows.reference_temperature_c)[:, np.newaxis]

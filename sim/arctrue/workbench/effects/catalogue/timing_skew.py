@@ -1,0 +1,48 @@
+"""The two heads are not latched at the same instant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
+from arctrue.workbench.observations import CaptureRows, Observations
+
+ARCSEC_PER_RAD = 648_000.0 / np.pi
+
+
+class TimingSkew(ScalarEffect):
+    """Δτ·ω in R₂ − R₁."""
+
+    name = "timing_skew"
+    physics = (
+        "Head 2 is read Δτ after head 1, by its cable, filter or interpolator. Meanwhile the table "
+        "has moved by Δτ·ω, so the difference grows with the speed and turns with its sign."
+    )
+    equation = "δ₂₁ = Δτ·ω"
+    source = "sampling of a moving scale"
+    capture_sees = "an offset in proportion to the signed speed"
+    reference_sees = "nothing at standstill"
+    told_apart_by = "runs at several speeds and in both directions"
+    next_measurement = "a ladder of speeds in both directions"
+    plausible = "0.05 to 10 µs"
+    parameter_units = {"skew": "us"}
+    compensation_note = "head 1 alone goes to the output; correct the latch instead"
+    run_level = True
+    parameter_name = "skew"
+    parameter_unit = "us"
+
+    def missing(self, observations: Observations) -> list[str]:
+        return [] if observations.capture is not None else ["a capture of both heads"]
+
+    def variety(self, observations: Observations) -> list[str]:
+        rows = observations.capture
+        if rows is None:
+            return []
+        speeds = np.unique(np.round(rows.speed_rad_s, 3))
+        return [] if speeds.size > 1 else ["runs at more than one speed or direction"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        return (rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6)[:, np.newaxis]

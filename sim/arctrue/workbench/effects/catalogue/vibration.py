@@ -1,0 +1,87 @@
+"""A bracket or the building shakes at a frequency of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+)
+from arctrue.workbench.effects.conditions import one_speed
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import frequency_scan
+from arctrue.workbench.observations import CaptureRows, Observations
+
+
+class Vibration(Effect):
+    """cos, sin 2πft in R₂ − R₁, its phase free in every run."""
+
+    name = "vibration"
+    physics = (
+        "A head's bracket rings, or the floor shakes it, at a fixed frequency. The phase has "
+        "nothing to do with the angle and is another one in every run."
+    )
+    equation = "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found"
+    source = "forced oscillation of one head"
+    capture_sees = "a line in time, at the same frequency whatever the speed"
+    reference_sees = "scatter"
+    told_apart_by = "the same frequency at another speed; an order would move"
+    next_measurement = "a capture at another speed, or at standstill"
+    plausible = "0.05 to 2″, 5 to 300 Hz"
+    parameter_units = {"frequency": "Hz", "amplitude": "arcsec", "run_R_amplitude": "arcsec"}
+    search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "of the oscillation"),)
+
+    def missing(self, observations: Observations) -> list[str]:
+        return [] if observations.capture is not None else ["a capture of both heads"]
+
+    def variety(self, observations: Observations) -> list[str]:
+        return one_speed(observations)
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return [f"{kind} run {run}" for run in range(observations.runs) for kind in ("cos", "sin")]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns:
+        # From the start of its run: the phase is the run's own anyway.
+        since_s = rows.time_s - rows.run_start_s
+        phase = 2.0 * np.pi * nonlinear["frequency"] * since_s
+        runs = rows.runs
+        columns = np.zeros((phase.size, 2 * runs))
+        index = np.arange(phase.size)
+        columns[index, 2 * rows.run] = np.cos(phase)
+        columns[index, 2 * rows.run + 1] = np.sin(phase)
+        return columns
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        return frequency_scan(self, residuals)
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        amplitudes = np.hypot(coefficients[0::2], coefficients[1::2])
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        found = {
+            "frequency": Parameter(nonlinear["frequency"], float("nan"), "Hz"),
+            "amplitude": Parameter(
+                float(np.sqrt(np.mean(amplitudes**2))),
+                float(np.sqrt(np.mean(sigma**2) / max(amplitudes.size, 1))),
+                "arcsec",
+            ),
+        }
+        for run, amplitude in enumerate(amplitudes):
+            found[f"run_{run}_amplitude"] = Parameter(
+                float(amplitude), float(np.mean(sigma[2 * run : 2 * run + 2])), "arcsec"
+            )
+        return found

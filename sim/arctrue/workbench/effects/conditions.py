@@ -1,0 +1,23 @@
+"""Variety of the conditions that several effects need to be told apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.observations import Observations
+
+SPEED_RATIO = 1.2
+"""Speeds nearer than this ratio are one speed."""
+
+
+def one_speed(observations: Observations) -> list[str]:
+    """The words for a capture whose runs all have one magnitude of speed; else nothing.
+
+    An oscillation in time and one in angle are the same thing at a single speed.
+    """
+    rows = observations.capture
+    if rows is None:
+        return []
+    speeds = np.abs(rows.speed_rad_s)
+    varied = float(speeds.max(initial=0.0)) > SPEED_RATIO * float(speeds.min(initial=np.inf))
+    return [] if varied else ["runs at more than one speed"]

@@ -1,0 +1,42 @@
+"""Writes a user's own effect, ready to edit, with a test beside it."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from arctrue.workbench.effects.registry import built_in
+
+
+def write_new_effect(name: str, folder: Path) -> list[Path]:
+    """Write ``NAME.py`` and ``test_NAME.py``; returns the paths.
+
+    Raises ValueError for a name that is taken or cannot be one, FileExistsError for a file that
+    is there already.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
+        raise ValueError(f"{name!r} cannot name an effect: small letters, digits, underscores")
+    if name in built_in():
+        raise ValueError(f"the effect name {name} is taken already")
+    templates = Environment(
+        loader=PackageLoader("arctrue.workbench.effects", "templates"),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    values = {"name": name, "class_name": "".join(part.capitalize() for part in name.split("_"))}
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for template, file in (
+        ("effect.py.j2", f"{name}.py"),
+        ("test_effect.py.j2", f"test_{name}.py"),
+    ):
+        path = folder / file
+        if path.exists():
+            raise FileExistsError(f"{path}: is there already; it was not touched")
+        path.write_text(templates.get_template(template).render(values), encoding="utf-8")
+        paths.append(path)
+    return paths

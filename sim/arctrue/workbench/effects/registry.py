@@ -1,0 +1,138 @@
+"""All effects by name: the built-in ones, those of a folder, and those of other packages."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import importlib.util
+import inspect
+import pkgutil
+from collections.abc import Iterable
+from pathlib import Path
+
+import arctrue.workbench.effects.catalogue
+from arctrue.workbench.effects.base import Effect
+
+ENTRY_POINTS = "arctrue.effects"
+
+ORDER = (
+    "graduation_harmonics",
+    "high_order_graduation",
+    "head_angle_error",
+    "subdivision_error",
+    "radial_error_motion",
+    "bearing_ball_pass",
+    "vibration",
+    "hysteresis",
+    "timing_skew",
+    "latency",
+    "thermal_head_drift",
+    "thermal_eccentricity",
+    "count_slip",
+    "graduation_defect",
+    "drive_gear_error",
+    "polygon_face_error",
+    "polygon_eccentricity",
+    "autocollimator_gain",
+    "reference_drift",
+)
+"""The catalogue, in the order in which it is listed."""
+
+
+class EffectNotFoundError(ValueError):
+    """A name that no known effect has."""
+
+
+class EffectFileError(ValueError):
+    """A file of effects that cannot be used."""
+
+
+def effects_in(module: object) -> list[type[Effect]]:
+    """The effects that a module itself defines."""
+    return [
+        item
+        for item in vars(module).values()
+        if isinstance(item, type)
+        and issubclass(item, Effect)
+        and not inspect.isabstract(item)
+        and item.__module__ == getattr(module, "__name__", "")
+        and hasattr(item, "name")
+    ]
+
+
+def built_in() -> dict[str, type[Effect]]:
+    """The effects of this package, in the catalogue's order."""
+    found: dict[str, type[Effect]] = {}
+    for info in pkgutil.iter_modules(arctrue.workbench.effects.catalogue.__path__):
+        module = importlib.import_module(f"arctrue.workbench.effects.catalogue.{info.name}")
+        found |= {item.name: item for item in effects_in(module)}
+    return {name: found[name] for name in sorted(found, key=_place)}
+
+
+def _place(name: str) -> tuple[int, str]:
+    return (ORDER.index(name) if name in ORDER else len(ORDER), name)
+
+
+def from_folder(folder: Path) -> dict[str, type[Effect]]:
+    """The effects of every Python file of a folder (tests left out).
+
+    Raises EffectFileError, naming the file, for a folder that is not there or a file that fails.
+    """
+    if not folder.is_dir():
+        raise EffectFileError(f"{folder}: no such folder of effects")
+    found: dict[str, type[Effect]] = {}
+    for path in sorted(folder.glob("*.py")):
+        if path.name.startswith(("test_", "_", "conftest")):
+            continue
+        spec = importlib.util.spec_from_file_location(f"arctrue_user_effects.{path.stem}", path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(module)
+        except Exception as error:  # a user's file can fail in any way: say which file and where
+            raise EffectFileError(
+                f"{path}: cannot be loaded: {type(error).__name__}: {error}"
+            ) from error
+        own = effects_in(module)
+        if not own:
+            raise EffectFileError(
+                f"{path}: defines no effect; expected a class derived from "
+                "arctrue.workbench.effects.base.Effect with a name"
+            )
+        found |= {item.name: item for item in own}
+    return found
+
+
+def from_entry_points() -> dict[str, type[Effect]]:
+    """The effects that installed packages offer under the entry point ``arctrue.effects``."""
+    found: dict[str, type[Effect]] = {}
+    for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
+        item = point.load()
+        if not (isinstance(item, type) and issubclass(item, Effect)):
+            raise EffectFileError(f"entry point {point.name}: {point.value} is not an effect")
+        found[item.name] = item
+    return found
+
+
+def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
+    """Every effect by name. A later source may not take a name that is taken.
+
+    Raises EffectFileError when it does.
+    """
+    found = built_in()
+    sources = [("an entry point", from_entry_points())]
+    sources += [(str(folder), from_folder(folder)) for folder in folders]
+    for source, effects in sources:
+        for name, effect in effects.items():
+            if name in found:
+                raise EffectFileError(f"{source}: the effect name {name} is taken already")
+            found[name] = effect
+    return found
+
+
+def effect_class(name: str, effects: dict[str, type[Effect]]) -> type[Effect]:
+    """The effect of this name. Raises EffectNotFoundError with what there is."""
+    if name not in effects:
+        raise EffectNotFoundError(f"no effect is named {name!r}; there are: {', '.join(effects)}")
+    return effects[name]

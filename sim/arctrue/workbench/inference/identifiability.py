@@ -1,0 +1,183 @@
+"""What a set can tell of a model's coefficients, and the smallest effects that it could show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.normal import capture_sums, reference_sums
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.symmetric import RANK_TOLERANCE
+
+STRONG_CORRELATION = 0.9
+UNDETERMINED_SHARE = 0.5
+"""A coefficient is not determined when more than this share of it lies in what no row shows."""
+MOST_PAIRS = 20
+SIGNIFICANCE = 0.01
+POWER = 0.95
+MOST_ROWS = 20_000
+"""The mean square of a column does not need more."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two coefficients that the data tell apart badly."""
+
+    first: str
+    second: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """Of a fitted model on one set."""
+
+    coefficients: list[str]
+    rank: int
+    condition: float
+    undetermined: list[str]
+    """Coefficients that no row shows, or that others can stand in for exactly."""
+    weakest: dict[str, float]
+    """The three coefficients of the largest σ, arcseconds (or their unit), by name."""
+    correlated: list[Pair]
+    smallest_arcsec: dict[str, dict[str, float]] = field(default_factory=dict)
+    """RMS in each channel of the smallest form of each absent effect that would be found in 95 %
+    of such sets, at 1 % divided among the candidates; effects without a search only."""
+
+
+def coefficient_names(solution: Solution) -> list[str]:
+    """``effect: column`` of every coefficient, in their order."""
+    return [
+        f"{term.effect.name}: {name}"
+        for term in solution.terms
+        for name in term.effect.column_names(solution.observations)
+    ]
+
+
+def identifiability(
+    solution: Solution, absent: Mapping[str, type[Effect]] | None = None
+) -> Identifiability:
+    """Rank, condition, what is not determined, what is correlated, and what could be found."""
+    names = coefficient_names(solution)
+    covariance = solution.covariance
+    sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    lost = _undetermined(solution, len(names))
+    known = np.flatnonzero((sigma > 0.0) & ~lost)
+    strongest = known[np.argsort(sigma[known])[::-1][:3]]
+    return Identifiability(
+        coefficients=names,
+        rank=solution.rank,
+        condition=solution.condition,
+        undetermined=[name for name, is_lost in zip(names, lost, strict=True) if is_lost],
+        weakest={names[index]: float(sigma[index]) for index in strongest},
+        correlated=_pairs(names, covariance, sigma, known),
+        smallest_arcsec=_smallest(solution, absent or {}),
+    )
+
+
+def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
+    """Share of each coefficient in the null space of both channels together."""
+    observations, terms, context = solution.observations, solution.terms, solution.context
+    normal = np.zeros((size, size))
+    capture = capture_sums(terms, observations, context)
+    reference = reference_sums(terms, observations, context)
+    for sums, error in (
+        (capture, solution.capture_sigma_arcsec),
+        (reference, solution.reference_sigma_arcsec),
+    ):
+        if sums is None or error is None:
+            continue
+        # Less what constants (of the runs, or a₀) can stand in for.
+        own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
+        constants = np.diag(sums.gram)[size:]
+        shrunk = np.where(constants > 0.0, constants, 1.0)
+        if sums is capture:
+            shrunk = shrunk + (error / observations.index_sigma_arcsec) ** 2
+        normal += (own - (cross / shrunk) @ cross.T) / error**2
+    if size == 0:
+        return np.zeros(0, dtype=bool)
+    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    seen = scale > 1e-9 * float(scale.max(initial=0.0))
+    scaled = normal / np.outer(np.where(seen, scale, 1.0), np.where(seen, scale, 1.0))
+    values, vectors = np.linalg.eigh(np.where(seen[:, None] & seen[None, :], scaled, 0.0))
+    null = values <= RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    share = np.sum(vectors[:, null] ** 2, axis=1)
+    return np.asarray(~seen | (share > UNDETERMINED_SHARE))
+
+
+def _pairs(
+    names: list[str],
+    covariance: NDArray[np.float64],
+    sigma: NDArray[np.float64],
+    known: NDArray[np.int64],
+) -> list[Pair]:
+    correlation = covariance[np.ix_(known, known)] / np.outer(sigma[known], sigma[known])
+    first, second = np.triu_indices(known.size, 1)
+    strength = np.abs(correlation[first, second])
+    order = np.argsort(strength)[::-1][:MOST_PAIRS]
+    return [
+        Pair(
+            names[known[first[k]]],
+            names[known[second[k]]],
+            float(correlation[first[k], second[k]]),
+        )
+        for k in order
+        if strength[k] > STRONG_CORRELATION
+    ]
+
+
+def needed_gain(rank: int, candidates: int) -> float:
+    """Noncentrality at which a block of ``rank`` columns is found with 95 % power."""
+    threshold = float(chi2.isf(SIGNIFICANCE / max(candidates, 1), rank))
+    return float(
+        brentq(lambda gain: ncx2.sf(threshold, rank, gain) - POWER, 1e-6, 4.0 * threshold + 100.0)
+    )
+
+
+def _smallest(
+    solution: Solution, absent: Mapping[str, type[Effect]]
+) -> dict[str, dict[str, float]]:
+    observations, residuals = solution.observations, Residuals(solution)
+    found: dict[str, dict[str, float]] = {}
+    for name, kind in absent.items():
+        effect = kind()
+        if effect.search or effect.missing(observations):
+            continue
+        score = residuals.score(effect, {})
+        if score.rank == 0:
+            continue
+        gain = needed_gain(score.rank, len(absent))
+        # Of all forms that the block can take, the typical one: the median of its columns.
+        sizes = np.sqrt(gain / np.maximum(np.diag(score.information), 1e-300))
+        there = np.diag(score.information) > 0.0
+        shown: dict[str, float] = {}
+        for channel, columns in _columns(effect, solution):
+            moved = sizes * np.sqrt(np.mean(columns**2, axis=0))
+            if float(np.max(moved[there], initial=0.0)) > 0.0:
+                shown[channel] = float(np.median(moved[there]))
+        found[name] = shown
+    return found
+
+
+def _columns(effect: Effect, solution: Solution) -> list[tuple[str, NDArray[np.float64]]]:
+    """Columns of an effect on some rows of each channel; of the reference less their mean (a₀)."""
+    observations, context = solution.observations, solution.context
+    found = []
+    if observations.capture is not None:
+        rows = observations.capture
+        thin = rows.part(slice(None, None, max(rows.run.size // MOST_ROWS, 1)))
+        columns = effect.capture_columns(thin, {}, context)
+        if columns is not None:
+            found.append(("capture", columns))
+    if observations.reference is not None:
+        columns = effect.reference_columns(observations.reference, {}, context)
+        if columns is not None:
+            found.append(("reference", columns - columns.mean(axis=0)))
+    return found

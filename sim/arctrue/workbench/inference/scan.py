@@ -1,0 +1,362 @@
+"""Where the search parameters of an effect fit best to what a model leaves.
+
+Each scan goes over the rows once and finds its maxima by FFT on bins; the best places are then
+scored exactly, with the model projected out. ``trials`` is the number of independent places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import Candidate, Effect
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations import ReferenceRows
+
+Float = NDArray[np.float64]
+
+LONGEST_WINDOW = 1 << 19
+"""Samples that one transform in time takes, four times as many with its zeros: 16 MB."""
+BEST_PLACES = 4
+"""Places of a coarse scan that are scored exactly."""
+MOST_MOVES = 4
+"""Times that a search begins again where it met the end of its step."""
+AT_THE_END = 0.8
+"""Share of the step beyond which a maximum may be the end's own."""
+DISC_BINS = 1 << 15
+BLIND_FACTOR = 0.02
+"""|e^{jnα} − 1| below this: two heads cannot see the order."""
+STATION_DECIMALS = 6
+"""Of a radian: stations nearer than this are one."""
+LARGEST_GAP_STEPS = 8.0
+"""A reference run with a wider gap, in its own steps, does not go round the whole turn."""
+
+
+def scored(
+    effect: Effect, residuals: Residuals, places: Iterable[dict[str, float]], trials: float
+) -> list[Candidate]:
+    """The exact gain of each place, best first."""
+    found = [
+        Candidate(place, residuals.score(effect, place).gain, max(trials, 1.0)) for place in places
+    ]
+    return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def peaks(power: Float, count: int) -> NDArray[np.int64]:
+    """Indices of the highest local maxima, highest first."""
+    if power.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    padded = np.concatenate([[-np.inf], power, [-np.inf]])
+    top = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:])
+    places = np.flatnonzero(top)
+    return places[np.argsort(power[places])[::-1][:count]]
+
+
+def disc_spectrum(residuals: Residuals) -> NDArray[np.complex128]:
+    """Σ r·e^{−jnθ} over all capture rows, n = 0 … DISC_BINS/2."""
+    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+    assert capture is not None
+    assert residual is not None
+    place = np.floor(capture.line1_rad * (DISC_BINS / (2.0 * np.pi))).astype(np.int64) % DISC_BINS
+    binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
+    return np.asarray(np.fft.rfft(binned))
+
+
+def samples_a_turn(residuals: Residuals) -> float:
+    """Median number of capture samples in a turn."""
+    capture = residuals.observations.capture
+    assert capture is not None
+    steps = np.abs(np.diff(capture.angle_rad))
+    inside = np.diff(capture.run) == 0
+    if not inside.any():
+        return 0.0
+    return float(2.0 * np.pi / max(float(np.median(steps[inside])), 1e-12))
+
+
+def disc_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
+    """Whole orders above ``above``, up to half the samples a turn."""
+    capture = residuals.observations.capture
+    if capture is None:
+        return []
+    highest = int(min(samples_a_turn(residuals) / 2.0, DISC_BINS / 8.0))
+    if highest <= above:
+        return []
+    power = np.abs(disc_spectrum(residuals)[: highest + 1]) ** 2
+    orders = np.arange(highest + 1)
+    blind = np.abs(np.exp(1j * orders * capture.head_separation_rad) - 1.0) < BLIND_FACTOR
+    power[blind | (orders <= above)] = 0.0
+    best = np.argsort(power)[::-1][:BEST_PLACES]
+    return scored(
+        effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
+    )
+
+
+def stations_a_turn(rows: ReferenceRows) -> float:
+    """Median number of reference stations in a turn; 0 where they do not go all the way round."""
+    # The gap that closes the circle counts too: an arc has one of many steps.
+    place = np.unique(np.round(np.mod(rows.target_rad, 2.0 * np.pi), STATION_DECIMALS))
+    steps = np.abs(np.diff(rows.target_rad))[np.diff(rows.run) == 0]
+    moved = steps[steps > 10.0**-STATION_DECIMALS]
+    if place.size < 3 or moved.size == 0:
+        return 0.0
+    step = float(np.median(moved))
+    widest = float(np.diff(place, append=place[0] + 2.0 * np.pi).max())
+    return 2.0 * np.pi / step if widest < LARGEST_GAP_STEPS * step else 0.0
+
+
+def reference_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
+    """Whole orders above ``above``, up to half the stations a turn, in the reference run."""
+    reference, residual = residuals.observations.reference, residuals.reference_arcsec
+    if reference is None or residual is None:
+        return []
+    highest = int(min(stations_a_turn(reference) / 2.0, DISC_BINS / 8.0))
+    if highest <= above:
+        return []
+    turn = reference.line_rad * (DISC_BINS / (2.0 * np.pi))
+    place = np.floor(turn).astype(np.int64) % DISC_BINS
+    binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
+    power = np.abs(np.fft.rfft(binned)[: highest + 1]) ** 2
+    power[: above + 1] = 0.0
+    best = np.argsort(power)[::-1][:BEST_PLACES]
+    return scored(
+        effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
+    )
+
+
+def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -> list[Candidate]:
+    """Orders that are not whole, over the unwrapped angle of all revolutions together."""
+    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+    if capture is None or residual is None:
+        return []
+    bins_a_turn = 8 * int(np.ceil(highest))
+    place = np.floor(capture.angle_rad * (bins_a_turn / (2.0 * np.pi))).astype(np.int64)
+    place -= place.min()
+    length = int(place.max()) + 1
+    if length > 1 << 24:
+        # Runs that lie thousands of turns apart are put side by side: their phase is lost anyway.
+        return []
+    binned = np.bincount(place, weights=residual, minlength=length)
+    padded = 1 << int(np.ceil(np.log2(4 * length)))
+    power = np.abs(np.fft.rfft(binned, padded)) ** 2
+    orders = np.arange(power.size) * (bins_a_turn / padded)
+    turns = length / bins_a_turn
+    away = np.abs(orders * 2.0 - np.round(orders * 2.0)) / 2.0
+    resolution = residuals.observations.order_resolution
+    power[(away < resolution) | (orders > highest) | (orders < resolution)] = 0.0
+    # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
+    coarse = [{"order": float(orders[index])} for index in peaks(power, BEST_PLACES)]
+    found = scored(effect, residuals, coarse, 2.0 * turns * highest)
+    refined = _refined(effect, residuals, found, "order", 0.25 / turns)
+    order = refined[0].nonlinear["order"] if refined else 0.0
+    # Refined into the gap around a whole or half order it would be one of these.
+    return found if abs(2.0 * order - round(2.0 * order)) / 2.0 < resolution else refined
+
+
+def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+    """Frequencies in time; each run has its own phase, so the runs' powers add."""
+    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+    if capture is None or residual is None:
+        return []
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(capture.run)) + 1, [capture.run.size]])
+    spans = list(pairwise(edges.tolist()))
+    longest = residuals.observations.longest_run_s
+    if longest <= 0.0:
+        return []
+    spans = [(start, end) for start, end in spans if end - start >= 16]
+    periods = [float(np.median(np.diff(capture.time_s[start:end]))) for start, end in spans]
+    shortest = min((period for period in periods if period > 0.0), default=0.0)
+    if shortest <= 0.0:
+        return []
+    # A long run is cut into windows, whose powers add like those of the runs.
+    window_s = min(longest, LONGEST_WINDOW * shortest) * (1.0 + 1e-9)
+    spacing = 0.25 / min(longest, window_s)
+    total = np.zeros(0)
+    bandwidths = 0.0
+    for (start, end), period in zip(spans, periods, strict=True):
+        if period <= 0.0:
+            continue
+        since = capture.time_s[start:end] - capture.time_s[start]
+        cuts = np.searchsorted(since, np.arange(1, int(since[-1] / window_s) + 1) * window_s)
+        for first, last in pairwise([0, *cuts.tolist(), since.size]):
+            if last - first >= 16:
+                power = _window_power(
+                    since[first:last], residual[start + first : start + last], period, spacing
+                )
+                if power.size > total.size:
+                    total = np.concatenate([total, np.zeros(power.size - total.size)])
+                total[: power.size] += power
+        bandwidths = max(bandwidths, 0.5 / period)
+    coarse = [{"frequency": float(index * spacing)} for index in peaks(total, BEST_PLACES)]
+    trials = bandwidths * longest
+    fine = 0.25 / longest
+    if fine > 0.9 * spacing:
+        return _refined(
+            effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
+        )
+    # Between the frequencies that a window resolves lie those of the whole run.
+    places = [
+        {"frequency": float(frequency)}
+        for place in coarse[:2]
+        for frequency in place["frequency"] + np.arange(-spacing, spacing, 2.0 * fine)
+    ]
+    return _refined(effect, residuals, scored(effect, residuals, places, trials), "frequency", fine)
+
+
+def _window_power(since_s: Float, residual: Float, period: float, spacing: float) -> Float:
+    """Power of one window at the multiples of ``spacing``; what it cannot resolve is zero."""
+    place = np.round((since_s - since_s[0]) / period).astype(np.int64)
+    values = np.bincount(place, weights=residual)
+    size = max(int(np.ceil(1.0 / (spacing * period))), values.size)
+    power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
+    grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
+    power = np.interp(grid, np.arange(power.size) / (size * period), power)
+    lowest = int(np.ceil(2.0 / (float(since_s[-1] - since_s[0]) * spacing)))
+    power[:lowest] = 0.0
+    return np.asarray(power)
+
+
+def _refined(
+    effect: Effect, residuals: Residuals, found: list[Candidate], name: str, step: float
+) -> list[Candidate]:
+    """The best place moved to its maximum between the grid points.
+
+    The model has taken its part of the line, most of it beside one of its own orders: what is
+    left may be highest more than a step away, so that the search goes on where it met its end.
+    """
+    if not found:
+        return found
+    best = found[0]
+    for _ in range(MOST_MOVES):
+        centre = best.nonlinear[name]
+        value, top = _highest(
+            lambda place: residuals.score(effect, {**found[0].nonlinear, name: place}).gain,
+            centre - step,
+            centre + step,
+        )
+        if top <= best.gain:
+            break
+        best = Candidate({**best.nonlinear, name: value}, top, best.trials)
+        if abs(value - centre) < AT_THE_END * step:
+            break
+    return [best, *found[1:]]
+
+
+def _highest(gain: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Place and height of a maximum by golden section."""
+    golden = (np.sqrt(5.0) - 1.0) / 2.0
+    inner, outer = high - golden * (high - low), low + golden * (high - low)
+    gain_inner, gain_outer = gain(inner), gain(outer)
+    for _ in range(6):
+        if gain_inner > gain_outer:
+            high, outer, gain_outer = outer, inner, gain_inner
+            inner = high - golden * (high - low)
+            gain_inner = gain(inner)
+        else:
+            low, inner, gain_inner = inner, outer, gain_outer
+            outer = low + golden * (high - low)
+            gain_outer = gain(outer)
+    place, height = (inner, gain_inner) if gain_inner > gain_outer else (outer, gain_outer)
+    return float(place), height
+
+
+def step_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+    """The instant after which one run's residual lies higher or lower, by cumulative sums."""
+    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+    if capture is None or residual is None:
+        return []
+    places: list[tuple[float, dict[str, float]]] = []
+    trials = 0.0
+    for run in range(residuals.observations.runs):
+        inside = np.flatnonzero(capture.run == run)
+        if inside.size < 8:
+            continue
+        values = residual[inside] - residual[inside].mean()
+        before = np.cumsum(values)[:-1]
+        count = np.arange(1, values.size, dtype=np.float64)
+        power = before**2 / (count * (1.0 - count / values.size))
+        for index in peaks(power, 2):
+            instant = float(capture.time_s[inside[index + 1]])
+            places.append((float(power[index]), {"run": float(run), "instant": instant}))
+        trials += 4.0 * np.log(values.size)
+    places.sort(key=lambda item: -item[0])
+    return scored(effect, residuals, (place for _, place in places[:BEST_PLACES]), trials)
+
+
+BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
+
+
+def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+    """Place and width of a bell on the disc, by matched filters over the binned disc angle."""
+    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+    if capture is None or residual is None:
+        return []
+    bins = 1 << 14
+    place = np.floor(capture.line1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
+    binned = np.bincount(place, weights=residual, minlength=bins)
+    spectrum = np.fft.rfft(binned)
+    per_bin = residual.size / bins
+    spacing_deg = 360.0 / max(samples_a_turn(residuals), 1.0)
+    orders = np.arange(spectrum.size)
+    found: list[tuple[float, dict[str, float]]] = []
+    trials = 0.0
+    shift = np.exp(1j * orders * capture.head_separation_rad) - 1.0
+    for width in BUMP_WIDTHS_DEG:
+        if width < 0.5 * spacing_deg:
+            continue
+        sigma = np.radians(width)
+        bell = np.exp(-0.5 * (orders * sigma) ** 2)
+        # Template g(θ + α − ψ₀) − g(θ − ψ₀): its transform is bell·(e^{jnα} − 1)·e^{−jnψ₀}.
+        template = bell * shift
+        correlation = np.fft.irfft(spectrum * np.conj(template), bins)
+        norm = per_bin * np.fft.irfft(np.abs(template) ** 2, bins)[0]
+        # The graduation of the base model takes the low orders: what it takes is no evidence.
+        power = correlation**2 / max(norm, 1e-30)
+        for index in peaks(power, 2):
+            found.append(
+                (float(power[index]), {"place": 360.0 * index / bins, "width": float(width)})
+            )
+        trials += 360.0 / width
+    found.sort(key=lambda item: -item[0])
+    candidates = scored(effect, residuals, (item for _, item in found[:BEST_PLACES]), trials)
+    if candidates:
+        width = candidates[0].nonlinear["width"]
+        candidates = _refined(effect, residuals, candidates, "place", 0.5 * width)
+        candidates = _refined(effect, residuals, candidates, "width", 0.35 * width)
+    return candidates
+
+
+def grid_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+    """Every point of the grid over the declared ranges; for effects without a scan of their own."""
+    axes = []
+    for parameter in effect.search:
+        points = np.linspace(parameter.low, parameter.high, parameter.steps)
+        axes.append(np.unique(np.round(points)) if parameter.integer else points)
+    names = [parameter.name for parameter in effect.search]
+    if not names:
+        return scored(effect, residuals, [{}], 1.0)
+    places = [dict(zip(names, map(float, values), strict=True)) for values in product(*axes)]
+    found = scored(effect, residuals, places, float(len(places)))
+    for parameter in effect.search:
+        if not parameter.integer:
+            step = (parameter.high - parameter.low) / max(parameter.steps - 1, 1)
+            found = _refined(effect, residuals, found, parameter.name, step)
+    return found
+
+
+__all__ = [
+    "bump_scan",
+    "disc_order_scan",
+    "disc_spectrum",
+    "frequency_scan",
+    "grid_scan",
+    "peaks",
+    "reference_order_scan",
+    "samples_a_turn",
+    "scored",
+    "stations_a_turn",
+    "step_scan",
+    "unwrapped_order_scan",
+]

@@ -1,0 +1,215 @@
+"""Fitting, growing and shrinking a model, with what each step brought."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.diagnose.heldout import held_out
+from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search_parameters import refined
+from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect
+from arctrue.workbench.observations import Observations
+
+
+class NotTestableError(ValueError):
+    """The set lacks what an effect needs."""
+
+
+class AlreadyThereError(ValueError):
+    """The model has the effect already."""
+
+
+def settle(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> list[Term]:
+    """The model's terms; search parameters that are not known yet are scanned for, in order.
+
+    Raises NotTestableError for an effect that the set cannot test.
+    """
+    terms: list[Term] = []
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        lacking = effect.missing(observations)
+        if lacking:
+            raise NotTestableError(
+                f"{entry.name} cannot be tested with this set: it lacks {'; '.join(lacking)}"
+            )
+        nonlinear = dict(entry.search)
+        if effect.search and set(nonlinear) != {item.name for item in effect.search}:
+            places = effect.scan(Residuals(fit(terms, observations)))
+            if not places:
+                raise NotTestableError(
+                    f"{entry.name} cannot be tested with this set: its search found no place"
+                )
+            nonlinear = places[0].nonlinear
+        terms.append(Term(effect, nonlinear))
+    return terms
+
+
+def fitted(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> tuple[Model, Solution]:
+    """The model with everything that the fit found, from every row. Raises NotTestableError."""
+    terms = settle(model, observations, effects)
+    solution = on_every_row(refined(fit(terms, observations)))
+    terms = list(solution.terms)
+    parameters = solution.parameters()
+    entries = []
+    for index, (entry, term) in enumerate(zip(model.effects, terms, strict=True)):
+        entries.append(
+            ModelEffect(
+                name=entry.name,
+                settings=entry.settings,
+                search={key: float(value) for key, value in term.nonlinear.items()},
+                columns=term.effect.column_names(observations),
+                coefficients=[
+                    float(value) for value in solution.coefficients[solution.part(index)]
+                ],
+                parameters=parameters[index],
+            )
+        )
+    grown = replace(
+        model,
+        effects=entries,
+        reference_offset_arcsec=solution.reference_offset_arcsec,
+        reference_temperature_c=observations.reference_temperature_c
+        if observations.has_temperature
+        else model.reference_temperature_c,
+    )
+    return grown, solution
+
+
+def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:
+    """RMS and peak of what is left, fitted and held out, beside the noise floor."""
+    residuals = Residuals(solution)
+    observations = solution.observations
+    unseen = held_out(solution.terms, observations, solution.context)
+    rms: Channels = {}
+    peak: Channels = {}
+    noise: Channels = {}
+    apart: Channels = {}
+    for channel, values, noise_of, unseen_rms in (
+        ("capture", residuals.capture_arcsec, capture_noise_arcsec, unseen.capture_rms_arcsec),
+        (
+            "reference",
+            residuals.reference_arcsec,
+            reference_noise_arcsec,
+            unseen.reference_rms_arcsec,
+        ),
+    ):
+        if values is None:
+            continue
+        figures = capture_figures(solution) if channel == "capture" else None
+        rms[channel], peak[channel] = (
+            rms_and_peak(values) if figures is None else (figures.rms_arcsec, figures.peak_arcsec)
+        )
+        noise[channel] = noise_of(observations, values)
+        if unseen_rms is not None:
+            apart[channel] = unseen_rms
+    return HistoryStep(action, effect, measurement, rms, peak, apart, noise)
+
+
+def rms_and_peak(values: NDArray[np.float64]) -> tuple[float, float]:
+    """RMS and largest magnitude."""
+    if values.size == 0:
+        return 0.0, 0.0
+    return float(np.sqrt(np.mean(values**2))), float(np.abs(values).max())
+
+
+def add_effect(
+    model: Model,
+    name: str,
+    settings: dict[str, object],
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    measurement: str,
+) -> tuple[Model, Solution]:
+    """The model with one effect more, fitted, its history longer by what that brought.
+
+    An effect that is there already, and has no search, gets the settings that are given.
+    Raises AlreadyThereError, NotTestableError, ValueError for settings.
+    """
+    entry = ModelEffect(name, settings)
+    entries, action = [*model.effects, entry], "add"
+    if name in model.names() and not entry.effect(effects).search:
+        entries, action = _with_settings(model, name, settings), "set"
+    history = list(model.history)
+    if not history:
+        _, before = fitted(model, observations, effects)
+        history.append(step_of("fit", ", ".join(model.names()), measurement, before))
+    grown, solution = fitted(replace(model, effects=entries), observations, effects)
+    # What was added or changed stands last: the commands show it.
+    history.append(step_of(action, name, measurement, solution))
+    return replace(grown, history=history), solution
+
+
+def _with_settings(model: Model, name: str, settings: dict[str, object]) -> list[ModelEffect]:
+    """The model's effects, one of them with other settings and at the end.
+
+    Raises AlreadyThereError when that changes nothing.
+    """
+    place = model.names().index(name)
+    before = model.effects[place]
+    changed = {**before.settings, **settings}
+    if changed == before.settings:
+        raise AlreadyThereError(
+            f"the model has {name} already; --set KEY=VALUE changes one of its settings"
+        )
+    return [*model.effects[:place], *model.effects[place + 1 :], ModelEffect(name, changed)]
+
+
+def drop_effect(
+    model: Model,
+    name: str,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    measurement: str,
+) -> tuple[Model, Solution]:
+    """The model without the last effect of that name, fitted again.
+
+    Raises ValueError when the model has no such effect, or nothing else.
+    """
+    if name not in model.names():
+        raise ValueError(f"the model has no {name}; it has: {', '.join(model.names())}")
+    if len(model.effects) == 1:
+        raise ValueError(f"{name} is the model's only effect: nothing would be left")
+    last = len(model.effects) - 1 - model.names()[::-1].index(name)
+    kept = [entry for index, entry in enumerate(model.effects) if index != last]
+    shrunk, solution = fitted(replace(model, effects=kept), observations, effects)
+    step = step_of("drop", name, measurement, solution)
+    return replace(shrunk, history=[*model.history, step]), solution
+
+
+def as_stored(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> Solution:
+    """The stored coefficients on another set of the same table: nothing is fitted but the
+    constants that belong to the set (each run's offset, a₀).
+
+    Raises ValueError when a stored effect has no coefficients, or others than this set needs.
+    """
+    from arctrue.workbench.inference.fixed import with_fixed_coefficients
+
+    terms = model.terms(effects)
+    values: list[float] = []
+    for entry, term in zip(model.effects, terms, strict=True):
+        lacking = term.effect.missing(observations)
+        expected = term.effect.column_names(observations)
+        if not entry.coefficients:
+            raise ValueError(f"{entry.name}: the model file has no coefficients; fit it first")
+        if entry.columns != expected and not lacking:
+            raise ValueError(
+                f"{entry.name}: stored for {len(entry.columns)} columns, this set needs "
+                f"{len(expected)}: an effect whose size is free in each run cannot be carried over"
+            )
+        values += entry.coefficients
+    return with_fixed_coefficients(terms, observations, np.array(values))

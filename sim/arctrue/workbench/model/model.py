@@ -1,0 +1,73 @@
+"""The model as data: a list of effects with settings, fitted values and a history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from arctrue.workbench.effects.base import Effect, Parameter
+from arctrue.workbench.effects.registry import effect_class
+from arctrue.workbench.inference.normal import Term
+
+Channels = dict[str, float]
+"""A figure for each channel that was measured: ``capture``, ``reference``."""
+
+
+@dataclass
+class ModelEffect:
+    """One effect of a model. Coefficients are empty until a fit has found them."""
+
+    name: str
+    settings: dict[str, object] = field(default_factory=dict)
+    search: dict[str, float] = field(default_factory=dict)
+    columns: list[str] = field(default_factory=list)
+    coefficients: list[float] = field(default_factory=list)
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    def effect(self, effects: Mapping[str, type[Effect]]) -> Effect:
+        """The effect with its settings. Raises ValueError for an unknown name or setting."""
+        return effect_class(self.name, dict(effects))(**self.settings)
+
+    def term(self, effects: Mapping[str, type[Effect]]) -> Term:
+        """The effect as a term of a fit."""
+        return Term(self.effect(effects), dict(self.search))
+
+
+@dataclass
+class HistoryStep:
+    """What one change of the model brought, on which set."""
+
+    action: str
+    """fit, add, set or drop."""
+    effect: str
+    measurement: str
+    rms_arcsec: Channels
+    peak_arcsec: Channels
+    heldout_rms_arcsec: Channels
+    noise_arcsec: Channels
+
+
+@dataclass
+class Model:
+    """Effects, where further ones are found, and the history."""
+
+    effects: list[ModelEffect]
+    folders: list[str] = field(default_factory=list)
+    """Folders of the user's own effects, as written in the model file."""
+    history: list[HistoryStep] = field(default_factory=list)
+    reference_offset_arcsec: float = 0.0
+    reference_temperature_c: float | None = None
+    """T₀ that the coefficients belong to; None before a fit to a set with temperatures."""
+
+    def names(self) -> list[str]:
+        """Names of the effects, in order."""
+        return [effect.name for effect in self.effects]
+
+    def terms(self, effects: Mapping[str, type[Effect]]) -> list[Term]:
+        """All effects as terms of a fit."""
+        return [effect.term(effects) for effect in self.effects]
+
+
+def default_model() -> Model:
+    """The paper's model: graduation harmonics of orders 1 to 20, α as it is nominally."""
+    return Model([ModelEffect("graduation_harmonics")])

@@ -1,0 +1,210 @@
+"""Rows with their conditions, from the columns of a measurement set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.units import RAD_PER_ARCSEC
+from arctrue.workbench.observations.observations import ARCSEC_PER_TURN, Observations
+from arctrue.workbench.observations.part import part_of
+from arctrue.workbench.observations.reference_speed import reference_speed
+from arctrue.workbench.observations.rows import ReferenceRows
+from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
+from arctrue.workbench.observations.true_angle import true_angle
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+LARGEST_ERROR_RAD = 0.05
+"""A reading farther than this from its target has another zero or other counts."""
+MOST_TURNS = 1_000_000
+"""From the index: farther off, an angle in double precision is worse than a thousandth count."""
+MOST_COUNTS = 2**62 - 1
+"""The difference of two heads then fits into 64 bits."""
+FACE_TOLERANCE_DEG = 0.05
+"""A station belongs to a face when it is this near to it."""
+
+
+def observations_of(
+    measurement: MeasurementSet,
+    progress: Callable[[int, int], None] | None = None,
+    reference_temperature_c: float | None = None,
+) -> Observations:
+    """Observations of a measurement set; ``progress`` is told of passes over a long capture.
+
+    ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
+    the set's own median.
+
+    Raises ValueError for a capture without counts_per_rev or head_separation_deg.
+    """
+    facts, capture, reference = measurement.table, measurement.capture, measurement.reference
+    separation = float(np.radians(facts.head_separation_deg or 0.0))
+    warmths = [
+        channel.temperature_c
+        for channel in (capture, reference)
+        if channel is not None and channel.temperature_c is not None
+    ]
+    usual = float(np.median(np.concatenate(warmths))) if warmths else 0.0
+    if reference_temperature_c is not None:
+        usual = reference_temperature_c
+    faces = facts.faces
+    if faces is None and reference is not None:
+        faces = reference.faces
+    stored = None if capture is None else _stored_capture(facts, capture, separation, usual)
+    part, whole = (None, None) if stored is None else part_of(stored)
+    return Observations(
+        title=measurement.title,
+        capture=part,
+        stored=whole,
+        progress=progress,
+        reference=None
+        if reference is None
+        else _reference_rows(facts, reference, usual, faces, two_heads=capture is not None),
+        counts_per_rev=facts.counts_per_rev,
+        grating_lines=facts.grating_lines,
+        head_separation_rad=separation,
+        drive_gear_teeth=facts.drive_gear_teeth,
+        disc_diameter_mm=facts.disc_diameter_mm,
+    )
+
+
+def _stored_capture(
+    facts: Table, columns: Capture, separation: float, usual_c: float
+) -> StoredCapture:
+    if facts.counts_per_rev is None or facts.head_separation_deg is None:
+        raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
+    for name, counts in (("1", columns.head1_counts), ("2", columns.head2_counts)):
+        most = min(MOST_TURNS * facts.counts_per_rev, MOST_COUNTS)
+        if max(abs(int(counts.min())), abs(int(counts.max()))) > most:
+            raise ValueError(
+                f"the capture has head{name}_counts more than {MOST_TURNS:,} turns from the index "
+                f"mark at {facts.counts_per_rev} counts a turn; expected counts from the index"
+            )
+    count_rad = 2.0 * np.pi / facts.counts_per_rev
+    run, spans = _runs_in_order(columns.run)
+    runs = int(run.max(initial=-1)) + 1
+    start_s, direction, speed = np.zeros(runs), np.ones(runs), np.zeros(runs)
+    revolution = np.empty(run.size, dtype=np.int32)
+    next_revolution = 0
+    for start, end in spans:
+        number = int(run[start])
+        counts = columns.head1_counts[start:end]
+        start_s[number] = first_s = float(columns.time_s[start])
+        travel = float(counts[-1] - counts[0])
+        direction[number] = 1.0 if travel >= 0.0 else -1.0
+        duration = float(columns.time_s[end - 1]) - first_s
+        speed[number] = travel * count_rad / duration if duration > 0.0 else 0.0
+        turns = np.abs(counts - counts[0]) // facts.counts_per_rev
+        revolution[start:end] = next_revolution + turns
+        next_revolution += int(turns.max(initial=0)) + 1
+    reading1 = columns.head1_counts.astype(np.float64)
+    reading1 *= count_rad
+    difference = (columns.head2_counts - columns.head1_counts).astype(np.float64)
+    difference *= count_rad
+    difference -= separation
+    return StoredCapture(
+        table=facts,
+        run=run,
+        revolution=revolution,
+        time_s=columns.time_s,
+        temperature_c=columns.temperature_c,
+        head1_counts=columns.head1_counts,
+        head2_counts=columns.head2_counts,
+        angle_rad=true_angle(reading1, difference, separation),
+        run_facts=RunFacts(start_s, direction, speed),
+        set_start_s=float(columns.time_s.min()),
+        head_separation_rad=separation,
+        reference_temperature_c=usual_c,
+    )
+
+
+def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
+    """Runs numbered as they come in the file, and where each stretch of one run lies."""
+    edges = np.flatnonzero(np.diff(names)) + 1
+    bounds = [0, *edges.tolist(), names.size]
+    spans = [(start, end) for start, end in pairwise(bounds) if end > start]
+    numbers: dict[int, int] = {}
+    run = np.empty(names.size, dtype=np.int32)
+    for start, end in spans:
+        run[start:end] = numbers.setdefault(int(names[start]), len(numbers))
+    return run, spans
+
+
+def _reference_rows(
+    facts: Table, columns: Reference, usual_c: float, faces: int | None, *, two_heads: bool
+) -> ReferenceRows:
+    target = np.radians(columns.target_deg)
+    run = np.zeros(target.size, dtype=np.int64) if columns.run is None else columns.run
+    electrical = electrical_rad(columns.head1_counts, facts)
+    if electrical is None and facts.counts_per_rev is not None and facts.grating_lines is not None:
+        reading_turns = columns.target_deg / 360.0 + columns.error_arcsec / ARCSEC_PER_TURN
+        electrical = 2.0 * np.pi * np.mod(reading_turns * facts.grating_lines, 1.0)
+    time = columns.time_s
+    reading, seen = _reference_reading(facts, columns)
+    errors = (columns.error_arcsec - float(np.mean(columns.error_arcsec))) * RAD_PER_ARCSEC
+    angle = reading - (errors if seen else 0.0 * errors)
+    return ReferenceRows(
+        run=run,
+        cycle=columns.cycle,
+        time_s=time,
+        temperature_c=columns.temperature_c,
+        direction=None if columns.direction is None else columns.direction.astype(np.float64),
+        target_rad=target,
+        angle_rad=angle,
+        # Without a second head nothing ties a high order to the disc (cogging of a motor is fixed
+        # to the angle): what repeats, repeats with the angle.
+        line_rad=reading if two_heads else angle,
+        face=_faces(faces, run, columns.target_deg),
+        faces=faces,
+        electrical1_rad=electrical,
+        teeth=facts.drive_gear_teeth,
+        speed_rad_s=reference_speed(columns),
+        run_start_s=_run_start(run, time),
+        set_start_s=0.0 if time is None else float(time.min()),
+        middle_time_s=0.0
+        if time is None or time.size == 0
+        else float(0.5 * (time.min() + time.max())),
+        reference_temperature_c=usual_c,
+        error_arcsec=columns.error_arcsec - float(np.mean(columns.error_arcsec)),
+    )
+
+
+def _reference_reading(facts: Table, columns: Reference) -> tuple[Float, bool]:
+    """Reading of head 1 at each row, radians, and whether the file gives it; else the target."""
+    target = np.radians(columns.target_deg)
+    if columns.head1_counts is None or facts.counts_per_rev is None or target.size == 0:
+        return target, False
+    away = columns.head1_counts * (2.0 * np.pi / facts.counts_per_rev) - target
+    # The file may unwrap one and not the other.
+    away -= np.round(away / (2.0 * np.pi)) * (2.0 * np.pi)
+    if float(np.abs(away).max()) > LARGEST_ERROR_RAD:
+        return target, False
+    return np.asarray(target + away), True
+
+
+def _run_start(run: Integer, time_s: Float | None) -> Float | None:
+    if time_s is None:
+        return None
+    _, first, inverse = np.unique(run, return_index=True, return_inverse=True)
+    return np.asarray(time_s[first][inverse])
+
+
+def _faces(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
+    """Face of each row; the polygon may be turned on the table from run to run, by part of one."""
+    if faces is None or target_deg.size == 0:
+        return None
+    place = target_deg * (faces / 360.0)
+    names, sizes = np.unique(run, return_counts=True)
+    # A run of a few rows does not tell how it is turned.
+    mountings = [run == name for name in names] if sizes.min() >= faces else [slice(None)]
+    for inside in mountings:
+        place[inside] -= float(np.median(place[inside] - np.round(place[inside])))
+    face = np.round(place)
+    if np.max(np.abs(place - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
+        return None
+    return face.astype(np.int64) % faces

@@ -1,0 +1,128 @@
+"""Both channels of a measurement set, ready for a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.stored import StoredCapture
+
+ARCSEC_PER_TURN = 1_296_000.0
+
+INDEX_SCATTER_COUNTS = 1.0
+"""Repeatability of the index of each head: ±1 count a run."""
+
+
+@dataclass(frozen=True)
+class Observations:
+    """What was measured, and what is known of the table."""
+
+    title: str
+    capture: CaptureRows | None
+    """Every row, or of a long capture the part that searches and statistics work on."""
+    reference: ReferenceRows | None
+    counts_per_rev: int | None
+    grating_lines: int | None
+    head_separation_rad: float
+    drive_gear_teeth: int | None
+    disc_diameter_mm: float | None
+    stored: StoredCapture | None = None
+    """Every row of a capture of which ``capture`` is a part."""
+    progress: Callable[[int, int], None] | None = field(default=None, repr=False, compare=False)
+    """Told of (rows done, all rows) while a fit goes over every row of a long capture."""
+    kept_columns: dict[tuple[str, str, int], NDArray[np.float64] | None] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+    """Columns that the fit has computed and will want again."""
+
+    @property
+    def rows(self) -> int:
+        """Rows of both channels together, as far as the statistics work on them."""
+        capture = 0 if self.capture is None else self.capture.run.size
+        return capture + (0 if self.reference is None else self.reference.run.size)
+
+    def report(self, done: int, total: int) -> None:
+        """Tell how far a pass over every row has come."""
+        if self.progress is not None:
+            self.progress(done, total)
+
+    @property
+    def capture_rows(self) -> int:
+        """Rows of the whole capture."""
+        if self.stored is not None:
+            return self.stored.size
+        return 0 if self.capture is None else self.capture.run.size
+
+    @property
+    def runs(self) -> int:
+        """Runs of the capture."""
+        return 0 if self.capture is None else self.capture.runs
+
+    @property
+    def faces(self) -> int | None:
+        """Faces of the polygon, if the reference is one."""
+        return None if self.reference is None else self.reference.faces
+
+    @property
+    def reference_temperature_c(self) -> float:
+        """T₀ of the temperature effects."""
+        for rows in (self.capture, self.reference):
+            if rows is not None:
+                return rows.reference_temperature_c
+        return 0.0
+
+    @property
+    def has_temperature(self) -> bool:
+        """Was a temperature recorded with either channel?"""
+        channels = (self.capture, self.reference)
+        return any(rows is not None and rows.temperature_c is not None for rows in channels)
+
+    @property
+    def count_arcsec(self) -> float | None:
+        """One count, in arcseconds."""
+        return None if self.counts_per_rev is None else ARCSEC_PER_TURN / self.counts_per_rev
+
+    @property
+    def index_sigma_arcsec(self) -> float:
+        """Standard deviation of a run's offset: two heads, each −1, 0 or +1 whole count off."""
+        count = self.count_arcsec or 0.0
+        return max(INDEX_SCATTER_COUNTS * count * float(np.sqrt(4.0 / 3.0)), 1e-6)
+
+    @property
+    def longest_run_turns(self) -> float:
+        """Turns of the longest run of the capture."""
+        return max((span / (2.0 * np.pi) for span in self._run_spans("angle_rad")), default=0.0)
+
+    @property
+    def longest_run_s(self) -> float:
+        """Duration of the longest run of the capture."""
+        return max(self._run_spans("time_s"), default=0.0)
+
+    @property
+    def order_resolution(self) -> float:
+        """Orders nearer than this cannot be told apart: 1/(2·turns), all runs together."""
+        turns = sum(span / (2.0 * np.pi) for span in self._run_spans("angle_rad"))
+        return 0.5 / turns if turns > 0.0 else float("inf")
+
+    @property
+    def sample_period_s(self) -> float:
+        """Median time between two samples of the capture."""
+        if self.capture is None or self.capture.time_s.size < 2:
+            return 0.0
+        return float(np.median(np.abs(np.diff(self.capture.time_s))))
+
+    def _run_spans(self, column: str) -> list[float]:
+        rows = self.capture
+        if rows is None:
+            return []
+        values = getattr(rows, column)
+        edges = np.flatnonzero(np.diff(rows.run)) + 1
+        starts = np.concatenate([[0], edges])
+        ends = np.concatenate([edges, [rows.run.size]]) - 1
+        return [
+            float(abs(values[end] - values[start])) for start, end in zip(starts, ends, strict=True)
+        ]

@@ -1,0 +1,71 @@
+"""Hysteresis: named, and said that lanes cannot correct it; nor do they."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.studies.hidden_effect.small import run_small
+
+from arctrue.instrument import EdgeTrack, InstrumentError
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.reference import counts_standing
+
+REVERSAL_ARCSEC = 2 * 64.0
+"""±1″ at 2²⁴ counts; 64 times as much at 2¹⁸."""
+COUNT_ARCSEC = 1_296_000 / (1 << 18)
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
+    return run_small("hysteresis", tmp_path_factory.mktemp("hysteresis"))
+
+
+def test_it_is_named_with_its_size(result: HiddenResult) -> None:
+    assert result.examined.effect == "hysteresis"
+    error = result.examined.model.effects[-1].parameters["reversal_error"]
+    # Up and down are each the mean of 24 whole counts: they differ by a part of one.
+    assert error.value == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
+
+
+def test_it_is_said_that_lanes_cannot_correct_it(result: HiddenResult) -> None:
+    assert any("hysteresis" in text and "direction" in text for text in result.export.left_out)
+    assert "cannot compensate" in " ".join(result.examined.words())
+
+
+def test_the_output_keeps_it(result: HiddenResult) -> None:
+    assert result.reversal_arcsec is not None
+    for seen in result.reversal_arcsec.values():
+        assert seen == pytest.approx(REVERSAL_ARCSEC, abs=0.5 * COUNT_ARCSEC)
+
+
+def track(position: list[int], *, dropped: int = 0) -> EdgeTrack:
+    number = len(position)
+    none = np.zeros(0)
+    return EdgeTrack(
+        counts_per_rev=100,
+        clock=np.arange(number, dtype=np.int64) * 10,
+        position=np.array(position, dtype=np.int64),
+        true_angle_rad=np.zeros(number),
+        bin_edges=np.zeros(0, dtype=np.int64),
+        bin_mean_counts=none,
+        bin_lowest_counts=none,
+        bin_highest_counts=none,
+        edges=number,
+        dropped=dropped,
+    )
+
+
+def test_levels_become_counts() -> None:
+    # Up over the levels 1, 2, 3, back over 3 and 2, and up over 2 and 3 again.
+    seen = counts_standing(track([1, 2, 3, 3, 2, 2, 3]), np.arange(7) * 10.0 + 5)
+    assert seen.tolist() == [1, 2, 3, 2, 1, 2, 3]
+    # To and fro over one level.
+    seen = counts_standing(track([4, 4, 4, 4, 3]), np.arange(5) * 10.0 + 5)
+    assert seen.tolist() == [4, 3, 4, 3, 2]
+
+
+def test_missing_edges_are_refused() -> None:
+    with pytest.raises(InstrumentError, match="every edge"):
+        counts_standing(track([1, 2], dropped=1), np.array([15.0]))
+    with pytest.raises(InstrumentError, match="every edge"):
+        counts_standing(track([1, 2]), np.array([-1.0]))

@@ -1,0 +1,189 @@
+"""The demo's second act at a small scale: named from the set alone, gone from the output."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.studies.hidden_effect.small import LINES, small_settings
+
+from arctrue.cli import demo as command
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.instrument import InstrumentError
+from arctrue.measurement import read_measurement_set
+from arctrue.report.second_act_page import write_second_act_page
+from arctrue.studies.demo.second_act import SecondAct, faults, run_second_act
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.simulate.truth import read_truth
+from arctrue.table import TableState
+
+ARCSEC_A_RADIAN = 648_000 / np.pi
+# SignalDistortion of head 1 to first order (Heydemann): offsets once a period, half the gain
+# difference and half the phase error twice; in shares of a radian of the signal period.
+ONCE_ARCSEC = np.hypot(0.036, 0.035) / LINES * ARCSEC_A_RADIAN
+TWICE_ARCSEC = 0.5 * np.hypot(0.016, 0.012) / LINES * ARCSEC_A_RADIAN
+COUNT_ARCSEC = 1_296_000 / (LINES * 256)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("subdivision")
+
+
+@pytest.fixture(scope="module")
+def act(folder: Path) -> SecondAct:
+    return run_second_act(small_settings(), folder, lambda _: None)
+
+
+@pytest.fixture
+def result(act: SecondAct) -> Iterator[HiddenResult]:
+    return act.result
+
+
+def test_the_workbench_names_it_and_sees_nothing_else(result: HiddenResult) -> None:
+    assert result.examined.diagnosis.verdict == "named"
+    assert result.examined.effect == "subdivision_error"
+    files = {path.name for path in result.folder.iterdir()}
+    assert files == {"measurement.toml", "capture.csv", "reference.csv"}
+    assert read_truth(result.folder)["hidden"] == "subdivision_error"
+    description = (result.folder / "measurement.toml").read_text()
+    assert not re.search("subdivision|hidden|distort", description, re.IGNORECASE)
+
+
+def test_its_size_is_that_of_the_signals(result: HiddenResult) -> None:
+    found = result.examined.model.effects[-1].parameters
+    once, twice = found["head1_multiple_1_amplitude"], found["head1_multiple_2_amplitude"]
+    # Second order of the distortion: its square, a twentieth.
+    assert once.value == pytest.approx(ONCE_ARCSEC, abs=4 * once.sigma + 0.05 * ONCE_ARCSEC)
+    assert twice.value == pytest.approx(TWICE_ARCSEC, abs=4 * twice.sigma + 0.05 * ONCE_ARCSEC)
+
+
+def test_capture_and_reference_are_those_of_the_gateware(result: HiddenResult) -> None:
+    measured = read_measurement_set(result.folder)
+    capture, reference = measured.capture, measured.reference
+    assert capture is not None
+    assert reference is not None
+    samples = result.settings.revolution.samples
+    # Two turns; the sample that closes the first belongs to it, and a turn may be a sample longer.
+    assert 2 * samples - 60 < capture.run.size < 2 * samples + 60
+    # The same turns from the table's geometry; the constant of each is nobody's to know.
+    table = result.settings.table(result.case.build(result.settings))
+    turn = np.linspace(-0.7, 5 * np.pi, 1 << 19)
+    head1, head2 = (table.reading_rad(head, TableState.at_rest(turn)) for head in (0, 1))
+    stations = np.deg2rad(reference.target_deg)
+    error = np.interp(stations, turn, head1 - turn) * ARCSEC_A_RADIAN
+    off = reference.error_arcsec - error
+    # Whole counts; edges in whole clocks, 1.14 of them a count; 0.1″ of noise twice.
+    whole = COUNT_ARCSEC / np.sqrt(12)
+    assert 0.9 * whole < np.std(off) < np.hypot(whole, whole / 1.14) + 0.2
+    count_rad = table.count_rad
+    apart = np.interp((capture.head1_counts + 0.5) * count_rad, head1, head2 - head1)
+    seen = (capture.head2_counts - capture.head1_counts) * count_rad
+    assert np.std(seen - apart) * ARCSEC_A_RADIAN < 1.15 * COUNT_ARCSEC / np.sqrt(6)
+    # Both tell the same phase of the grating: counts from the same index.
+    assert reference.head1_counts is not None
+    stands = np.interp(stations, turn, head1) / count_rad
+    turns = np.round((reference.head1_counts - stands) / table.counts_per_rev)
+    late = reference.head1_counts - stands - turns * table.counts_per_rev
+    # A reading is cut to its count (0.5 on average). The zero is Z's edge between two kept ones,
+    # good to one count as an index mark is; edges come in whole clocks, half of one late.
+    assert abs(np.mean(late) + 0.5) < 1.0 + 0.5 / 1.14
+
+
+def test_new_lanes_stand_at_the_signal_period(result: HiddenResult, folder: Path) -> None:
+    written = read_coefficient_file(folder / "coefficients.toml")
+    assert written == result.export.coefficients
+    assert set(written.orders.tolist()) == {1, 2, LINES, 2 * LINES}
+
+
+def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
+    raw, paper, corrected = result.raw, result.paper, result.corrected
+    assert raw.signal_arcsec[0] == pytest.approx(ONCE_ARCSEC, rel=0.05)
+    # The paper's model takes out the disc and leaves the signal period as it is.
+    assert paper.order_arcsec[0] < 0.01 * raw.order_arcsec[0]
+    assert paper.signal_arcsec[0] == pytest.approx(raw.signal_arcsec[0], rel=0.05)
+    assert corrected.signal_arcsec[0] < 0.1 * paper.signal_arcsec[0]
+    assert corrected.rms_arcsec < 0.5 * paper.rms_arcsec
+    # What is left are the whole counts of input and output and orders without a lane: 1.2″, 0.7″.
+    whole = COUNT_ARCSEC / np.sqrt(12)
+    assert corrected.rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
+
+
+def test_the_fresh_capture_agrees_without_a_fit(result: HiddenResult) -> None:
+    without, with_it = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
+    # Two heads, each with whole counts.
+    assert with_it == pytest.approx(COUNT_ARCSEC / np.sqrt(6), rel=0.1)
+    assert without > 4 * with_it
+
+
+def test_the_ladder_has_the_paper_s_step_and_the_effect_s(result: HiddenResult) -> None:
+    steps = result.examined.ladder
+    assert [step.effect for step in steps] == ["graduation_harmonics", "subdivision_error"]
+    assert all(
+        steps[1].heldout_rms_arcsec[channel] < 0.3 * steps[0].heldout_rms_arcsec[channel]
+        for channel in ("capture", "reference")
+    )
+
+
+def test_judgement_passes_it_and_fails_what_is_wrong(act: SecondAct, result: HiddenResult) -> None:
+    assert act.passed
+    assert any(
+        "signal period" in text
+        for text in faults(dataclasses.replace(result, corrected=result.paper))
+    )
+    other = dataclasses.replace(result.examined, effect="vibration")
+    assert any("vibration" in text for text in faults(dataclasses.replace(result, examined=other)))
+
+
+def test_page_and_json(act: SecondAct, folder: Path, tmp_path: Path) -> None:
+    write_second_act_page(act, tmp_path / "second_act.html")
+    page = (tmp_path / "second_act.html").read_text(encoding="utf-8")
+    pictures = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
+    assert len(pictures) == 3
+    for picture in pictures:
+        ElementTree.fromstring(picture)
+    assert not re.search(r'(?:src|href)="(?!#|data:)', page)
+    for words in ("Within the limits", "subdivision_error", "held out", "262,144 counts"):
+        assert words in page
+    failed = dataclasses.replace(act, faults=("it is <worse>",))
+    write_second_act_page(failed, tmp_path / "bad.html")
+    assert "it is &lt;worse&gt;" in (tmp_path / "bad.html").read_text(encoding="utf-8")
+    told = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert told["added"] == "subdivision_error"
+    assert told["corrected"]["rms_arcsec"] == act.result.corrected.rms_arcsec
+
+
+def test_command_runs_the_second_act_alone(
+    monkeypatch: pytest.MonkeyPatch, act: SecondAct, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(command, "run_second_act", lambda *_: act)
+    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    assert answer.exit_code == 0, answer.output
+    assert "Within the limits" in answer.output
+    assert (tmp_path / "second_act.html").exists()
+    assert not (tmp_path / "index.html").exists()
+
+    def broken(*_: object) -> SecondAct:
+        raise InstrumentError("no Verilator here")
+
+    monkeypatch.setattr(command, "run_second_act", broken)
+    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    assert answer.exit_code == 2
+    assert "no Verilator here" in answer.output
+
+
+def test_a_wrong_output_ends_with_1(
+    monkeypatch: pytest.MonkeyPatch, act: SecondAct, tmp_path: Path
+) -> None:
+    wrong = dataclasses.replace(act, faults=("worse than before",))
+    monkeypatch.setattr(command, "run_second_act", lambda *_: wrong)
+    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    assert answer.exit_code == 1
+    assert "second act: worse than before" in answer.output

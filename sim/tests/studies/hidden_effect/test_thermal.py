@@ -1,0 +1,107 @@
+"""Heat: the known effect of it, and one that is in no catalogue."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sim.tests.studies.hidden_effect.small import run_small
+
+from arctrue.studies.hidden_effect.cases import FRESH_C
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.follow import follow_warming
+from arctrue.table import DISC_RADIUS_M
+
+COARSER = 64
+"""Of 2¹⁸ counts beside 2²⁴: what is hidden is as much larger."""
+HEATED_K = FRESH_C - 20.0
+COUNT_ARCSEC = 1_296_000 / (1 << 18)
+
+
+@pytest.fixture(scope="module")
+def centre(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
+    return run_small("thermal_eccentricity", tmp_path_factory.mktemp("centre"))
+
+
+@pytest.fixture(scope="module")
+def lobes(tmp_path_factory: pytest.TempPathFactory) -> HiddenResult:
+    return run_small("warm_ovality", tmp_path_factory.mktemp("lobes"))
+
+
+def test_thermal_eccentricity_is_named_with_its_rate(centre: HiddenResult) -> None:
+    assert centre.examined.effect == "thermal_eccentricity"
+    rate = centre.examined.model.effects[-1].parameters["amplitude"]
+    # A shift of the centre errs by itself over the radius.
+    geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
+    assert rate.value == pytest.approx(geometry, abs=4 * rate.sigma + 0.005 * geometry)
+
+
+def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
+    centre: HiddenResult,
+) -> None:
+    geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600 * HEATED_K
+    # The paper's coefficients are of the cold turn.
+    assert centre.paper.order_arcsec[0] == pytest.approx(geometry, rel=0.02)
+    assert centre.corrected.order_arcsec[0] < 0.5 * COUNT_ARCSEC
+    with pytest.raises(ValueError, match="temperature"):
+        centre.examined.export(4, None)
+
+
+@pytest.mark.parametrize("made", ["centre", "lobes"])
+def test_the_model_tells_a_capture_at_a_temperature_never_measured(
+    made: str, request: pytest.FixtureRequest
+) -> None:
+    result: HiddenResult = request.getfixturevalue(made)
+    left = result.fresh_capture_arcsec
+    # The difference of two readings in whole counts; a tenth more for the coefficients' scatter.
+    whole_counts = COUNT_ARCSEC * np.sqrt(2.0 / 12.0)
+    assert left["with"] < 1.1 * whole_counts
+    assert left["without"] > 1.5 * left["with"]
+
+
+def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
+    ways = follow_warming(centre, 3)
+    held, every, told = (
+        np.array([turn.order1_arcsec for turn in ways[way]])
+        for way in ("held", "every turn", "by temperature")
+    )
+    heated = np.array([turn.temperature_c for turn in ways["held"]])
+    rate = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
+    # Held: the error grows as the table warms after the first turn.
+    np.testing.assert_allclose(np.diff(held), rate * np.diff(heated), rtol=0.1)
+    # After every turn: behind by about a turn's and a half warming, and not more at the end.
+    turn_arcsec = rate * float(np.diff(heated).mean())
+    assert np.all(every < 2.5 * turn_arcsec)
+    assert every[-1] < 0.6 * held[-1]
+    # By temperature: what changes within the turn, and no drift.
+    assert np.all(told < 0.15 * turn_arcsec + COUNT_ARCSEC)
+
+
+def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -> None:
+    diagnosis = lobes.examined.diagnosis
+    assert diagnosis.verdict == "unknown"
+    assert set(lobes.examined.data()["parts"]) == {"temperature", "order:2", "disc"}
+    assert lobes.examined.effect_file is not None
+    assert "wave_orders = (2" in lobes.examined.effect_file.read_text()
+    size = lobes.examined.model.effects[-1].parameters["amplitude"]
+    assert size.value == pytest.approx(0.4 * COARSER, abs=4 * size.sigma + 0.02 * 0.4 * COARSER)
+
+
+def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
+    # Order 2 of the cold turn is in the firmware's coefficients; the heat's part is not.
+    assert lobes.paper.order_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
+    assert lobes.corrected.order_arcsec[1] < 0.5 * COUNT_ARCSEC
+    assert lobes.corrected.rms_arcsec < 0.1 * lobes.paper.rms_arcsec
+    with pytest.raises(ValueError, match="temperature"):
+        lobes.examined.export(4, None)
+
+
+def test_command(tmp_path: Path) -> None:
+    from click.testing import CliRunner
+
+    from arctrue.cli import main
+
+    answer = CliRunner().invoke(main, ["hidden", "hysteresis", "--follow"])
+    assert answer.exit_code == 2
+    assert "thermal_eccentricity" in answer.output

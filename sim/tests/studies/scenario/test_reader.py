@@ -1,0 +1,156 @@
+"""Scenario files: what is refused, and in which words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.instrument import HEAD1_A, HEAD2_Z
+from arctrue.studies.scenario import ScenarioError, read_scenario
+from arctrue.studies.scenario.causes import CAUSES
+from arctrue.table.causes.thermal_centre import ThermalCentre
+from arctrue.workbench.effects.registry import ORDER
+
+SHIPPED = sorted((Path(__file__).resolve().parents[3] / "scenarios").glob("*.toml"))
+
+LEAST = """
+format = 1
+title = "least"
+[motion]
+legs = [{ turns = 2 }]
+"""
+
+
+def _file(folder: Path, text: str) -> Path:
+    file = folder / "some.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_the_least_that_a_file_says(tmp_path: Path) -> None:
+    scenario = read_scenario(_file(tmp_path, LEAST))
+    assert scenario.scale.counts_per_rev == 1 << 20
+    assert scenario.legs[0].speed_rad_s == pytest.approx(np.deg2rad(30))
+    assert scenario.effects == ()
+
+
+def test_values_reach_the_scenario(tmp_path: Path) -> None:
+    text = (
+        LEAST
+        + """
+[[effect]]
+cause = "thermal_centre"
+um_per_k = 2
+direction_deg = 90
+[[fault]]
+what = "pins"
+pins = ["head1.a", "head2.z"]
+act = "high"
+at_turn = 1.5
+for_turns = 0.25
+"""
+    )
+    scenario = read_scenario(_file(tmp_path, text))
+    (effect,) = scenario.effects
+    assert isinstance(effect.physical, ThermalCentre)
+    assert effect.physical.rate_m_per_k == pytest.approx(2e-6j)
+    (fault,) = scenario.faults
+    assert fault.pins == HEAD1_A | HEAD2_Z
+    begin, end = fault.span_s(scenario.course())
+    # A quarter of a turn at 30°/s.
+    assert end - begin == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("format = 2", ["format", "expected 1", "found 2"]),
+        ("format = [", ["is not TOML"]),
+        (LEAST.replace('title = "least"', ""), ["title is missing", "expected a text"]),
+        (LEAST + "[scale]\nline = 5", ["scale.line: not a key here", "did you mean lines?"]),
+        (
+            LEAST + "[scale]\nlines = 8",
+            ["scale.lines", "a whole number from 16 to 16384", "found 8"],
+        ),
+        (LEAST + "[scale]\nlines = true", ["scale.lines", "found True"]),
+        (LEAST + "[scale]\nlines = 64\ninterpolation = 5.5", ["scale.interpolation", "5.5"]),
+        (LEAST + "[table]\nnoise_arcsec = nan", ["table.noise_arcsec", "found nan"]),
+        (
+            LEAST + '[[effect]]\ncause = "thermal_center"',
+            ["effect[1].cause", '"thermal_centre", perhaps', 'found "thermal_center"'],
+        ),
+        (
+            LEAST + '[[effect]]\ncause = "thermal_centre"\num = 3',
+            ["effect[1].um_per_k is missing"],
+        ),
+        (
+            LEAST + '[[effect]]\ncause = "shaft_wind_up"\narcsec = 1\nteeth = 3',
+            ["effect[1].teeth: not a key here", "cause, arcsec"],
+        ),
+        (LEAST + "[[temperature]]\nat_turn = 3\ncelsius = 20", ["temperature[1].at_turn", "2"]),
+        (
+            LEAST + '[[fault]]\nwhat = "hung_processor"\nat_turn = 2.5\nfor_s = 1',
+            ["fault[1].at_turn", "less than the 2 turns", "2.5"],
+        ),
+        (LEAST + '[[fault]]\nwhat = "hung_processor"\nat_turn = 1', ["for_turns or for_s above 0"]),
+        (
+            LEAST + '[[fault]]\nwhat = "pins"\npins = ["head3.a"]\nat_turn = 1\nfor_s = 1',
+            ["fault[1].pins", '"head1.a"', "head3.a"],
+        ),
+        (LEAST.replace("turns = 2", "pause_s = 5"), ["motion.legs", "must turn the table"]),
+        (LEAST.replace("turns = 2", "turns = 2, pause_s = 5"), ["either turns or pause_s"]),
+        (LEAST.replace("{ turns = 2 }", ""), ["motion.legs", "a list of legs"]),
+        (
+            LEAST.replace("{ turns = 2 }", "{ turns = 2 }, { turns = 1, speed_deg_s = 3000 }"),
+            ["samples", "32 orders need 66"],
+        ),
+        (LEAST.replace("[motion]", "[motion]\nripple_deg = 10"), ["motion.ripple_deg", "8.1"]),
+        (LEAST + "[limits]\ncorrected_rms_arcsec = 1\nfrom_turn = 4", ["limits.from_turn", "4"]),
+        (LEAST + '[limits]\nflags_wanted = ["head1.bad"]', ["limits.flags_wanted", "head1.bad"]),
+        (LEAST + '[firmware]\nrecalibrate = "often"', ["firmware.recalibrate", '"every_turn"']),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, text: str, said: list[str]) -> None:
+    file = _file(tmp_path, text)
+    with pytest.raises(ScenarioError) as error:
+        read_scenario(file)
+    assert str(error.value).startswith(str(file))
+    assert [part for part in said if part not in str(error.value)] == [], str(error.value)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="cannot be read"):
+        read_scenario(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
+def test_every_shipped_file_can_be_read(file: Path) -> None:
+    scenario = read_scenario(file)
+    assert scenario.about
+    # A picture and a table of it are of some turns, and it is judged by something.
+    assert scenario.limits.without_arcsec() != scenario.limits or scenario.limits.flags_wanted
+    assert scenario.table().reading_rad(0, scenario.course().state(np.array([1.0]))).shape == (1,)
+
+
+def test_every_effect_of_the_catalogue_has_a_file() -> None:
+    names = {file.stem for file in SHIPPED}
+    assert set(ORDER) - names == set()
+    for file in SHIPPED:
+        named = {CAUSES[effect.cause].effect for effect in read_scenario(file).effects}
+        # A graduation error of any order is one cause of the simulator; lost counts are a fault.
+        if file.stem in ORDER and file.stem not in ("graduation_harmonics", "count_slip"):
+            assert file.stem in named
+
+
+def test_the_example_of_the_documentation(tmp_path: Path) -> None:
+    text = (SHIPPED[0].parents[2] / "docs" / "scenarios.md").read_text(encoding="utf-8")
+    example = text.split("```toml\n")[1].split("```")[0]
+    scenario = read_scenario(_file(tmp_path, example))
+    assert len(scenario.legs) == 4
+    # Of each cause its name stands in the table.
+    assert [name for name in CAUSES if f"| `{name}` |" not in text] == []
+    # And every shipped file by name.
+    names = {file.stem for file in SHIPPED} - set(ORDER)
+    assert [name for name in names if f"`{name}`" not in text] == []

@@ -1,0 +1,152 @@
+"""The score of a turn and what a wrong reference makes of it, on errors that are known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from arctrue.instrument import EdgeTrack
+from arctrue.studies.scenario.course import Leg
+from arctrue.studies.scenario.scenario import NamedEffect, Scale, Scenario, TableErrors
+from arctrue.studies.scenario.seen import seen_by_reference
+from arctrue.studies.scenario.table import ScenarioTable
+from arctrue.studies.scenario.turns import BINS, TurnError, turn_errors
+from arctrue.table import TableState, two_heads
+from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
+from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.causes.instrument_eccentricity import InstrumentEccentricity
+from arctrue.table.causes.reading_latency import ReadingLatency
+from arctrue.table.causes.sampling_skew import SamplingSkew
+from arctrue.table.causes.shaft_wind_up import ShaftWindUp
+from arctrue.units import RAD_PER_ARCSEC
+
+COUNTS = 1 << 18
+COUNT_ARCSEC = 1_296_000 / COUNTS
+SPEED_RAD_S = 0.5
+
+
+def _track(lost_counts: int) -> tuple[EdgeTrack, np.ndarray]:
+    """Three turns of a signal with 30″ in order 2, which loses counts in the middle of turn 2."""
+    position = np.arange(3 * COUNTS)
+    reading = position * (2 * np.pi / COUNTS)
+    angle = reading - 30 * RAD_PER_ARCSEC * np.cos(2 * reading + 0.4)
+    empty = np.zeros(0)
+    whole = np.zeros(0, dtype=np.int64)
+    track = EdgeTrack(
+        counts_per_rev=COUNTS,
+        clock=position,
+        position=position - lost_counts * (position >= 3 * COUNTS // 2),
+        true_angle_rad=angle,
+        bin_edges=whole,
+        bin_mean_counts=empty,
+        bin_lowest_counts=empty,
+        bin_highest_counts=empty,
+        edges=position.size,
+        dropped=0,
+    )
+    return track, angle / (2 * np.pi)
+
+
+def test_amplitude_range_and_rms_of_a_wave() -> None:
+    track, travel = _track(0)
+    turns = turn_errors(track, travel, 4)
+    assert turns[3] is None
+    for turn in turns[:3]:
+        assert turn is not None
+        # A bin of half a degree averages a wave of order 2 by sinc(0.5°): 1 − 1e-5.
+        assert turn.amplitude_arcsec[1] == pytest.approx(30.0, abs=0.01)
+        assert np.delete(turn.amplitude_arcsec, 1).max() < 0.01
+        assert turn.rms_arcsec == pytest.approx(30 / np.sqrt(2), abs=0.01)
+        assert (turn.lowest_arcsec, turn.highest_arcsec) == pytest.approx((-30, 30), abs=0.01)
+        assert turn.mean_arcsec == pytest.approx(0.0, abs=0.01)
+
+
+def test_lost_counts_stay_in_the_mean() -> None:
+    track, travel = _track(7)
+    first, second, third = turn_errors(track, travel, 3)
+    assert first is not None
+    assert second is not None
+    assert third is not None
+    assert second.mean_arcsec == pytest.approx(-3.5 * COUNT_ARCSEC, rel=0.01)
+    assert third.mean_arcsec == pytest.approx(-7 * COUNT_ARCSEC, rel=0.01)
+    assert third.rms_arcsec == pytest.approx(first.rms_arcsec, abs=0.01)
+
+
+def test_a_part_of_a_turn_has_no_orders() -> None:
+    track, travel = _track(0)
+    half = dataclasses.replace(
+        track,
+        clock=track.clock[: COUNTS // 2],
+        position=track.position[: COUNTS // 2],
+        true_angle_rad=track.true_angle_rad[: COUNTS // 2],
+    )
+    (turn,) = turn_errors(half, travel[: COUNTS // 2], 1)
+    assert turn is not None
+    assert np.isnan(turn.amplitude_arcsec).all()
+    assert np.isfinite(turn.rms_arcsec)
+
+
+def _scenario(*causes: PhysicalEffect) -> Scenario:
+    effects = tuple(NamedEffect("", cause, reference_only=True) for cause in causes)
+    legs = (Leg(turns=2, speed_rad_s=SPEED_RAD_S),)
+    return Scenario("", "", Scale(), TableErrors(), legs, effects=effects)
+
+
+def _wave(amplitude_arcsec: float, order: int) -> TurnError:
+    angle = (np.arange(BINS) + 0.5) * (2 * np.pi / BINS)
+    return TurnError(amplitude_arcsec * np.cos(order * angle), 0.0, 0.0)
+
+
+def test_a_gain_of_the_autocollimator() -> None:
+    scenario = _scenario(AutocollimatorScale(0.05))
+    seen = seen_by_reference(scenario, scenario.course(), 1, _wave(10.0, 1))
+    assert seen is not None
+    # 24 faces see a whole wave: its RMS, and 5 % more.
+    assert seen.rms_arcsec == pytest.approx(1.05 * 10 / np.sqrt(2), rel=1e-6)
+    assert np.isfinite(seen.bins_arcsec).sum() == 24
+
+
+def test_a_polygon_beside_the_axis() -> None:
+    scenario = _scenario(InstrumentEccentricity(0.3e-6, 30e-3, 0.0))
+    seen = seen_by_reference(scenario, scenario.course(), 1, _wave(0.0, 1))
+    assert seen is not None
+    expected_arcsec = np.rad2deg(0.3e-6 / 30e-3) * 3600 / np.sqrt(2)
+    assert seen.rms_arcsec == pytest.approx(expected_arcsec, rel=1e-4)
+
+
+def test_without_an_effect_of_the_reference_nothing_is_shown() -> None:
+    scenario = _scenario()
+    assert seen_by_reference(scenario, scenario.course(), 1, _wave(1.0, 1)) is None
+
+
+@pytest.mark.parametrize(
+    ("cause", "head", "expected_rad"),
+    [
+        (ReadingLatency(40e-6), 0, -40e-6 * SPEED_RAD_S),
+        (ReadingLatency(40e-6), 1, -40e-6 * SPEED_RAD_S),
+        (SamplingSkew(40e-6), 0, 0.0),
+        (SamplingSkew(40e-6), 1, 40e-6 * SPEED_RAD_S),
+    ],
+)
+def test_a_late_signal_shows_where_the_table_was(
+    cause: PhysicalEffect, head: int, expected_rad: float
+) -> None:
+    angle = np.linspace(0.0, 6.0, 20)
+    moving = TableState(angle * 0, angle, np.full_like(angle, SPEED_RAD_S))
+    late = ScenarioTable(heads=two_heads(), effects=(cause,), counts_per_rev=COUNTS)
+    plain = ScenarioTable(heads=two_heads(), counts_per_rev=COUNTS)
+    off = late.reading_rad(head, moving) - plain.reading_rad(head, moving)
+    assert off == pytest.approx(expected_rad, abs=1e-12)
+
+
+def test_a_shaft_that_winds_up_turns_both_heads() -> None:
+    scenario = _scenario()
+    table = ScenarioTable(heads=two_heads(), effects=(ShaftWindUp(1e-5),), counts_per_rev=COUNTS)
+    course = scenario.course()
+    state = course.state(np.array([course.time_at_turn(1.0)]))
+    plain = ScenarioTable(heads=two_heads(), counts_per_rev=COUNTS)
+    for head in (0, 1):
+        off = table.reading_rad(head, state) - plain.reading_rad(head, state)
+        assert off == pytest.approx(1e-5, abs=1e-12)

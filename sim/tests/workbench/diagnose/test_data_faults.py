@@ -1,0 +1,151 @@
+"""Faults of the record are told with their row, and are not taken for effects of the table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scripts.blind_judge import diagnosed
+from sim.tests.workbench.small_sets import SAMPLES_A_TURN, measurement_set
+
+from arctrue.measurement import Capture, MeasurementSet
+from arctrue.studies.simulate.experiment import full
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.diagnose.outlying_rows import outlying, step_scatter
+from arctrue.workbench.observations.build import observations_of
+
+ROW = 5_000
+"""In run 1 of four runs of 3,600 samples."""
+
+
+def _copied() -> tuple[MeasurementSet, Capture]:
+    made = measurement_set()
+    assert made.capture is not None
+    fields = {name: np.array(value) for name, value in vars(made.capture).items()}
+    return made, replace(made.capture, **{**fields, "clock_hz": None})
+
+
+def _faults(made: MeasurementSet, capture: Capture) -> list[str]:
+    return data_faults(observations_of(replace(made, capture=capture)))
+
+
+def test_a_good_set_has_none() -> None:
+    assert data_faults(observations_of(measurement_set())) == []
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+@pytest.mark.parametrize("head", [1, 2])
+def test_a_head_that_is_off_and_back_at_once_is_told(head: int, rows: int) -> None:
+    made, capture = _copied()
+    counts = capture.head1_counts if head == 1 else capture.head2_counts
+    counts[ROW : ROW + rows] += 3_000
+    found = _faults(made, capture)
+    assert len(found) == 1
+    assert f"row {ROW} of the data, line {ROW + 2} of the file" in found[0]
+    assert f"head {head} is off by 30" in found[0] or f"head {head} is off by 29" in found[0]
+
+
+def test_a_slip_stays_and_is_an_effect() -> None:
+    """However large: from its instant on the counter is off, which count_slip says."""
+    made, capture = _copied()
+    capture.head2_counts[ROW : 2 * 3 * SAMPLES_A_TURN] += 3_000
+    assert _faults(made, capture) == []
+
+
+def test_a_head_that_stands_while_the_other_goes_on_is_told() -> None:
+    made, capture = _copied()
+    capture.head2_counts[ROW : ROW + 40] = capture.head2_counts[ROW]
+    found = _faults(made, capture)
+    assert len(found) == 1
+    assert "head 2 moves by" in found[0]
+
+
+def test_dense_rows_of_coarse_counts_are_no_jumps() -> None:
+    """Ten counts a row, the noise of a step 1.6 of them: a tenth of a step says nothing there."""
+    random = np.random.default_rng(5)
+    size = 40_000
+    turn = np.arange(size) * 10.0
+    heads = [np.round(turn + random.normal(0.0, 1.0, size)).astype(np.int64) for _ in range(2)]
+    made, _ = _copied()
+    table = replace(made.table, counts_per_rev=size * 10)
+    shift = round(33.0 / 360.0 * size * 10)
+    capture = Capture(
+        np.zeros(size, dtype=np.int64), np.arange(size) * 1e-3, heads[0], heads[1] + shift
+    )
+    assert data_faults(observations_of(MeasurementSet(table, capture))) == []
+
+
+def test_a_temperature_of_a_broken_sensor_is_told() -> None:
+    made, capture = _copied()
+    assert capture.temperature_c is not None
+    capture.temperature_c[ROW] += 7.0
+    assert "goes +7.0 K and back" in _faults(made, capture)[0]
+    capture.temperature_c[ROW:] = -999.0
+    assert "temperature_c is -999, expected" in _faults(made, capture)[0]
+
+
+def test_heads_that_stand_elsewhere_than_the_description_says_are_told() -> None:
+    made, capture = _copied()
+    swapped = replace(capture, head1_counts=capture.head2_counts, head2_counts=capture.head1_counts)
+    assert "head 2 reads -33.0" in _faults(made, swapped)[0]
+    wrong = replace(made, table=replace(made.table, head_separation_deg=32.0))
+    assert "reads 33.00" in data_faults(observations_of(wrong))[0]
+    near = replace(made, table=replace(made.table, head_separation_deg=32.9))
+    assert data_faults(observations_of(near)) == []
+
+
+def test_a_clock_that_stands_is_told() -> None:
+    made, capture = _copied()
+    capture.time_s[capture.run == 1] = 60.0
+    found = _faults(made, capture)
+    assert len(found) == 1
+    assert "run 1: time_s stays at 60 s" in found[0]
+
+
+def test_one_reading_of_a_station_far_from_its_others_is_told() -> None:
+    made = measurement_set(cycles=4)
+    assert made.reference is not None
+    made.reference.error_arcsec[100] += 6.0
+    found = data_faults(observations_of(made))
+    assert len(found) == 1
+    assert "row 100 of the data" in found[0]
+    assert "60°" in found[0]
+
+
+@pytest.mark.parametrize("name", ["bearing_ball_pass", "count_slip", "reference_drift"])
+def test_the_largest_effects_are_no_faults(name: str) -> None:
+    """What the stations show of them is not alike from cycle to cycle."""
+    from arctrue.studies.simulate.recipes import RECIPES
+
+    made = simulate_set([Wanted(name, RECIPES[name].high)], full().smaller(2000, 4), 77)
+    assert data_faults(observations_of(made.measurement)) == []
+
+
+def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
+    """Eight rows of one turn, 60 counts off: the other eleven turns do not show it."""
+    made, capture = _copied()
+    capture.head2_counts[ROW : ROW + 8] += 60
+    _, found = diagnosed(replace(made, capture=capture))
+    assert found is not None
+    tempting = {item.name: item.p_corrected for item in found.candidates}
+    assert tempting["graduation_defect"] < 1e-6
+    assert found.named is None
+    assert found.effect_class == []
+
+
+def test_white_noise_has_the_scatter_that_it_was_made_with() -> None:
+    """Within 2 %: four standard errors of a median deviation of 80,000 correlated values."""
+    noise = np.random.default_rng(9).normal(0.0, 0.3, 80_000)
+    ramp = 5.0 * np.arange(noise.size) + 40.0 * np.sin(np.arange(noise.size) / 500.0)
+    steps = np.diff(noise + ramp)
+    assert step_scatter(steps) == pytest.approx(0.3 * np.sqrt(2.0), rel=0.02)
+
+
+def test_what_is_off_for_longer_than_three_rows_is_not_outlying() -> None:
+    values = np.zeros(50)
+    values[20:24] = 5.0
+    assert outlying(values, 1.0) == []
+    values[23] = 0.0
+    assert outlying(values, 1.0) == [(20, 23, 5.0)]

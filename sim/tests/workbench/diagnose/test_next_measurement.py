@@ -1,0 +1,149 @@
+"""What a diagnosis asks for next splits the class: it is simulated, added, and diagnosed again."""
+
+from __future__ import annotations
+
+import pytest
+from scripts.blind import SETTLED, report
+from scripts.blind_cases import Case
+from scripts.blind_judge import run_case
+
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.simulate.experiment import FURTHER, full, lean, with_further
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
+from arctrue.workbench.diagnose.parts import (
+    ALWAYS,
+    SIMPLE_CONDITIONS,
+    ProductOfParts,
+    settling_condition,
+)
+from arctrue.workbench.diagnose.planned import PLANS
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.model.growth import add_effect, as_stored
+from arctrue.workbench.model.model import Model, default_model
+from arctrue.workbench.observations.build import observations_of
+
+SAMPLES, CYCLES = 1500, 5
+EFFECTS = built_in()
+
+
+@pytest.mark.parametrize(
+    ("name", "experiment", "level", "seed", "rival", "kind"),
+    [
+        # One run: a constant is a head angle or a skew, a line is one in time or in angle.
+        ("head_angle_error", "lean", "middle", 3, "timing_skew", "speed"),
+        ("timing_skew", "lean", "middle", 3, "head_angle_error", "direction"),
+        ("bearing_ball_pass", "lean", "middle", 3, "vibration", "speed"),
+        # 90 teeth meet 24 faces as order 6; stations between the faces do not.
+        ("drive_gear_error", "full", "small", 6, "radial_error_motion", "polygon_turned"),
+    ],
+)
+def test_next_measurement_splits_the_pair(
+    name: str, experiment: str, level: str, seed: int, rival: str, kind: str
+) -> None:
+    outcome = run_case(Case((name,), experiment, level, seed, SAMPLES, CYCLES))
+    assert outcome.verdict == "ambiguous", report([outcome])
+    assert {name, rival} <= set(outcome.effect_class)
+    assert outcome.next_kind == kind
+    assert outcome.after_next in SETTLED
+
+
+def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
+    outcome = run_case(Case(("vibration",), "lean", "middle", 3, SAMPLES, CYCLES))
+    assert outcome.effect_class == ["vibration"]
+    assert outcome.next_kind == "speed"
+    assert outcome.after_next in SETTLED
+
+
+def test_a_half_order_of_one_run_is_said_beside_the_line_in_time() -> None:
+    outcome = run_case(Case(("half_order",), "lean", "middle", 20_093, 6000, CYCLES))
+    assert outcome.effect_class == ["vibration"]
+    assert outcome.parts == ["order:2.5", "stator"]
+    assert outcome.next_kind == "speed"
+    assert outcome.after_next in SETTLED
+
+
+def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:
+    residuals = Residuals(as_stored(model, observations_of(measurement), EFFECTS))
+    values = residuals.reference_arcsec
+    assert values is not None
+    return float(values @ values) / 0.15**2
+
+
+@pytest.mark.parametrize(
+    ("hidden", "size", "moves"),
+    [("polygon_eccentricity", 0.5, True), ("autocollimator_gain", 0.45, False)],
+)
+def test_a_polygon_put_on_again_tells_its_own_error_from_a_gain(
+    hidden: str, size: float, moves: bool
+) -> None:
+    """An eccentric polygon in the direction of the disc's own eccentricity looks like a gain."""
+    wanted, planned = [Wanted(hidden, size)], full().smaller(SAMPLES, CYCLES)
+    first = simulate_set(wanted, planned, 418).measurement
+    again = simulate_set(wanted, planned, 418, again=1, further=["polygon_reindexed"]).measurement
+    for name in ("polygon_eccentricity", "autocollimator_gain"):
+        model, _ = add_effect(default_model(), name, {}, observations_of(first), EFFECTS, "first")
+        left = [_reference_chi_square(model, item) for item in (first, again)]
+        # 240 rows: χ² 240 ± 22, and 24 more for what was fitted to the other set's noise.
+        assert left[0] == pytest.approx(48 * CYCLES, abs=90)
+        if moves:
+            # 0.5″ at 90° to where it was: 0.5″ RMS on 240 rows of 0.15″.
+            assert left[1] > 48 * CYCLES + 1000
+        else:
+            assert left[1] == pytest.approx(48 * CYCLES, abs=120)
+
+
+def test_every_kind_that_is_asked_for_can_be_simulated() -> None:
+    asked = {plan.kind for plan in PLANS} | {kind for kind, _ in OF_PARTS.values()}
+    assert asked - {"reference_back"} <= set(FURTHER)
+    assert all(kind in FURTHER for kind in ("polygon_reindexed", "turns", "samples"))
+
+
+@pytest.mark.parametrize(
+    "plan",
+    # The simulator always goes both ways.
+    [plan for plan in PLANS if plan.kind != "reference_back"],
+    ids=lambda plan: plan.kind,
+)
+def test_planned_rows_are_like_those_that_the_simulator_measures(plan) -> None:  # type: ignore[no-untyped-def]
+    planned = lean() if plan.kind == "reference" else full()
+    before = planned.smaller(SAMPLES, 2)
+    made = simulate_set([], before, 5).measurement
+    rows = plan.with_it(observations_of(made))
+    assert rows is not None
+    measured = observations_of(simulate_set([], with_further(before, plan.kind), 5).measurement)
+    if plan.kind in ("reference", "polygon_turned", "moving_reference"):
+        found, expected = rows.reference, measured.reference
+        assert found is not None
+        assert expected is not None
+        assert set(found.direction) == set(expected.direction)
+        new = found.target_rad[-200:] % 0.2618
+        assert new.max() == pytest.approx((expected.target_rad[-200:] % 0.2618).max(), abs=0.02)
+        return
+    found, expected = rows.capture, measured.capture
+    assert found is not None
+    assert expected is not None
+    assert found.runs == expected.runs == 5
+    assert found.speed_rad_s[-1] == pytest.approx(expected.speed_rad_s[-1], rel=1e-3)
+    assert found.direction[-1] == expected.direction[-1]
+    assert found.temperature_c[-1] == pytest.approx(expected.temperature_c[-1], abs=0.5)
+    turns = [
+        abs(item.angle_rad[-1] - item.angle_rad[item.run == 4][0]) for item in (found, expected)
+    ]
+    assert turns[0] == pytest.approx(turns[1], rel=0.01)
+
+
+@pytest.mark.parametrize("condition", [*SIMPLE_CONDITIONS, settling_condition(5.0, True)])
+def test_every_condition_has_a_measurement_of_its_own(condition) -> None:  # type: ignore[no-untyped-def]
+    asked = measurement_for_parts(ProductOfParts(condition, (2.0,), "disc"))
+    assert asked.kind == OF_PARTS[condition.part][0]
+
+
+def test_a_wave_without_condition_asks_for_what_moves_its_frame() -> None:
+    always = ALWAYS
+    kinds = [
+        measurement_for_parts(ProductOfParts(always, orders, frame)).kind  # type: ignore[arg-type]
+        for orders, frame in (((0.5,), "stator"), ((3.0,), "reference"), ((3.0,), "disc"))
+    ]
+    assert kinds == ["turns", "polygon_reindexed", None]

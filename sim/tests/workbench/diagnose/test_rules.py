@@ -1,0 +1,163 @@
+"""Single rules of the verdict, each on a set that is made to need it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scripts.blind_judge import diagnosed
+from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
+
+from arctrue.studies.simulate.experiment import full
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.heldout import held_out
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+COUNT_ARCSEC = 1_296_000 / (1 << 24)
+
+
+def _weak(name: str, size: float, seed: int) -> Diagnosis:
+    """Four runs of 2,000 samples, ten cycles; sizes below half a count count too."""
+    made = simulate_set([Wanted(name, size)], full().smaller(2000, 10), seed)
+    _, found = diagnosed(made.measurement, 0.0)
+    assert found is not None
+    return found
+
+
+def test_two_orders_of_a_warm_run_are_no_vibration() -> None:
+    """Free in every run, a line could take an order of the warm run; the others do not have it."""
+
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        warmer = temperature - 20.0
+        return (
+            paper_error(disc, temperature, speed)
+            + 0.3 * warmer * np.cos(disc + 0.7)
+            + 0.3 * warmer * np.cos(2 * disc - 0.4)
+        )
+
+    terms = [Term(EFFECTS["graduation_harmonics"](), {})]
+    found = diagnose(observations_of(measurement_set(error)), terms, EFFECTS)
+    assert found.verdict in ("named", "unknown")
+    if found.named is not None:
+        assert found.named.name == "thermal_eccentricity"
+
+
+def test_a_step_in_the_last_turn_can_be_held_out() -> None:
+    """16 counts after 2.6 of 3 turns of the last run: every fold keeps rows on both sides."""
+    counts, noise = 16, CAPTURE_NOISE * np.sqrt(2.0)
+    measurement = measurement_set(
+        head2_only=lambda time, speed: counts * COUNT_ARCSEC * (time > 1800.0 + 31.2),
+        reference=False,
+    )
+    observations = observations_of(measurement)
+    base = Term(EFFECTS["graduation_harmonics"](), {})
+    slip = EFFECTS["count_slip"]()
+    place = slip.scan(Residuals(fit([base], observations)))[0].nonlinear
+    before, after = (
+        held_out(terms, observations, fit(terms, observations).context).capture_rms_arcsec
+        for terms in ([base], [base, Term(slip, place)])
+    )
+    assert before is not None
+    assert after is not None
+    assert before > 1.2 * noise
+    # 14,400 rows, 41 coefficients: 1.0 to a percent, and the rounding of both counts.
+    assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
+
+
+def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
+    """A polygon's faces have some order 4 by chance: the 19 others are more than chance too."""
+    found = _weak("polygon_face_error", 0.07, 50_000)
+    assert found.named is not None
+    assert found.named.name == "polygon_face_error"
+    assert found.named.delta_bic < 0.0
+
+
+def test_weak_distortions_are_not_charged_for_multiples_that_are_not_there() -> None:
+    """Only the first two were built in; the fourth would cost four columns of noise."""
+    found = _weak("subdivision_error", 0.015, 50_000)
+    assert found.named is not None
+    assert found.named.name == "subdivision_error"
+    assert set(found.named.effect.integers("multiples")) <= {1, 2}
+
+
+def test_a_near_tie_between_a_step_and_a_settling_is_said() -> None:
+    """0.15″ that fades within the first run: a slip of two counts comes near."""
+    found = _weak("settling_bracket", 0.15, 50_000)
+    assert found.verdict == "ambiguous"
+    assert "count_slip" in found.effect_class
+    assert found.described is not None
+    assert found.described.effect.parts == ["settling", "head2"]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_time_constant_of_a_settling_is_between_the_grid_points(seed: int) -> None:
+    made = simulate_set([Wanted("settling_bracket", 2.0)], full().smaller(2000, 10), seed)
+    truth = made.truth["effects"][0]["causes"][0]
+    _, found = diagnosed(made.measurement)
+    assert found is not None
+    assert found.verdict == "unknown"
+    assert found.described is not None
+    condition = found.described.effect.condition  # type: ignore[attr-defined]
+    # 2″ over 0.15″ of noise, some hundred rows while it fades: a few percent.
+    assert condition.time_constant_s == pytest.approx(truth["time_constant_s"], rel=0.1)
+
+
+def test_a_line_at_one_speed_only_may_be_an_alias() -> None:
+    """101.5 Hz sampled at 167 Hz is 65.2 Hz in the slow runs; the fast one, at 500 Hz, differs."""
+    made = simulate_set([Wanted("vibration", 0.02)], full().smaller(6000, 10), 40_005)
+    _, found = diagnosed(made.measurement, 0.0)
+    assert found is not None
+    assert found.verdict == "ambiguous"
+    assert found.effect_class == ["vibration"]
+    assert found.next_measurement_kind == "samples"
+    frequency = made.truth["effects"][0]["causes"][0]["frequency_hz"]
+    rate = 6000 / 36.0
+    assert found.candidates[0].nonlinear["frequency"] == pytest.approx(rate - frequency, abs=0.05)
+
+
+def test_what_is_missing_beside_the_named_one_is_said() -> None:
+    """0.4″/K of first order and 0.8″ of reversal: one is named, the other not kept back."""
+
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.4 * (temperature - 20.0) * np.cos(disc)
+
+    both = {"thermal_eccentricity", "hysteresis"}
+    terms = [Term(EFFECTS["graduation_harmonics"](), {})]
+    found = diagnose(observations_of(measurement_set(error, reversal_arcsec=0.8)), terms, EFFECTS)
+    assert found.named is not None
+    assert {found.named.name, *(item.name for item in found.beside)} == both
+    assert any("diagnose again" in sentence for sentence in sentences(found))
+    alone = diagnose(observations_of(measurement_set(error)), terms, EFFECTS)
+    assert alone.named is not None
+    assert alone.beside == []
+
+
+def test_runs_of_two_turns_are_enough_for_a_ball_pass() -> None:
+    """The last sample of two turns stands a step before their end."""
+    observations = observations_of(measurement_set(turns=2))
+    assert observations.longest_run_turns < 2.0
+    assert EFFECTS["bearing_ball_pass"]().missing(observations) == []
+
+
+def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
+    """Three turns tell orders 1/6 apart; the model's order 12 takes its part of one at 11.82.
+
+    What is left is highest at 11.72; 0.01 is a twentieth of what three turns resolve.
+    """
+    order, turn_s = 11.82, 12.0
+    observations = observations_of(
+        measurement_set(
+            runs=1,
+            reference=False,
+            head2_only=lambda time, speed: 0.6 * np.cos(2 * np.pi * order / turn_s * time),
+        )
+    )
+    base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
+    found = EFFECTS["bearing_ball_pass"]().scan(Residuals(base))
+    assert found[0].nonlinear["order"] == pytest.approx(order, abs=0.01)
