@@ -198,11 +198,17 @@ def visibility(
     base = fit(terms, observations)
     alone = observations
     if observations.capture is not None:
-        rows = replace(observations.capture, difference_arcsec=shown_arcsec["capture"])
+        shown = shown_arcsec["capture"]
+        if observations.used_capture_rows is not None:
+            shown = shown[observations.used_capture_rows]
+        rows = replace(observations.capture, difference_arcsec=shown)
         alone = replace(alone, capture=rows)
     if observations.reference is not None:
-        error = shown_arcsec["reference"] - shown_arcsec["reference"].mean()
-        alone = replace(alone, reference=replace(observations.reference, error_arcsec=error))
+        compared = shown_arcsec["reference"]
+        if observations.used_reference_rows is not None:
+            compared = compared[observations.used_reference_rows]
+        compared = compared - compared.mean()
+        alone = replace(alone, reference=replace(observations.reference, error_arcsec=compared))
     sigma = (noise_arcsec.get("capture"), noise_arcsec.get("reference"))
     absorbed = solve(
         terms,

@@ -27,6 +27,9 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
 EXIT_BAD_INPUT = 2
+KEEP_OUTLIERS = "arctrue.keep_outliers"
+SHOWN_MASKED = 5
+"""Rows that are not used, listed on the terminal; --json lists all of them."""
 console = Console()
 
 PEOPLE_ERRORS = (
@@ -58,9 +61,21 @@ def set_argument(function: Callable[..., None]) -> Callable[..., None]:
     )(function)
 
 
+def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) -> None:
+    """Keep the option for :func:`load`, so that no command has to hand it on."""
+    context.meta[KEEP_OUTLIERS] = value
+
+
 def common_options(function: Callable[..., None]) -> Callable[..., None]:
-    """--model, --effects, --json, --out, --seed."""
+    """--model, --effects, --json, --out, --seed, --keep-outliers."""
     for option in (
+        click.option(
+            "--keep-outliers",
+            is_flag=True,
+            expose_value=False,
+            callback=_remember_outliers,
+            help="Use rows that look like outliers too.",
+        ),
         click.option(
             "--seed",
             type=int,
@@ -132,6 +147,8 @@ def load(
     """Everything that a command needs."""
     model = load_model(model_file, may_be_new=may_be_new)
     effects = effects_for(model, model_file, folders)
+    context = click.get_current_context(silent=True)
+    keep_outliers = context is not None and bool(context.meta.get(KEEP_OUTLIERS))
     for entry in model.effects:
         entry.effect(effects)
     with Progress("reading the measurement set") as progress:
@@ -140,10 +157,23 @@ def load(
             measurement,
             progress=progress.rows,
             reference_temperature_c=model.reference_temperature_c,
+            mask_outliers=not keep_outliers,
         )
     for warning in (*measurement.warnings, *_doubts(measurement)):
         click.echo(f"warning: {warning}", err=True)
+    _tell_masked(observations)
     return Workbench(observations, model, effects, measurement.title or measurement_set.name)
+
+
+def _tell_masked(observations: Observations) -> None:
+    masked = observations.masked
+    if not masked:
+        return
+    click.echo(f"{len(masked)} rows are not used:", err=True)
+    for row in masked[:SHOWN_MASKED]:
+        click.echo(f"  {row}", err=True)
+    if len(masked) > SHOWN_MASKED:
+        click.echo(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all", err=True)
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:

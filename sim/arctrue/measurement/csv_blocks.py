@@ -16,6 +16,7 @@ from typing import NoReturn
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
@@ -37,7 +38,11 @@ LARGEST_NUMBER = 1e12
 
 @dataclass
 class CsvFile:
-    """One file: which columns are wanted, which of them it has, what to warn of."""
+    """One file: which columns are wanted, which of them it has, what to warn of.
+
+    With ``with_conditions`` every other column of numbers is read too; one that holds anything
+    else is left out with a warning.
+    """
 
     path: Path
     required: Sequence[str]
@@ -46,6 +51,8 @@ class CsvFile:
     header: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     progress: Progress | None = None
+    with_conditions: bool = False
+    conditions: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Read and check the header."""
@@ -81,10 +88,16 @@ class CsvFile:
             if self.header.count(name) > 1:
                 raise MeasurementError("format", self.path, "is there twice", row=1, column=name)
         self.columns = [n for n in (*self.required, *self.optional) if n in self.header]
+        if self.with_conditions:
+            self.conditions = [
+                name
+                for name in self.header
+                if name and name not in self.columns and self.header.count(name) == 1
+            ]
         self.warnings = [
             f"{self.path}: column {name or '(without a name)'} is not known and is not used"
             for name in self.header
-            if name not in self.columns
+            if name not in self.columns and name not in self.conditions
         ]
 
     def blocks(self) -> Iterator[Columns]:
@@ -112,6 +125,10 @@ class CsvFile:
                     if name not in WHOLE_COLUMNS and not (np.abs(values) <= LARGEST_NUMBER).all():
                         self._explain()
                     block[name] = values
+                for name in list(self.conditions):
+                    numbers = self._condition(name, batch.column(name), rows)
+                    if numbers is not None:
+                        block[name] = numbers
                 rows += batch.num_rows
                 if batch.num_rows:
                     yield block
@@ -121,6 +138,25 @@ class CsvFile:
             self._explain(error)
         if not rows:
             raise self._no_rows()
+
+    def _condition(self, name: str, texts: pa.Array, first: int) -> NDArray[np.float64] | None:
+        """Numbers of a condition; None, with a warning, once a field of it is no number."""
+        try:
+            numbers = np.asarray(pc.cast(pc.utf8_trim_whitespace(texts), pa.float64()))
+            wrong = np.flatnonzero(~(np.abs(numbers) <= LARGEST_NUMBER))
+        except pa.ArrowInvalid:
+            wrong = np.array(
+                [i for i, text in enumerate(texts.to_pylist()) if not _FLOAT.match(text.strip())]
+            )
+        if wrong.size == 0:
+            return numbers
+        place = int(wrong[0])
+        self.conditions.remove(name)
+        self.warnings.append(
+            f"{self.path}, row {self.row_of(first + place)}, column {name}: expected a number, "
+            f"found {texts[place].as_py()!r}; the column is not used"
+        )
+        return None
 
     def row_of(self, index: int) -> int:
         """Line number of data row ``index`` (0, 1, …): blank lines count, the header is row 1."""
@@ -133,12 +169,11 @@ class CsvFile:
         return MeasurementError("empty", self.path, "has a header and no rows", row=1)
 
     def _batches(self, cut: int | None) -> Iterator[pa.RecordBatch]:
-        names = [
-            name if name in self.columns else f"unused {i}" for i, name in enumerate(self.header)
-        ]
+        wanted = [*self.columns, *self.conditions]
+        names = [name if name in wanted else f"unused {i}" for i, name in enumerate(self.header)]
         types = {
             name: pa.int64() if name in WHOLE_COLUMNS else pa.float64() for name in self.columns
-        }
+        } | dict.fromkeys(self.conditions, pa.string())
         # Every other line with a wrong number of fields is an error.
         handler = (lambda row: "skip" if row.text == self._cut_text else "error") if cut else None
         reader = pa_csv.open_csv(
@@ -149,7 +184,7 @@ class CsvFile:
             parse_options=pa_csv.ParseOptions(invalid_row_handler=handler),
             convert_options=pa_csv.ConvertOptions(
                 column_types=types,
-                include_columns=self.columns,
+                include_columns=wanted,
                 null_values=list(_NOT_A_NUMBER),
                 check_utf8=False,
             ),

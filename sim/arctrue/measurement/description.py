@@ -39,6 +39,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "head_separation_deg": Key("number", low=-360, high=360, closed=False),
         "drive_gear_teeth": Key("whole", low=1),
         "faces": Key("whole", low=1),
+        "index_repeatability_counts": Key("number", low=0),
     },
     "capture": {"file": Key("text"), "clock_hz": Key("number", low=0, closed=False)},
     "reference": {
@@ -46,6 +47,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "instrument": Key("text"),
         "faces": Key("whole", low=1),
         "standard_uncertainty_arcsec": Key("number", low=0),
+        "clock_offset_s": Key("number"),
     },
 }
 _KIND_NAMES = {"text": "text", "whole": "a whole number", "number": "a finite number"}

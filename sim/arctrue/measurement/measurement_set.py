@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
-CAPTURE_OPTIONAL = ("temperature_c",)
+CAPTURE_OPTIONAL = ("temperature_c", "u_arcsec", "mask")
 REFERENCE_COLUMNS = ("target_deg", "error_arcsec")
-REFERENCE_OPTIONAL = ("run", "time_s", "cycle", "direction", "head1_counts", "temperature_c")
-WHOLE_COLUMNS = ("run", "head1_counts", "head2_counts", "cycle", "direction")
+REFERENCE_OPTIONAL = (
+    "run",
+    "time_s",
+    "cycle",
+    "direction",
+    "head1_counts",
+    "temperature_c",
+    "u_arcsec",
+    "mask",
+)
+WHOLE_COLUMNS = ("run", "head1_counts", "head2_counts", "cycle", "direction", "mask")
 """Whole numbers in 64 bits; all other columns are floats."""
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
+Boolean = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -32,11 +42,36 @@ class Table:
     head_separation_deg: float | None = None
     drive_gear_teeth: int | None = None
     faces: int | None = None
+    index_repeatability_counts: float | None = None
+    """How well an index mark repeats from run to run, standard deviation of one head."""
+
+
+class _Rows:
+    """What both files have in common: columns of the same length, and keys."""
+
+    __slots__ = ()
+
+    def where(self, kept: Boolean) -> Self:
+        """The same with only the rows where ``kept``, shape (rows,), is True."""
+        values: dict[str, Any] = {}
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                value = value[kept]
+            elif isinstance(value, Mapping):
+                value = {name: column[kept] for name, column in value.items()}
+            values[item.name] = value
+        return type(self)(**values)
 
 
 @dataclass(frozen=True)
-class Capture:
-    """Both heads over time, arrays (n,); the runs stand one after another."""
+class Capture(_Rows):
+    """Both heads over time, arrays (n,); the runs stand one after another.
+
+    ``u_arcsec``: standard uncertainty of R₂ − R₁ in each row. ``mask``: True where the row must
+    not be used. ``trusted``: True where the row must be used although it looks like an outlier.
+    ``conditions``: further columns of numbers by their names.
+    """
 
     run: Integer
     time_s: Float
@@ -44,11 +79,20 @@ class Capture:
     head2_counts: Integer
     temperature_c: Float | None = None
     clock_hz: float | None = None
+    u_arcsec: Float | None = None
+    mask: Boolean | None = None
+    trusted: Boolean | None = None
+    conditions: Mapping[str, Float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Reference:
-    """Head 1 against a reference, arrays (n,); None: no such column or key."""
+class Reference(_Rows):
+    """Head 1 against a reference, arrays (n,); None: no such column or key.
+
+    ``u_arcsec``: standard uncertainty of ``error_arcsec`` in each row. ``mask``, ``trusted`` and
+    ``conditions`` as in a capture. ``clock_offset_s``: what has to be added to ``time_s`` to get
+    the time of the capture.
+    """
 
     target_deg: Float
     error_arcsec: Float
@@ -61,6 +105,11 @@ class Reference:
     instrument: str | None = None
     faces: int | None = None
     standard_uncertainty_arcsec: float | None = None
+    clock_offset_s: float | None = None
+    u_arcsec: Float | None = None
+    mask: Boolean | None = None
+    trusted: Boolean | None = None
+    conditions: Mapping[str, Float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

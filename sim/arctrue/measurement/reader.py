@@ -12,6 +12,7 @@ import numpy as np
 from arctrue.measurement.csv_blocks import Columns, CsvFile, Progress
 from arctrue.measurement.description import Description, read_description
 from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.mask_file import with_mask_file
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
@@ -22,6 +23,7 @@ from arctrue.measurement.measurement_set import (
     Reference,
     Table,
 )
+from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
 
 def read_measurement_set(
@@ -45,18 +47,17 @@ def read_measurement_set(
         raise MeasurementError(
             "missing", folder, "has neither a capture.csv nor a reference.csv: nothing was measured"
         )
+    heads = compared = None
+    if capture and capture_path:
+        heads = _capture(description, capture_path, warnings, progress)
+        heads = with_mask_file(folder, "capture", heads)
+    if reference and reference_path:
+        compared = _reference(description, reference_path, warnings, progress)
+        compared = with_mask_file(folder, "reference", compared)
     return MeasurementSet(
         table=Table(**description.values["table"]),
-        capture=(
-            _capture(description, capture_path, warnings, progress)
-            if capture and capture_path
-            else None
-        ),
-        reference=(
-            _reference(description, reference_path, warnings, progress)
-            if reference and reference_path
-            else None
-        ),
+        capture=heads,
+        reference=compared,
         title=description.values[""].get("title", ""),
         other=description.other,
         warnings=tuple(warnings),
@@ -113,37 +114,92 @@ def _capture(
     description: Description, path: Path, warnings: list[str], progress: Progress | None
 ) -> Capture:
     _require_for_capture(description)
-    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress)
-    columns = _joined(list(_checked_blocks(file)))
+    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
+    columns = _typed(file, _joined(list(_checked_blocks(file))))
+    _count_on_past_the_turn(description, path, columns, warnings)
     warnings.extend(file.warnings)
     return Capture(**columns, clock_hz=description.values["capture"].get("clock_hz"))
+
+
+def _count_on_past_the_turn(
+    description: Description, path: Path, columns: dict[str, Any], warnings: list[str]
+) -> None:
+    """Unwrap heads whose counts start anew at each turn, and bring head 2 beside head 1 again."""
+    table = description.values["table"]
+    counts_per_rev = table["counts_per_rev"]
+    wrapped = 0
+    for name in ("head1_counts", "head2_counts"):
+        columns[name], wraps = unwrapped_counts(
+            columns[name], columns["run"], columns["time_s"], counts_per_rev
+        )
+        wrapped += wraps
+        if wraps:
+            warnings.append(
+                f"{path}: {name} starts anew at {counts_per_rev} counts {wraps} times; it is "
+                "counted on past the turn"
+            )
+    if wrapped:
+        columns["head2_counts"] = same_turn(
+            columns["head1_counts"],
+            columns["head2_counts"],
+            columns["run"],
+            counts_per_rev,
+            table["head_separation_deg"],
+        )
 
 
 def _reference(
     description: Description, path: Path, warnings: list[str], progress: Progress | None
 ) -> Reference:
-    file = CsvFile(path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress)
-    columns = _joined(list(_checked_blocks(file)))
+    file = CsvFile(
+        path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress, with_conditions=True
+    )
+    columns = _typed(file, _joined(list(_checked_blocks(file))))
+    columns["error_arcsec"], wrapped = without_wraps(columns["error_arcsec"])
+    if wrapped.size:
+        warnings.append(
+            f"{path}, row {file.row_of(int(wrapped[0]))}, column error_arcsec: is whole turns away "
+            f"from the other rows, and so are {wrapped.size} rows in all; the turns are taken off"
+        )
     warnings.extend(file.warnings)
     direction = columns.get("direction")
     if direction is not None:
-        wrong = np.flatnonzero(np.abs(direction) != 1)
-        if wrong.size:
-            raise MeasurementError(
-                "value",
-                path,
-                f"expected +1 or -1, found {direction[wrong[0]]}",
-                row=file.row_of(int(wrong[0])),
-                column="direction",
-            )
+        _require(file, "direction", direction, np.abs(direction) == 1, "+1 or -1")
     keys = {k: v for k, v in description.values["reference"].items() if k != "file"}
     keys.setdefault("faces", description.values["table"].get("faces"))
     return Reference(**columns, **keys)
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:
-    # Column by column, so that no more than one column is there twice.
-    return {name: np.concatenate([block.pop(name) for block in blocks]) for name in list(blocks[0])}
+    # Column by column, so that no more than one column is there twice. A condition that is not a
+    # number in a later block is missing there.
+    names = [name for name in blocks[0] if all(name in block for block in blocks)]
+    return {name: np.concatenate([block.pop(name) for block in blocks]) for name in names}
+
+
+def _typed(file: CsvFile, columns: dict[str, Any]) -> dict[str, Any]:
+    """The columns with ``mask`` as truth values and the conditions together; checks both."""
+    mask, uncertainty = columns.get("mask"), columns.get("u_arcsec")
+    if mask is not None:
+        _require(file, "mask", mask, (mask == 0) | (mask == 1), "0 or 1")
+        columns["mask"] = mask == 1
+    if uncertainty is not None:
+        _require(file, "u_arcsec", uncertainty, uncertainty >= 0.0, "0 or more")
+    conditions = {name: columns.pop(name) for name in file.conditions if name in columns}
+    return {**columns, "conditions": conditions}
+
+
+def _require(file: CsvFile, column: str, values: Any, right: Any, expected: str) -> None:
+    wrong = np.flatnonzero(~right)
+    if wrong.size:
+        place = int(wrong[0])
+        raise MeasurementError(
+            "value",
+            file.path,
+            f"expected {expected}, found {values[place]}",
+            row=file.row_of(place),
+            column=column,
+        )
 
 
 def _checked_blocks(file: CsvFile) -> Iterator[Columns]:

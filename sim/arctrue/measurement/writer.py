@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,8 +34,10 @@ _REFERENCE_ORDER = (
     "head1_counts",
     "error_arcsec",
     "temperature_c",
+    "u_arcsec",
+    "mask",
 )
-_DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3}
+_DECIMALS = {"time_s": 6, "target_deg": 9, "error_arcsec": 6, "temperature_c": 3, "u_arcsec": 6}
 
 
 def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> None:
@@ -58,7 +62,7 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
     (folder / FILE_NAME).write_text(_description(measurement), encoding="utf-8")
     for name, table in tables.items():
         with (folder / name).open("wb") as file:
-            file.write((",".join(table.column_names) + "\n").encode())
+            file.write(_header(table.column_names).encode())
             pa_csv.write_csv(
                 table, file, pa_csv.WriteOptions(include_header=False, quoting_style="none")
             )
@@ -77,6 +81,7 @@ def _description(measurement: MeasurementSet) -> str:
             "instrument": measurement.reference.instrument,
             "faces": measurement.reference.faces,
             "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
+            "clock_offset_s": measurement.reference.clock_offset_s,
         }
     for name, section in sections.items():
         entries = {key: value for key, value in section.items() if value is not None}
@@ -95,7 +100,7 @@ def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Tab
         name: np.asarray(getattr(columns, name))
         for name in names
         if getattr(columns, name) is not None
-    }
+    } | {name: np.asarray(values) for name, values in columns.conditions.items()}
     if len({array.shape for array in arrays.values()}) != 1:
         lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
         raise ValueError(f"the columns of a file must be equally long, found {lengths}")
@@ -107,5 +112,13 @@ def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Tab
             bad = np.flatnonzero(~np.isfinite(array))
             if bad.size:
                 raise ValueError(f"{name}[{bad[0]}]: {array[bad[0]]} is not a finite number")
-            converted[name] = pa.array(np.round(array.astype(np.float64), _DECIMALS[name]))
+            decimals = _DECIMALS.get(name)
+            values = array.astype(np.float64)
+            converted[name] = pa.array(values if decimals is None else np.round(values, decimals))
     return pa.table(converted)
+
+
+def _header(names: list[str]) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(names)
+    return line.getvalue()

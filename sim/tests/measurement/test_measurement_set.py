@@ -91,7 +91,10 @@ def test_columns_in_another_order_and_unknown_ones(tmp_path: Path) -> None:
     assert read.capture is not None
     assert read.capture.head1_counts.tolist() == [1, 3]
     assert read.capture.temperature_c is None
-    assert any("column note is not known" in warning for warning in read.warnings)
+    assert any(
+        "row 2, column note: expected a number, found 'abc'" in warning for warning in read.warnings
+    )
+    assert read.capture.conditions == {}
 
 
 @pytest.mark.parametrize(

@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
-from arctrue.workbench.diagnose.outlying_rows import FAR_SIGMA, NORMAL_MAD, outlying, step_scatter
-from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+from arctrue.runs import run_spans
+from arctrue.workbench.diagnose.outlying_rows import outlying, step_scatter
+from arctrue.workbench.observations import CaptureRows, Observations
+from arctrue.workbench.observations.outliers import MOST_SHARE
 from arctrue.workbench.observations.stored import StoredCapture
 
+Float = NDArray[np.float64]
+Boolean = NDArray[np.bool_]
+
 STEP_TOLERANCE = 0.1
-"""A step is plausible within 10 % of its run's median."""
+"""A step is plausible within 10 % of the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
 """A run whose turns are nearer than this to a whole number was meant to be whole turns."""
 LOST_SIGMA = 8.0
 """Of the noise of a step, which in dense rows of few counts is more than that tenth."""
 MOST_SLIPS = 8
 """A head that goes wrong more often than this in a run has not slipped: it does not follow."""
-USUAL_LINES = 16_384
-"""Where the set does not tell."""
-HALF_PERIOD = 0.5
-"""Of a signal period: what a reading can be off by and still come back to the same line."""
 TEMPERATURES_C = (-60.0, 200.0)
 TEMPERATURE_JUMP_K = 3.0
 """No sensor on a table goes so far and back within three rows."""
-REFERENCE_JUMP_ARCSEC = 1.0
 SEPARATION_DEG = 0.5
 """Half a millimetre at the disc; what a bracket is mounted off by is an effect."""
 MOST_FOR_MEDIANS = 100_000
 """Rows, evenly spread, that a median over a long capture is taken of."""
-LEAST_VISITS = 3
+AROUND_ROWS = 31
+"""Rows that the usual step is taken from: a speed may change, but not from row to row."""
 
 
 def data_faults(observations: Observations) -> list[str]:
@@ -41,21 +43,22 @@ def data_faults(observations: Observations) -> list[str]:
     rows = observations.capture if observations.stored is None else observations.stored
     if rows is not None:
         found += _separation_fault(rows, observations)
-        spans = _run_spans(rows.run)
+        spans = run_spans(rows.run)
         for run, (start, end) in enumerate(spans):
             found += _step_faults(rows, run, start, end, observations)
         found += _cut_runs(rows, spans)
-        found += _temperature_faults("capture", rows.temperature_c)
+        found += _temperature_faults("capture", rows.temperature_c, observations.capture_line)
     if observations.reference is not None:
-        found += _reference_faults(observations.reference)
-        found += _temperature_faults("reference", observations.reference.temperature_c)
+        found += _temperature_faults(
+            "reference", observations.reference.temperature_c, observations.reference_line
+        )
+    found += [
+        f"{channel}: {share:.0%} of the rows are outliers, each far from the rows around it; at "
+        f"most {MOST_SHARE:.0%} are left out as single wrong rows"
+        for channel, share in observations.outlying_share.items()
+        if share > MOST_SHARE
+    ]
     return found
-
-
-def _run_spans(run: NDArray[np.int64] | NDArray[np.int32]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(run)) + 1
-    bounds = [0, *edges.tolist(), run.size]
-    return list(pairwise(bounds))
 
 
 def _separation_fault(rows: CaptureRows | StoredCapture, observations: Observations) -> list[str]:
@@ -87,8 +90,7 @@ def _step_faults(
     else:
         difference = rows.difference_arcsec[start:end] * (np.pi / 648_000.0)
     other = step + np.diff(difference)
-    typical = float(np.median(step))
-    if typical == 0.0:
+    if rows.angle_rad[end - 1] == rows.angle_rad[start]:
         return [f"capture, run {run}: the table stands still"]
     if rows.time_s[end - 1] <= rows.time_s[start]:
         return [
@@ -96,62 +98,73 @@ def _step_faults(
             "the run to the last; expected the time of every sample"
         ]
     in_counts = (observations.counts_per_rev or 1) / (2.0 * np.pi)
-    wrong = [_implausible(step, typical), _implausible(other, typical)]
+    passed = np.diff(rows.time_s[start:end])
+    expected = _expected_step(step, passed)
+    wrong = [_implausible(step, passed), _implausible(other, passed)]
     lost = wrong[0] & wrong[1]
     found = []
     if lost.any():
         first = int(np.flatnonzero(lost)[0])
         found.append(
-            f"capture, run {run}, {_place(first + 1, start)}: both heads move by "
+            f"capture, run {run}, {_place(first + 1, start, observations)}: both heads move by "
             f"{step[first] * in_counts:.0f} counts, expected about "
-            f"{typical * in_counts:.0f} (within 10 %); {int(lost.sum())} such steps in this run"
+            f"{expected[first] * in_counts:.0f} (within 10 %) from the rows around it and the time "
+            f"stamps; {int(lost.sum())} such steps in this run"
         )
-    # One head alone may slip: a step that stays is an effect. One that is back at once, and a
-    # head that goes wrong again and again, are not.
-    least_rad = HALF_PERIOD * 2.0 * np.pi / (observations.grating_lines or USUAL_LINES)
-    spikes = [item for item in outlying(difference, least_rad) if not lost[item[0] - 1]]
-    if spikes:
-        first, _, size = spikes[0]
-        head = 1 + int(abs(other[first - 1] - typical) > abs(step[first - 1] - typical))
-        found.append(
-            f"capture, run {run}, {_place(first, start)}: head {head} is off by "
-            f"{abs(size) * in_counts:.0f} counts and back within three samples, while the other "
-            f"goes on; {len(spikes)} such places in this run"
-        )
-        return found
+    # One head alone may slip: a step that stays is an effect. A head that goes wrong again and
+    # again is not.
     for head, bad in enumerate(wrong, start=1):
         alone = np.flatnonzero(bad & ~lost)
         if alone.size > MOST_SLIPS:
             moved = (step if head == 1 else other)[alone[0]]
             found.append(
-                f"capture, run {run}, {_place(int(alone[0]) + 1, start)}: head {head} moves by "
-                f"{moved * in_counts:.0f} counts while the other follows, expected about "
-                f"{typical * in_counts:.0f} (within 10 %); {alone.size} such steps in this run"
+                f"capture, run {run}, {_place(int(alone[0]) + 1, start, observations)}: "
+                f"head {head} moves by {moved * in_counts:.0f} counts while the other follows, "
+                f"expected about {expected[alone[0]] * in_counts:.0f} (within 10 %); "
+                f"{alone.size} such steps in this run"
             )
     return found
 
 
-def _place(sample: int, start: int) -> str:
-    return f"sample {sample} of the run ({_row(start + sample)})"
+def _expected_step(step: Float, passed_s: Float | None) -> Float:
+    """Step of each row from the rows around it; with ``passed_s`` from their speed and the time."""
+    if passed_s is None:
+        return np.asarray(median_filter(step, size=AROUND_ROWS, mode="nearest"))
+    usual_s = float(np.median(passed_s[passed_s > 0.0]))
+    length = np.where(passed_s > 0.0, passed_s / usual_s, 1.0)
+    return np.asarray(median_filter(step / length, size=AROUND_ROWS, mode="nearest") * length)
 
 
-def _row(index: int) -> str:
-    return f"row {index} of the data, line {index + 2} of the file"
+def _place(sample: int, start: int, observations: Observations) -> str:
+    return f"sample {sample} of the run ({_row(observations.capture_line(start + sample))})"
 
 
-def _implausible(step: NDArray[np.float64], typical: float) -> NDArray[np.bool_]:
-    away = np.abs(step - typical)
-    return np.asarray(away > max(STEP_TOLERANCE * abs(typical), LOST_SIGMA * step_scatter(step)))
+def _row(line: int) -> str:
+    return f"row {line - 2} of the data, line {line} of the file"
 
 
-def _temperature_faults(channel: str, temperature_c: NDArray[np.float64] | None) -> list[str]:
+def _implausible(step: Float, passed_s: Float) -> Boolean:
+    """True where a step fits neither the steps around it nor their speed and the time passed.
+
+    Time stamps may be coarser than the rows, and rows may be missing: one of the two is enough.
+    """
+    noise = LOST_SIGMA * step_scatter(step)
+    wrong = np.ones(step.size, dtype=bool)
+    for expected in (_expected_step(step, passed_s), _expected_step(step, None)):
+        wrong &= np.abs(step - expected) > np.maximum(STEP_TOLERANCE * np.abs(expected), noise)
+    return wrong
+
+
+def _temperature_faults(
+    channel: str, temperature_c: Float | None, line_of: Callable[[int], int]
+) -> list[str]:
     if temperature_c is None:
         return []
     low, high = TEMPERATURES_C
     outside = np.flatnonzero((temperature_c < low) | (temperature_c > high))
     if outside.size:
         return [
-            f"{channel}, {_row(int(outside[0]))}: temperature_c is "
+            f"{channel}, {_row(line_of(int(outside[0])))}: temperature_c is "
             f"{temperature_c[outside[0]]:g}, expected {low:g} to {high:g} °C; {outside.size} such "
             "rows"
         ]
@@ -160,40 +173,8 @@ def _temperature_faults(channel: str, temperature_c: NDArray[np.float64] | None)
         return []
     first, _, size = spikes[0]
     return [
-        f"{channel}, {_row(first)}: temperature_c goes {size:+.1f} K and back within "
+        f"{channel}, {_row(line_of(first))}: temperature_c goes {size:+.1f} K and back within "
         f"three rows; {len(spikes)} such places"
-    ]
-
-
-def _reference_faults(rows: ReferenceRows) -> list[str]:
-    """Readings far from the other visits to their station, while those beside them are not."""
-    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) * 1e6).astype(np.int64)
-    _, group = np.unique(station, return_inverse=True)
-    visits = np.bincount(group)
-    if float(np.median(visits)) < LEAST_VISITS:
-        return []
-    order = np.argsort(group, kind="stable")
-    bounds = np.concatenate([[0], np.cumsum(visits)])
-    usual = np.array(
-        [
-            float(np.median(rows.error_arcsec[order[first:last]]))
-            for first, last in pairwise(bounds.tolist())
-        ]
-    )
-    away = rows.error_arcsec - usual[group]
-    if np.any(visits < LEAST_VISITS):
-        away = np.where(visits[group] < LEAST_VISITS, 0.0, away)
-    scatter = NORMAL_MAD * float(np.median(np.abs(away - np.median(away))))
-    least = max(REFERENCE_JUMP_ARCSEC, FAR_SIGMA * scatter)
-    spikes = outlying(np.concatenate([[0.0], away, [0.0]]), least)
-    if not spikes:
-        return []
-    first, _, _ = spikes[0]
-    target_deg = np.degrees(rows.target_rad[first - 1])
-    return [
-        f"reference, {_row(first - 1)}: error_arcsec is {away[first - 1]:+.1f}″ from the "
-        f"other readings at {target_deg:g}°, the rows beside it are not (their scatter is "
-        f"{scatter:.2f}″); {len(spikes)} such places"
     ]
 
 

@@ -85,6 +85,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "next_measurement": result.next_measurement,
         "next_measurement_kind": result.next_measurement_kind,
         "data_faults": result.faults,
+        "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
         "beside": [item.name for item in result.beside],
         "cannot_be_tested": result.untestable,

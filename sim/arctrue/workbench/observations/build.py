@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.runs import run_spans
 from arctrue.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations.observations import ARCSEC_PER_TURN, Observations
+from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.part import part_of
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
+from arctrue.workbench.observations.run_speed import run_speeds
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
 from arctrue.workbench.observations.true_angle import true_angle
+from arctrue.workbench.observations.used_rows import used_capture_rows, used_reference_rows
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -34,16 +37,31 @@ def observations_of(
     measurement: MeasurementSet,
     progress: Callable[[int, int], None] | None = None,
     reference_temperature_c: float | None = None,
+    *,
+    mask_outliers: bool = True,
 ) -> Observations:
     """Observations of a measurement set; ``progress`` is told of passes over a long capture.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
-    the set's own median.
+    the set's own median. ``mask_outliers``: False uses every row but those that the set masks.
 
     Raises ValueError for a capture without counts_per_rev or head_separation_deg.
     """
     facts, capture, reference = measurement.table, measurement.capture, measurement.reference
     separation = float(np.radians(facts.head_separation_deg or 0.0))
+    masked: list[MaskedRow] = []
+    used_capture = used_reference = None
+    outlying_share = {}
+    if capture is not None:
+        used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
+        capture, used_capture = used.rows, used.numbers
+        masked += used.masked
+        outlying_share["capture"] = used.outlying_share
+    if reference is not None:
+        there = used_reference_rows(reference, mask_outliers=mask_outliers)
+        reference, used_reference = there.rows, there.numbers
+        masked += there.masked
+        outlying_share["reference"] = there.outlying_share
     warmths = [
         channel.temperature_c
         for channel in (capture, reference)
@@ -70,6 +88,14 @@ def observations_of(
         head_separation_rad=separation,
         drive_gear_teeth=facts.drive_gear_teeth,
         disc_diameter_mm=facts.disc_diameter_mm,
+        masked=tuple(masked),
+        outlying_share=outlying_share,
+        used_capture_rows=used_capture,
+        used_reference_rows=used_reference,
+        index_repeatability_counts=facts.index_repeatability_counts,
+        reference_uncertainty_arcsec=(
+            None if reference is None else reference.standard_uncertainty_arcsec
+        ),
     )
 
 
@@ -88,17 +114,14 @@ def _stored_capture(
     count_rad = 2.0 * np.pi / facts.counts_per_rev
     run, spans = _runs_in_order(columns.run)
     runs = int(run.max(initial=-1)) + 1
-    start_s, direction, speed = np.zeros(runs), np.ones(runs), np.zeros(runs)
+    start_s, direction = np.zeros(runs), np.ones(runs)
     revolution = np.empty(run.size, dtype=np.int32)
     next_revolution = 0
     for start, end in spans:
         number = int(run[start])
         counts = columns.head1_counts[start:end]
-        start_s[number] = first_s = float(columns.time_s[start])
-        travel = float(counts[-1] - counts[0])
-        direction[number] = 1.0 if travel >= 0.0 else -1.0
-        duration = float(columns.time_s[end - 1]) - first_s
-        speed[number] = travel * count_rad / duration if duration > 0.0 else 0.0
+        start_s[number] = float(columns.time_s[start])
+        direction[number] = 1.0 if counts[-1] >= counts[0] else -1.0
         turns = np.abs(counts - counts[0]) // facts.counts_per_rev
         revolution[start:end] = next_revolution + turns
         next_revolution += int(turns.max(initial=0)) + 1
@@ -107,6 +130,7 @@ def _stored_capture(
     difference = (columns.head2_counts - columns.head1_counts).astype(np.float64)
     difference *= count_rad
     difference -= separation
+    angle = true_angle(reading1, difference, separation)
     return StoredCapture(
         table=facts,
         run=run,
@@ -115,19 +139,20 @@ def _stored_capture(
         temperature_c=columns.temperature_c,
         head1_counts=columns.head1_counts,
         head2_counts=columns.head2_counts,
-        angle_rad=true_angle(reading1, difference, separation),
-        run_facts=RunFacts(start_s, direction, speed),
+        angle_rad=angle,
+        speed=run_speeds(angle, columns.time_s, spans, count_rad),
+        run_facts=RunFacts(start_s, direction),
         set_start_s=float(columns.time_s.min()),
         head_separation_rad=separation,
         reference_temperature_c=usual_c,
+        u_arcsec=columns.u_arcsec,
+        conditions=columns.conditions,
     )
 
 
 def _runs_in_order(names: Integer) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
     """Runs numbered as they come in the file, and where each stretch of one run lies."""
-    edges = np.flatnonzero(np.diff(names)) + 1
-    bounds = [0, *edges.tolist(), names.size]
-    spans = [(start, end) for start, end in pairwise(bounds) if end > start]
+    spans = run_spans(names)
     numbers: dict[int, int] = {}
     run = np.empty(names.size, dtype=np.int32)
     for start, end in spans:
@@ -171,6 +196,8 @@ def _reference_rows(
         else float(0.5 * (time.min() + time.max())),
         reference_temperature_c=usual_c,
         error_arcsec=columns.error_arcsec - float(np.mean(columns.error_arcsec)),
+        u_arcsec=columns.u_arcsec,
+        conditions=columns.conditions,
     )
 
 

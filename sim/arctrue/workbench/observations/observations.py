@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.runs import run_spans
+from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
@@ -34,6 +36,17 @@ class Observations:
     """Every row of a capture of which ``capture`` is a part."""
     progress: Callable[[int, int], None] | None = field(default=None, repr=False, compare=False)
     """Told of (rows done, all rows) while a fit goes over every row of a long capture."""
+    masked: tuple[MaskedRow, ...] = ()
+    """Rows that are not used, in the order of the files."""
+    outlying_share: Mapping[str, float] = field(default_factory=dict)
+    """Share of outliers among the rows of each channel; above a limit they are not masked."""
+    used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    """Numbers in the file (0, 1, …) of the capture rows that are used; None: all of them."""
+    used_reference_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)
+    index_repeatability_counts: float | None = None
+    """Standard deviation of one head's index from run to run, as the set states it."""
+    reference_uncertainty_arcsec: float | None = None
+    """Standard uncertainty of the reference, as the set states it."""
     kept_columns: dict[tuple[str, str, int], NDArray[np.float64] | None] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -44,6 +57,16 @@ class Observations:
         """Rows of both channels together, as far as the statistics work on them."""
         capture = 0 if self.capture is None else self.capture.run.size
         return capture + (0 if self.reference is None else self.reference.run.size)
+
+    def capture_line(self, row: int) -> int:
+        """Line of the file of a row of the capture that is used; the header is line 1."""
+        used = self.used_capture_rows
+        return (row if used is None else int(used[row])) + 2
+
+    def reference_line(self, row: int) -> int:
+        """Line of the file of a row of the reference that is used; the header is line 1."""
+        used = self.used_reference_rows
+        return (row if used is None else int(used[row])) + 2
 
     def report(self, done: int, total: int) -> None:
         """Tell how far a pass over every row has come."""
@@ -88,8 +111,10 @@ class Observations:
 
     @property
     def index_sigma_arcsec(self) -> float:
-        """Standard deviation of a run's offset: two heads, each −1, 0 or +1 whole count off."""
+        """Standard deviation of a run's offset: both heads, as stated or ±1 whole count each."""
         count = self.count_arcsec or 0.0
+        if self.index_repeatability_counts is not None:
+            return max(self.index_repeatability_counts * count * float(np.sqrt(2.0)), 1e-6)
         return max(INDEX_SCATTER_COUNTS * count * float(np.sqrt(4.0 / 3.0)), 1e-6)
 
     @property
@@ -120,9 +145,4 @@ class Observations:
         if rows is None:
             return []
         values = getattr(rows, column)
-        edges = np.flatnonzero(np.diff(rows.run)) + 1
-        starts = np.concatenate([[0], edges])
-        ends = np.concatenate([edges, [rows.run.size]]) - 1
-        return [
-            float(abs(values[end] - values[start])) for start, end in zip(starts, ends, strict=True)
-        ]
+        return [float(abs(values[end - 1] - values[start])) for start, end in run_spans(rows.run)]

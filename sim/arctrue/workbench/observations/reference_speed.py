@@ -32,7 +32,7 @@ def reference_speed(columns: Reference) -> Float | None:
     target, time_s = columns.target_deg, columns.time_s
     if time_s is None or target.size < LEAST_ROWS:
         return None
-    passes = _passes(columns)
+    passes = passes_of(columns)
     speeds = [_steady_speed(target[rows], time_s[rows]) for rows in passes]
     near = [
         rows.stop - rows.start >= LEAST_ROWS
@@ -52,7 +52,8 @@ def reference_speed(columns: Reference) -> Float | None:
     return found if np.any(found != 0.0) else None
 
 
-def _passes(columns: Reference) -> list[slice]:
+def passes_of(columns: Reference) -> list[slice]:
+    """Rows of each pass: between changes of run, cycle, direction, or of the sense of motion."""
     target = columns.target_deg
     new = np.zeros(target.size, dtype=bool)
     new[0] = True

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Self
 
 import numpy as np
@@ -22,7 +23,11 @@ class _Sliceable:
         values = {}
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
-            values[item.name] = value[rows] if isinstance(value, np.ndarray) else value
+            if isinstance(value, np.ndarray):
+                value = value[rows]
+            elif isinstance(value, Mapping):
+                value = {name: column[rows] for name, column in value.items()}
+            values[item.name] = value
         return type(self)(**values)
 
 
@@ -39,7 +44,7 @@ class CaptureRows(_Sliceable):
     direction: Float
     """+1 or −1, of the run."""
     speed_rad_s: Float
-    """Signed, of the run: its median."""
+    """Signed; of the run where it turns evenly, else of the rows around."""
     angle_rad: Float
     """Estimate of the true angle θ of the table, unwrapped."""
     disc1_rad: Float
@@ -61,6 +66,10 @@ class CaptureRows(_Sliceable):
     """T₀ of the temperature effects: the model's, or the median over the whole set."""
     difference_arcsec: Float
     """R₂ − R₁ − α (nominal)."""
+    u_arcsec: Float | None = None
+    """Standard uncertainty of R₂ − R₁, where the file gives one for each row."""
+    conditions: Mapping[str, Float] = field(default_factory=dict)
+    """Further columns of the file by name, in their own units."""
 
 
 @dataclass(frozen=True)
@@ -92,3 +101,7 @@ class ReferenceRows(_Sliceable):
     reference_temperature_c: float
     error_arcsec: Float
     """ε: reading of head 1 less the angle of the reference, the mean over all rows removed."""
+    u_arcsec: Float | None = None
+    """Standard uncertainty of ε, where the file gives one for each row."""
+    conditions: Mapping[str, Float] = field(default_factory=dict)
+    """Further columns of the file by name, in their own units."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import gcd
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Table
+from arctrue.runs import run_spans
 from arctrue.units import ARCSEC_PER_RAD
 from arctrue.workbench.observations.rows import CaptureRows, Float, Integer
+from arctrue.workbench.observations.run_speed import RunSpeeds
 
 Small = NDArray[np.int32]
 
@@ -23,8 +25,6 @@ class RunFacts:
     start_s: Float
     direction: Float
     """+1 or −1."""
-    speed_rad_s: Float
-    """Signed; over the whole run."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,13 @@ class StoredCapture:
     head1_counts: Integer
     head2_counts: Integer
     angle_rad: Float
+    speed: RunSpeeds
     run_facts: RunFacts
     set_start_s: float
     head_separation_rad: float
     reference_temperature_c: float
+    u_arcsec: Float | None = None
+    conditions: Mapping[str, Float] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -66,9 +69,7 @@ class StoredCapture:
 
     def run_spans(self) -> list[tuple[int, int]]:
         """First row and row after the last of each stretch of one run, in the order of the file."""
-        edges = np.flatnonzero(np.diff(self.run)) + 1
-        bounds = [0, *edges.tolist(), self.size]
-        return list(pairwise(bounds))
+        return run_spans(self.run)
 
     def rows(self, rows: slice | Integer) -> CaptureRows:
         """Some rows with all their conditions."""
@@ -84,7 +85,7 @@ class StoredCapture:
             time_s=self.time_s[rows],
             temperature_c=None if self.temperature_c is None else self.temperature_c[rows],
             direction=self.run_facts.direction[run],
-            speed_rad_s=self.run_facts.speed_rad_s[run],
+            speed_rad_s=self.speed.of(run, rows),
             angle_rad=angle,
             disc1_rad=angle,
             disc2_rad=angle + self.head_separation_rad,
@@ -98,6 +99,8 @@ class StoredCapture:
             head_separation_rad=self.head_separation_rad,
             reference_temperature_c=self.reference_temperature_c,
             difference_arcsec=difference * ARCSEC_PER_RAD,
+            u_arcsec=None if self.u_arcsec is None else self.u_arcsec[rows],
+            conditions={name: column[rows] for name, column in self.conditions.items()},
         )
 
 

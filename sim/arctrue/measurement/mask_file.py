@@ -1,0 +1,68 @@
+"""``mask.csv``: rows that a person masked, or wants to have used although they look wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from arctrue.measurement.csv_blocks import CsvFile
+from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.measurement_set import Capture, Reference
+
+FILE_NAME = "mask.csv"
+Channel = TypeVar("Channel", Capture, Reference)
+
+
+def with_mask_file(
+    folder: Path, channel: Literal["capture", "reference"], rows: Channel
+) -> Channel:
+    """``rows`` with what ``folder``/mask.csv says of them; without that file they stay as they are.
+
+    The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three with 0 for
+    "none". A row is given by its line in the CSV file, the header being line 1. ``mask`` is 1 for
+    a row that must not be used and 0 for one that must. Raises MeasurementError.
+    """
+    path = folder / FILE_NAME
+    if not path.is_file():
+        return rows
+    file = CsvFile(path, ("mask",), ("capture_row", "reference_row"))
+    column = f"{channel}_row"
+    if len(file.columns) == 1:
+        raise MeasurementError(
+            "missing", path, "expected a column capture_row or reference_row", row=1
+        )
+    size = (rows.head1_counts if isinstance(rows, Capture) else rows.error_arcsec).size
+    mask = np.zeros(size, dtype=bool) if rows.mask is None else rows.mask.copy()
+    trusted = np.zeros(size, dtype=bool) if rows.trusted is None else rows.trusted.copy()
+    done = 0
+    for block in file.blocks():
+        lines = block.get(column)
+        if lines is None:
+            return rows
+        for line, value in zip(lines.tolist(), block["mask"].tolist(), strict=True):
+            place = int(line) - 2
+            if line == 0:
+                pass
+            elif line != int(line) or not 0 <= place < size:
+                raise MeasurementError(
+                    "value",
+                    path,
+                    f"expected a line of {channel}.csv from 2 to {size + 1}, found {line:g}",
+                    row=file.row_of(done),
+                    column=column,
+                )
+            elif value not in (0, 1):
+                raise MeasurementError(
+                    "value",
+                    path,
+                    f"expected 0 or 1, found {value}",
+                    row=file.row_of(done),
+                    column="mask",
+                )
+            else:
+                mask[place], trusted[place] = value == 1, value == 0
+            done += 1
+    return replace(rows, mask=mask, trusted=trusted)

@@ -1,0 +1,73 @@
+"""Whole turns that a recording lost or gained: counts that start anew, errors a turn too large."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.runs import run_spans
+from arctrue.units import ARCSEC_PER_TURN
+
+Integer = NDArray[np.int64]
+Float = NDArray[np.float64]
+
+
+def without_wraps(error_arcsec: Float) -> tuple[Float, Integer]:
+    """Errors (n,) with whole turns taken off, and the rows that were whole turns away.
+
+    An error is less than half a turn, so each one is brought next to the median of all. The median
+    is taken on the circle, since half of the rows can be a turn away.
+    """
+    within = np.mod(error_arcsec, ARCSEC_PER_TURN) * (2.0 * np.pi / ARCSEC_PER_TURN)
+    mean = float(np.angle(np.mean(np.exp(1j * within)))) * ARCSEC_PER_TURN / (2.0 * np.pi)
+    # Next to the mean on the circle there is no wrap, and the median there is safe of outliers.
+    near = error_arcsec - ARCSEC_PER_TURN * np.round((error_arcsec - mean) / ARCSEC_PER_TURN)
+    usual = float(np.median(near))
+    usual -= ARCSEC_PER_TURN * np.round(usual / ARCSEC_PER_TURN)
+    turns = np.round((error_arcsec - usual) / ARCSEC_PER_TURN)
+    wrapped = np.flatnonzero(turns)
+    return error_arcsec - ARCSEC_PER_TURN * turns if wrapped.size else error_arcsec, wrapped
+
+
+def unwrapped_counts(
+    counts: Integer, run: Integer, time_s: Float, counts_per_rev: int
+) -> tuple[Integer, int]:
+    """Counts (n,) that go on past the turn, and how often they started anew at it.
+
+    Only where all counts lie within one turn and some step is longer than half a turn. Such a step
+    is taken to be the one that fits best to the run's usual speed and the time that has passed.
+    """
+    if counts.size < 3 or int(counts.min()) < 0 or int(counts.max()) >= counts_per_rev:
+        return counts, 0
+    found = counts.copy()
+    wraps = 0
+    for start, end in run_spans(run):
+        step = np.diff(counts[start:end])
+        if step.size == 0 or int(np.abs(step).max()) <= counts_per_rev // 2:
+            continue
+        passed = np.diff(time_s[start:end])
+        short = (np.abs(step) <= counts_per_rev // 2) & (passed > 0.0)
+        if not short.any():
+            continue
+        usual = float(np.median(step[short] / passed[short]))
+        turns = np.round((usual * passed - step) / counts_per_rev).astype(np.int64)
+        turns[np.abs(step) <= counts_per_rev // 2] = 0
+        wraps += int(np.count_nonzero(turns))
+        found[start + 1 : end] += np.cumsum(turns) * counts_per_rev
+    return found, wraps
+
+
+def same_turn(
+    head1_counts: Integer,
+    head2_counts: Integer,
+    run: Integer,
+    counts_per_rev: int,
+    head_separation_deg: float,
+) -> Integer:
+    """Counts of head 2 (n,) brought within half a turn of head 1 + α in each run."""
+    apart = round(head_separation_deg / 360.0 * counts_per_rev)
+    found = head2_counts.copy()
+    for start, end in run_spans(run):
+        away = float(np.median(head2_counts[start:end] - head1_counts[start:end])) - apart
+        found[start:end] -= round(away / counts_per_rev) * counts_per_rev
+    return found

@@ -1,0 +1,264 @@
+"""Finds single rows that a recording got wrong, before any model is fitted.
+
+A row is an outlier if it lies far from the rows around it, alone or with at most two neighbours,
+and if nothing like it happens at the same angle in other revolutions. What a table does is not so:
+a lost count stays, a scratch comes again with the angle and is seen by both heads, a vibration
+goes on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Boolean = NDArray[np.bool_]
+
+FAR_SIGMA = 6.0
+"""Normal noise goes so far once in 5·10⁸ rows."""
+NEAR_SIGMA = 3.0
+"""The rows beside an outlier, and the same angle in other revolutions, stay within this."""
+MOST_ROWS = 3
+"""Off for longer, it may be real."""
+SIDE_ROWS = 2 * MOST_ROWS + 1
+"""Rows on each side whose median is taken: outliers are always the smaller part of them."""
+LEAST_ROWS = 3 * SIDE_ROWS
+"""Of a run or pass in which single rows can be told to be wrong."""
+SCALE_ROWS = 256
+"""Rows that one value of the local scatter is taken over."""
+MOST_SHARE = 0.05
+"""A larger share of outliers is no matter of single rows: the recording is faulty."""
+NORMAL_MAD = 1.4826
+"""Standard deviation of normal noise over its median absolute deviation."""
+LEAST_VISITS = 4
+"""Readings of a station from which a single one can be told to be wrong."""
+SAME_PLACE_ROWS = 1.5
+"""Rows of other revolutions as near as this, in steps between rows, are at the same angle."""
+MOST_COMPARED = 20_000
+"""Rows that are compared with other revolutions; so many outliers are above any sensible share."""
+
+Reason = Literal["mask", "outlier"]
+"""The set masks it, in a column or in mask.csv; or it was found here."""
+
+
+@dataclass(frozen=True)
+class MaskedRow:
+    """A row that is not used: ``row`` is its line in the file, the header being line 1."""
+
+    channel: Literal["capture", "reference"]
+    row: int
+    reason: Reason
+    away_arcsec: float | None = None
+    """How far it lies from the rows around it."""
+
+    def data(self) -> dict[str, str | int | float | None]:
+        """The same for JSON."""
+        return {
+            "channel": self.channel,
+            "row": self.row,
+            "reason": self.reason,
+            "away_arcsec": self.away_arcsec,
+        }
+
+    def __str__(self) -> str:
+        """One line for people."""
+        away = "" if self.away_arcsec is None else f" ({self.away_arcsec:+.2f}″)"
+        return f"{self.channel}.csv, row {self.row}: {self.reason}{away}"
+
+
+def local_scatter(away: Float, resolution: float) -> Float:
+    """Robust standard deviation around each row, (rows,), never below that of all rows.
+
+    The scatter of a stretch of SCALE_ROWS rows and of its neighbours, the largest of the three:
+    noise that is larger over a part of the turn is no stretch of outliers. The median of values
+    with steps of ``resolution`` can be half a step too small.
+    """
+    half = 0.5 * resolution
+    overall = NORMAL_MAD * (float(np.median(np.abs(away))) + half)
+    blocks = away.size // SCALE_ROWS
+    if blocks < 3:
+        return np.full(away.size, overall)
+    whole = np.abs(away[: blocks * SCALE_ROWS]).reshape(blocks, SCALE_ROWS)
+    each = NORMAL_MAD * (np.median(whole, axis=1) + half)
+    padded = np.concatenate([each[:1], each, each[-1:]])
+    largest = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    scatter = np.repeat(largest, SCALE_ROWS)
+    tail = np.full(away.size - scatter.size, largest[-1])
+    return np.asarray(np.maximum(np.concatenate([scatter, tail]), overall))
+
+
+def lonely(away: Float, scatter: Float) -> Boolean:
+    """True where up to MOST_ROWS rows together lie far off and the rows beside them do not.
+
+    ``away``: distance of each row from the rows around it; ``scatter``: its standard deviation
+    there. Shapes (rows,).
+    """
+    found = np.zeros(away.size, dtype=bool)
+    size = np.abs(away)
+    far = np.flatnonzero(size > FAR_SIGMA * scatter)
+    if far.size == 0:
+        return found
+    off = size > NEAR_SIGMA * scatter
+    breaks = np.flatnonzero(np.diff(far) > 1) + 1
+    for group in np.split(far, breaks):
+        first, last = int(group[0]), int(group[-1])
+        while first > 0 and off[first - 1] and last - first < MOST_ROWS:
+            first -= 1
+        while last < away.size - 1 and off[last + 1] and last - first < MOST_ROWS:
+            last += 1
+        if last - first < MOST_ROWS:
+            found[group] = True
+    return found
+
+
+def from_both_sides(values: Float) -> Float:
+    """What the rows before and after each row let expect there, (rows,).
+
+    The mean of the median of the SIDE_ROWS rows before and of those after: exact where the values
+    rise evenly, and not moved by MOST_ROWS wrong rows on each side. The first and the last
+    SIDE_ROWS rows, which have only one side, are returned as they are.
+    """
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
+    apart = SIDE_ROWS // 2 + 1
+    expected = values.copy()
+    inner = np.arange(SIDE_ROWS, values.size - SIDE_ROWS)
+    expected[inner] = 0.5 * (medians[inner - apart] + medians[inner + apart])
+    return expected
+
+
+def far_from_neighbours(
+    values: Float, least: float, resolution: float = 0.0
+) -> tuple[Float, Float]:
+    """Distance of each row from the rows on both sides, and its scatter, never below ``least``.
+
+    ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``.
+    """
+    away = values - from_both_sides(values)
+    return away, np.maximum(local_scatter(away, resolution), least)
+
+
+def repeats(
+    rows: Integer, away: Float, scatter: Float, angle_rad: Float, revolution: Integer
+) -> Boolean:
+    """For each of ``rows``: is something alike at the same angle in other revolutions?
+
+    ``away``, ``scatter``, ``angle_rad``, ``revolution``: shapes (all rows,). True if the median
+    over the other revolutions of what stands there, in the same sense, is beyond NEAR_SIGMA.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size == 0 or rows.size > MOST_COMPARED:
+        return found
+    place = np.mod(angle_rad, 2.0 * np.pi)
+    order = np.argsort(place, kind="stable")
+    sorted_place = place[order]
+    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
+    for number, row in enumerate(rows.tolist()):
+        reach = SAME_PLACE_ROWS * step
+        first = np.searchsorted(sorted_place, place[row] - reach)
+        last = np.searchsorted(sorted_place, place[row] + reach, side="right")
+        there = order[first:last]
+        there = there[revolution[there] != revolution[row]]
+        if there.size == 0:
+            continue
+        same_sense = np.sign(away[row]) * away[there] / scatter[there]
+        turns, inverse = np.unique(revolution[there], return_inverse=True)
+        largest = np.full(turns.size, -np.inf)
+        np.maximum.at(largest, inverse, same_sense)
+        found[number] = float(np.median(largest)) > NEAR_SIGMA
+    return found
+
+
+def seen_by_other_head(
+    rows: Integer, away: Float, scatter: Float, angle_rad: Float, separation_rad: float
+) -> Boolean:
+    """For each of ``rows``: does R₂ − R₁ show the opposite where the other head is there?
+
+    A place on the disc passes head 2 first and head 1 by α later, with opposite sign in R₂ − R₁.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size == 0 or rows.size > MOST_COMPARED:
+        return found
+    place = np.mod(angle_rad, 2.0 * np.pi)
+    order = np.argsort(place, kind="stable")
+    sorted_place = place[order]
+    step = float(np.median(np.abs(np.diff(angle_rad)))) if angle_rad.size > 1 else 0.0
+    for number, row in enumerate(rows.tolist()):
+        for shift in (separation_rad, -separation_rad):
+            at = np.mod(place[row] + shift, 2.0 * np.pi)
+            first = np.searchsorted(sorted_place, at - SAME_PLACE_ROWS * step)
+            last = np.searchsorted(sorted_place, at + SAME_PLACE_ROWS * step, side="right")
+            there = order[first:last]
+            if there.size:
+                opposite = -np.sign(away[row]) * away[there] / scatter[there]
+                found[number] |= bool(opposite.max() > FAR_SIGMA)
+    return found
+
+
+def capture_outliers(
+    difference_arcsec: Float,
+    angle_rad: Float,
+    revolution: Integer,
+    spans: list[tuple[int, int]],
+    separation_rad: float,
+    count_arcsec: float,
+) -> tuple[Boolean, Float]:
+    """Outliers of R₂ − R₁, True where a row is one, and the distance of each row; (rows,)."""
+    away = np.zeros(difference_arcsec.size)
+    scatter = np.ones(difference_arcsec.size)
+    found = np.zeros(difference_arcsec.size, dtype=bool)
+    for start, end in spans:
+        if end - start < LEAST_ROWS:
+            continue
+        away[start:end], scatter[start:end] = far_from_neighbours(
+            difference_arcsec[start:end], count_arcsec, count_arcsec
+        )
+        found[start:end] = lonely(away[start:end], scatter[start:end])
+    rows = np.flatnonzero(found)
+    real = repeats(rows, away, scatter, angle_rad, revolution)
+    real |= seen_by_other_head(rows, away, scatter, angle_rad, separation_rad)
+    found[rows[real]] = False
+    return found, away
+
+
+def station_outliers(
+    error_arcsec: Float, station: Integer, order_of_visit: Integer, least: float
+) -> tuple[Boolean, Float]:
+    """Outliers among readings of stations that were visited LEAST_VISITS times or more.
+
+    ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
+    row; rows of one pass stand together. What a whole pass shows (another temperature, another
+    direction) is taken off by the running median of its rows.
+    """
+    found = np.zeros(error_arcsec.size, dtype=bool)
+    edges = np.flatnonzero(np.diff(order_of_visit)) + 1
+    passes = np.split(np.arange(error_arcsec.size), edges)
+    level = np.empty(error_arcsec.size)
+    for rows in passes:
+        level[rows] = np.median(error_arcsec[rows])
+    error_arcsec = error_arcsec - level
+    visits = np.bincount(station)
+    order = np.argsort(station, kind="stable")
+    ends = np.cumsum(visits)
+    usual = np.array(
+        [
+            np.median(error_arcsec[order[end - count : end]]) if count else 0.0
+            for end, count in zip(ends.tolist(), visits.tolist(), strict=True)
+        ]
+    )
+    away = error_arcsec - usual[station]
+    for rows in passes:
+        if rows.size > SIDE_ROWS:
+            away[rows] -= median_filter(away[rows], size=SIDE_ROWS, mode="nearest")
+        else:
+            away[rows] -= np.median(away[rows])
+    known = visits[station] >= LEAST_VISITS
+    if not known.any():
+        return found, away
+    scatter = max(NORMAL_MAD * float(np.median(np.abs(away[known]))), least)
+    found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter))
+    return found, away

@@ -1,0 +1,106 @@
+"""Columns a row may have beside the measured ones: uncertainty, mask, conditions; and mask.csv."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementError, read_measurement_set, write_measurement_set
+
+TOML = "schema = 1\n"
+REFERENCE = """target_deg,error_arcsec,u_arcsec,mask,elevation_deg,site
+0,1.5,0.2,0,40.5,A
+15,-2.5,0.3,1,41.0,A
+30,0.5,0.2,0, 42e0 ,B
+"""
+
+
+def _write(folder: Path, reference: str = REFERENCE, mask: str = "") -> Path:
+    (folder / "measurement.toml").write_text(TOML, encoding="utf-8")
+    (folder / "reference.csv").write_text(reference, encoding="utf-8")
+    if mask:
+        (folder / "mask.csv").write_text(mask, encoding="utf-8")
+    return folder
+
+
+def test_uncertainty_mask_and_conditions_are_read(tmp_path: Path) -> None:
+    read = read_measurement_set(_write(tmp_path))
+    assert read.reference is not None
+    assert read.reference.u_arcsec is not None
+    assert read.reference.u_arcsec.tolist() == [0.2, 0.3, 0.2]
+    assert read.reference.mask is not None
+    assert read.reference.mask.tolist() == [False, True, False]
+    assert {name: values.tolist() for name, values in read.reference.conditions.items()} == {
+        "elevation_deg": [40.5, 41.0, 42.0]
+    }
+    assert [warning for warning in read.warnings if "site" in warning] == [
+        f"{tmp_path / 'reference.csv'}, row 2, column site: expected a number, found 'A'; "
+        "the column is not used"
+    ]
+
+
+def test_they_are_written_as_they_were_read(tmp_path: Path) -> None:
+    read = read_measurement_set(_write(tmp_path))
+    (tmp_path / "again").mkdir()
+    write_measurement_set(tmp_path / "again", read)
+    again = read_measurement_set(tmp_path / "again")
+    assert again.warnings == ()
+    assert read.reference is not None
+    assert again.reference is not None
+    for name in ("error_arcsec", "u_arcsec", "mask"):
+        assert np.array_equal(getattr(again.reference, name), getattr(read.reference, name)), name
+    assert again.reference.conditions["elevation_deg"].tolist() == [40.5, 41.0, 42.0]
+
+
+@pytest.mark.parametrize("field", ["", "nan", "inf", "0x10", "warm"])
+def test_a_condition_that_is_no_number_somewhere_is_left_out(tmp_path: Path, field: str) -> None:
+    read = read_measurement_set(_write(tmp_path, REFERENCE.replace("41.0", field)))
+    assert read.reference is not None
+    assert read.reference.conditions == {}
+    assert any(
+        f"row 3, column elevation_deg: expected a number, found '{field}'" in warning
+        for warning in read.warnings
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "row", "column", "words"),
+    [
+        ("0.3,1,", "-0.3,1,", 3, "u_arcsec", "expected 0 or more, found -0.3"),
+        ("0.3,1,", "0.3,2,", 3, "mask", "expected 0 or 1, found 2"),
+        ("0.3,1,", "0.3,yes,", 3, "mask", "expected a whole number, found 'yes'"),
+    ],
+)
+def test_bad_uncertainty_or_mask(
+    tmp_path: Path, old: str, new: str, row: int, column: str, words: str
+) -> None:
+    with pytest.raises(MeasurementError) as caught:
+        read_measurement_set(_write(tmp_path, REFERENCE.replace(old, new)))
+    assert (caught.value.row, caught.value.column) == (row, column)
+    assert words in str(caught.value)
+
+
+def test_mask_file_has_the_last_word(tmp_path: Path) -> None:
+    read = read_measurement_set(_write(tmp_path, mask="reference_row,mask\n2,1\n3,0\n"))
+    assert read.reference is not None
+    assert read.reference.mask is not None
+    assert read.reference.mask.tolist() == [True, False, False]
+    assert read.reference.trusted is not None
+    assert read.reference.trusted.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("reference_row,mask\n5,1\n", "row 2, column reference_row: expected a line of reference"),
+        ("reference_row,mask\n1,1\n", "from 2 to 4, found 1"),
+        ("reference_row,mask\n2,7\n", "row 2, column mask: expected 0 or 1, found 7"),
+        ("mask\n1\n", "expected a column capture_row or reference_row"),
+    ],
+)
+def test_a_bad_mask_file_is_told(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(MeasurementError, match=r"mask\.csv") as caught:
+        read_measurement_set(_write(tmp_path, mask=text))
+    assert words in str(caught.value)

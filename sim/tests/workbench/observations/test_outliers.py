@@ -1,0 +1,204 @@
+"""Rows that a recording got wrong are masked and listed; what the table does is kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sim.tests.workbench.small_sets import (
+    ALPHA,
+    ARCSEC,
+    COUNTS_PER_REV,
+    SAMPLES_A_TURN,
+    TURNS,
+    measurement_set,
+    paper_error,
+)
+
+from arctrue.measurement import Capture, MeasurementSet, Reference
+from arctrue.workbench.diagnose.data_faults import data_faults
+from arctrue.workbench.observations.build import observations_of
+
+ROWS = 4 * TURNS * SAMPLES_A_TURN
+SPIKE_ARCSEC = 5.0
+"""Fifty times the noise of a head."""
+
+
+def _with_head2(made: MeasurementSet, rows: NDArray[np.int64], arcsec: float) -> MeasurementSet:
+    assert made.capture is not None
+    counts = made.capture.head2_counts.copy()
+    counts[rows] += round(arcsec * ARCSEC / (2.0 * np.pi) * COUNTS_PER_REV)
+    return replace(made, capture=replace(made.capture, head2_counts=counts))
+
+
+def _masked(made: MeasurementSet, channel: str = "capture") -> list[int]:
+    return [item.row - 2 for item in observations_of(made).masked if item.channel == channel]
+
+
+def test_a_good_set_keeps_every_row() -> None:
+    assert observations_of(measurement_set()).masked == ()
+
+
+def test_each_single_wrong_row_is_masked_and_no_other() -> None:
+    # Not among the first and last seven rows of a run, which have neighbours on one side only.
+    wrong = np.random.default_rng(3).choice(ROWS // 10, 40, replace=False) * 10 + 9
+    wrong[np.mod(wrong, ROWS // 4) < 10] += 10
+    seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
+    assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
+    assert seen.capture is not None
+    assert seen.capture.run.size == ROWS - 40
+    # The distance is what was added, within five standard deviations of R₂ − R₁.
+    for item in seen.masked:
+        assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=5.0 * 0.1 * np.sqrt(2.0))
+
+
+def test_what_comes_again_at_the_same_angle_is_kept() -> None:
+    """Dirt narrower than a row step, on the disc: both heads see it, in every revolution."""
+
+    def dirty(disc: NDArray[np.float64], temperature: object, speed: object) -> object:
+        away = np.angle(np.exp(1j * (disc - 1.0)))
+        dirt = SPIKE_ARCSEC * np.exp(-0.5 * (away / (2.0 * np.pi / SAMPLES_A_TURN)) ** 2)
+        return paper_error(disc, temperature, speed) + dirt  # type: ignore[arg-type]
+
+    assert observations_of(measurement_set(dirty)).masked == ()  # type: ignore[arg-type]
+
+
+def test_dirt_in_a_single_turn_is_kept_because_both_heads_see_it() -> None:
+    made = measurement_set(runs=1, turns=1)
+    assert made.capture is not None
+    angle = made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV)
+    at = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0))))))
+    before = int(np.argmin(np.abs(np.angle(np.exp(1j * (angle - 2.0 + ALPHA))))))
+    # R₂ − R₁ falls where head 1 stands on it and rises where head 2 does.
+    dirty = _with_head2(_with_head2(made, np.array([at]), -SPIKE_ARCSEC), np.array([before]), 5.0)
+    assert _masked(dirty) == []
+    assert _masked(_with_head2(made, np.array([at]), -SPIKE_ARCSEC)) == [at]
+
+
+def test_lost_counts_stay_and_are_kept() -> None:
+    assert _masked(_with_head2(measurement_set(), np.arange(2_000, ROWS), 40.0)) == []
+
+
+def test_noise_three_times_as_large_over_a_part_of_the_turn_is_no_outlier() -> None:
+    random = np.random.default_rng(8)
+    made = measurement_set()
+    assert made.capture is not None
+    angle = np.mod(made.capture.head1_counts * (2.0 * np.pi / COUNTS_PER_REV), 2.0 * np.pi)
+    noisy = np.where(angle < 1.5, 3.0 * 0.1, 0.0) / 0.0772
+    counts = made.capture.head2_counts + np.round(random.normal(0.0, 1.0, ROWS) * noisy)
+    rough = replace(made, capture=replace(made.capture, head2_counts=counts.astype(np.int64)))
+    assert _masked(rough) == []
+
+
+def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -> None:
+    made = measurement_set(cycles=6, reversal_arcsec=2.0)
+    assert made.reference is not None
+    made.reference.error_arcsec[[30, 100]] += [6.0, -4.0]
+    assert _masked(made, "reference") == [30, 100]
+    seen = observations_of(made)
+    assert seen.reference is not None
+    assert seen.reference.run.size == made.reference.error_arcsec.size - 2
+
+
+def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
+    random = np.random.default_rng(2)
+    target = np.linspace(0.0, 40.0, 800)
+    error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, 800)
+    error[400] += 6.0
+    made = MeasurementSet(measurement_set().table, reference=Reference(target, error))
+    assert _masked(made, "reference") == [400]
+
+
+def test_so_many_outliers_are_a_faulty_recording() -> None:
+    # 8 % of the rows, above the 5 % that may be single wrong rows, at least five rows apart.
+    # Some are wrong in another turn too, at the same angle, and are not counted.
+    wrong = np.random.default_rng(6).choice(ROWS // 5, round(0.08 * ROWS), replace=False) * 5
+    seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
+    assert seen.masked == ()
+    (fault,) = data_faults(seen)
+    assert fault.startswith("capture: 7% of the rows are outliers")
+
+
+def test_the_mask_of_the_set_has_the_last_word() -> None:
+    made = _with_head2(measurement_set(), np.array([700, 900]), SPIKE_ARCSEC)
+    assert made.capture is not None
+    mask, trusted = np.zeros(ROWS, dtype=bool), np.zeros(ROWS, dtype=bool)
+    mask[500], trusted[900] = True, True
+    told = replace(made, capture=replace(made.capture, mask=mask, trusted=trusted))
+    reasons = {item.row - 2: item.reason for item in observations_of(told).masked}
+    assert reasons == {500: "mask", 700: "outlier"}
+    kept = observations_of(told, mask_outliers=False)
+    assert [item.row - 2 for item in kept.masked] == [500]
+
+
+def test_columns_follow_the_rows_that_are_left() -> None:
+    made = measurement_set()
+    assert made.capture is not None
+    load = np.arange(ROWS, dtype=float)
+    u = np.full(ROWS, 0.2)
+    mask = np.zeros(ROWS, dtype=bool)
+    mask[1_000] = True
+    capture = replace(made.capture, mask=mask, u_arcsec=u, conditions={"load_nm": load})
+    seen = observations_of(replace(made, capture=capture))
+    assert seen.capture is not None
+    assert seen.capture.conditions["load_nm"].tolist() == np.delete(load, 1_000).tolist()
+    assert seen.capture.u_arcsec is not None
+    assert seen.capture.u_arcsec.size == ROWS - 1
+    assert seen.capture_line(999) == 1_001
+    assert seen.capture_line(1_000) == 1_003
+    part = seen.capture.part(slice(10, 20))
+    assert part.conditions["load_nm"].tolist() == load[10:20].tolist()
+
+
+def _swinging(capture: Capture) -> tuple[Capture, NDArray[np.float64]]:
+    """The same rows at times of a speed that swings by ±40 %, and that speed."""
+    time, speed = capture.time_s.copy(), np.empty(capture.time_s.size)
+    for run in np.unique(capture.run):
+        rows = capture.run == run
+        angle = np.abs(capture.head1_counts[rows] - capture.head1_counts[rows][0])
+        turn = 2.0 * np.pi * angle / COUNTS_PER_REV
+        usual = 2.0 * np.pi * TURNS / float(np.ptp(time[rows]))
+        pace = usual * (1.0 + 0.4 * np.sin(turn / 3.0))
+        middle = 0.5 * (pace[1:] + pace[:-1])
+        time[rows] = time[rows][0] + np.concatenate([[0.0], np.cumsum(np.diff(turn) / middle)])
+        speed[rows] = pace * np.sign(capture.head1_counts[rows][-1] - capture.head1_counts[rows][0])
+    return replace(capture, time_s=time), speed
+
+
+def test_a_speed_that_swings_is_no_fault_and_is_known_in_each_row() -> None:
+    made = measurement_set()
+    assert made.capture is not None
+    capture, speed = _swinging(made.capture)
+    seen = observations_of(replace(made, capture=capture))
+    assert data_faults(seen) == []
+    assert seen.capture is not None
+    # Over 65 rows of 1,200 a turn the sine of 3 turns a period is flat to (0.34/3)²/24 of 40 %,
+    # and at the ends of a run the nearest window stands for 32 rows: 0.17 rad/3 of it.
+    assert np.abs(seen.capture.speed_rad_s / speed - 1.0).max() < 0.04
+    inner = np.ones(ROWS, dtype=bool)
+    for run in range(4):
+        inner[run * 3600 : run * 3600 + 40] = inner[(run + 1) * 3600 - 40 : (run + 1) * 3600] = (
+            False
+        )
+    assert np.abs(seen.capture.speed_rad_s / speed - 1.0)[inner].max() < 0.003
+
+
+def test_an_even_run_has_one_speed() -> None:
+    seen = observations_of(measurement_set())
+    assert seen.capture is not None
+    for run in range(4):
+        assert np.unique(seen.capture.speed_rad_s[seen.capture.run == run]).size == 1
+    assert seen.capture.speed_rad_s[0] == pytest.approx(np.radians(30.0), rel=1e-3)
+
+
+def test_missing_rows_with_their_time_stamps_are_no_fault() -> None:
+    made = measurement_set()
+    assert made.capture is not None
+    left = np.ones(ROWS, dtype=bool)
+    left[np.random.default_rng(4).choice(ROWS, 300, replace=False)] = False
+    left[5_000:5_060] = False
+    gone = replace(made, capture=made.capture.where(left))
+    assert data_faults(observations_of(gone)) == []
+    assert observations_of(gone).masked == ()
