@@ -11,7 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from scripts.bitstream_database import Chip
+from scripts.bitstream_features import Features, bits_of_frames
 from scripts.bitstream_job import Job, TimingError, Tool, Top, all_found
+from scripts.bitstream_pins import check_pins_driven
+from scripts.bitstream_routes import Routes
+from scripts.bitstream_ties import tie_constants
 from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
@@ -120,19 +125,30 @@ def _run_step(job: Job, name: str, command: Sequence[str]) -> None:
         raise _failed(command[0], log, told)
 
 
-def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> tuple[Path, str]:
-    """Run nextpnr; the FASM file and a sentence about the timing.
+@dataclass(frozen=True)
+class Routed:
+    """What place and route makes: FASM, the placed netlist, a sentence about the timing."""
+
+    fasm: Path
+    netlist: Path
+    timing: str
+
+
+def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
+    """Run nextpnr.
 
     Raises ToolError when nextpnr fails or times nothing, TimingError when a clock is too slow.
     """
     fasm = job.folder / "arctrue.fasm"
+    routed = job.folder / "arctrue.routed.json"
     command = [nextpnr]
     if is_himbaechel(nextpnr):
         command += ["--device", job.part, *(["--chipdb", chipdb] if chipdb else [])]
         command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}"]
     else:
         command += ["--chipdb", str(chipdb), "--xdc", str(job.pins), "--fasm", str(fasm)]
-    command += ["--json", str(netlist), "--freq", str(job.top.clock_mhz)]
+    command += ["--json", str(netlist), "--write", str(routed)]
+    command += ["--freq", str(job.top.clock_mhz)]
     log = job.reports / "nextpnr.log"
     code, told = _run(command, log)
     clocks = timing_of(told)
@@ -147,10 +163,12 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
         raise _failed(nextpnr, log, told)
     if not clocks:
         raise ToolError(f"nextpnr timed no clock; see {log}")
-    if not fasm.exists():
-        raise ToolError(f"nextpnr wrote no {fasm}; see {log}")
+    for made in (fasm, routed):
+        if not made.exists():
+            raise ToolError(f"nextpnr wrote no {made}; see {log}")
     reached = ", ".join(f"{clock} {value:g} MHz" for clock, (value, _) in clocks.items())
-    return fasm, f"nextpnr's estimate, which times no block RAM, DSP or PS7 in full: {reached}"
+    timing = f"nextpnr's estimate, which times no block RAM, DSP or PS7 in full: {reached}"
+    return Routed(fasm, routed, timing)
 
 
 @dataclass(frozen=True)
@@ -181,6 +199,33 @@ def find_open_tools(part: str) -> OpenTools:
     return OpenTools(nextpnr, chipdb, frames2bit, family, next(iter(fasm2frames), None))
 
 
+def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
+    """The frames of what was routed, with the DSPs' constants tied and every pin's driver checked.
+
+    Raises ToolError for a feature that the database lacks and for a pin that nothing drives.
+    """
+    chip = Chip(tools.family, job.part)
+    fasm = job.folder / "arctrue.tied.fasm"
+    tie_constants(routed.fasm, routed.netlist, chip, fasm)
+    frames = job.folder / "arctrue.frames"
+    if tools.fasm2frames:
+        options = ["--part", job.part, "--db-root", str(tools.family), str(fasm), str(frames)]
+        _run_step(job, "fasm2frames", [tools.fasm2frames, *options])
+    else:
+        frames_of(fasm, chip).write(frames)
+    check_pins_driven(Routes(Features(chip, bits_of_frames(frames))))
+    return frames
+
+
+def write_bitstream_of(job: Job, tools: OpenTools, routed: Routed) -> None:
+    """From what was routed to the bitstream. Raises ToolError for a step that fails."""
+    frames = write_frames(job, tools, routed)
+    options = ["--part_file", str(tools.family / job.part / "part.yaml")]
+    options += ["--part_name", job.part, "--frm_file", str(frames)]
+    options += ["--output_file", str(job.bitstream)]
+    _run_step(job, "xc7frames2bit", [tools.frames2bit, *options])
+
+
 def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
     """From the mapped netlist to the bitstream; a sentence about the timing.
 
@@ -188,19 +233,10 @@ def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
     """
     log = job.reports / "nextpnr.log"
     print(f"bitstream: place and route ({Path(tools.nextpnr).name}); log: {log}", flush=True)
-    fasm, timing = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
+    routed = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
     print("bitstream: frames and bitstream (Project X-Ray)", flush=True)
-    frames = job.folder / "arctrue.frames"
-    if tools.fasm2frames:
-        options = ["--part", job.part, "--db-root", str(tools.family), str(fasm), str(frames)]
-        _run_step(job, "fasm2frames", [tools.fasm2frames, *options])
-    else:
-        frames_of(fasm, tools.family, job.part).write(frames)
-    options = ["--part_file", str(tools.family / job.part / "part.yaml")]
-    options += ["--part_name", job.part, "--frm_file", str(frames)]
-    options += ["--output_file", str(job.bitstream)]
-    _run_step(job, "xc7frames2bit", [tools.frames2bit, *options])
-    return timing
+    write_bitstream_of(job, tools, routed)
+    return routed.timing
 
 
 def run_open(job: Job) -> str:

@@ -9,13 +9,13 @@ bank too, which is not done here but refused: constraints/ has none.
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
+from scripts.bitstream_database import Chip
 from scripts.bitstream_file import WORDS_A_FRAME
 from scripts.netlist import ToolError
 
@@ -29,104 +29,42 @@ FEATURE = re.compile(
 )
 BASES: Final = {"b": 2, "h": 16, "d": 10, None: 10}
 
-Bit = tuple[int, int, bool]
-"""Frame within the tile, bit within the tile's words, set or cleared."""
-
-
-def _bits(text: str) -> list[Bit]:
-    """``28_05 !27_11``: frame_bit, with ! cleared."""
-    found = []
-    for word in text.split():
-        frame, _, bit = word.removeprefix("!").partition("_")
-        found.append((int(frame), int(bit), not word.startswith("!")))
-    return found
-
-
-class TileType:
-    """What the features of one type of tile set, by kind of frames; read from its files."""
-
-    def __init__(self, family: Path, name: str) -> None:
-        """``family``: the database's folder of the family."""
-        lower = name.lower()
-        self.features: dict[str, tuple[str, list[Bit]]] = {}
-        for kind, file in (
-            ("CLB_IO_CLK", f"segbits_{lower}.db"),
-            ("BLOCK_RAM", f"segbits_{lower}.block_ram.db"),
-        ):
-            for feature, bits in self._entries(family / file):
-                self.features[feature] = (kind, _bits(bits))
-        # Connections that are always there, or are made by others: they set nothing.
-        self.without_bits = {feature for feature, _ in self._entries(family / f"ppips_{lower}.db")}
-
-    @staticmethod
-    def _entries(path: Path) -> Iterator[tuple[str, str]]:
-        if path.exists():
-            for line in path.read_text(encoding="ascii").splitlines():
-                entry, _, rest = line.partition(" ")
-                if entry:
-                    yield entry.partition(".")[2], rest
-
-    def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
-        """Kind of frames and bits; without any where the feature sets nothing; None: unknown."""
-        if feature in self.without_bits:
-            return "", []
-        if not index and feature in self.features:
-            return self.features[feature]
-        for digits in (1, 2, 3):
-            found = self.features.get(f"{feature}[{index or 0:0{digits}d}]")
-            if found:
-                return found
-        return None
-
 
 class Frames:
     """The frames of a chip, all zero at first."""
 
-    def __init__(self, family: Path, part: str) -> None:
-        """``family``: the database's folder. Raises ToolError when it lacks the part."""
-        grids = [
-            path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
-        ]
-        if not grids:
-            raise ToolError(f"{family} has no tilegrid.json for the part {part}")
-        self.family = family
-        self.part = part
-        self.tiles: dict[str, Any] = json.loads(grids[0].read_text(encoding="utf-8"))
-        self.types: dict[str, TileType] = {}
+    def __init__(self, chip: Chip) -> None:
+        """``chip``: by the database."""
+        self.chip = chip
         self.set_by: dict[tuple[int, int, bool], str] = {}
         self.words: dict[int, list[int]] = {}
-        for tile in self.tiles.values():
+        for tile in self.chip.tiles.values():
             for block in tile["bits"].values():
                 base = int(block["baseaddr"], 16)
                 for address in range(base, base + block["frames"]):
                     self.words.setdefault(address, [0] * WORDS_A_FRAME)
 
-    def _type(self, name: str) -> TileType:
-        if name not in self.types:
-            self.types[name] = TileType(self.family, name)
-        return self.types[name]
-
     def enable(self, tile_name: str, feature: str, index: int | None, line: str) -> bool:
         """False: the database does not know it. Raises ToolError where two features disagree."""
-        tile = self.tiles.get(tile_name)
+        tile = self.chip.tiles.get(tile_name)
         if tile is None:
             return False
-        own = self._type(tile["type"])
+        own = self.chip.type_of(tile_name)
         if feature in own.without_bits:
             return True
-        aliases = [block["alias"] for block in tile["bits"].values() if "alias" in block]
-        if aliases:
-            # A tile at the chip's edge has one site of two and takes the bits of the whole type.
-            own = self._type(aliases[0]["type"])
+        start = 0
+        alias = self.chip.alias(tile_name)
+        if alias:
+            own, sites, start = alias
             site, dot, rest = feature.partition(".")
-            feature = aliases[0]["sites"].get(site, site) + dot + rest
+            feature = sites.get(site, site) + dot + rest
         found = own.find(feature, index)
         if found is None:
             return False
         kind, bits = found
         for frame, bit, is_set in bits:
             block = tile["bits"][kind]
-            first_word = block["offset"] - block.get("alias", {}).get("start_offset", 0)
+            first_word = block["offset"] - start
             self._put(
                 int(block["baseaddr"], 16) + frame, first_word * WORD_BITS + bit, is_set, line
             )
@@ -168,8 +106,8 @@ class Frames:
             ]
         if unknown:
             raise ToolError(
-                f"{len(unknown)} features are not in {self.family} for {self.part}; the first:\n"
-                + "\n".join(unknown[:SHOWN])
+                f"{len(unknown)} features are not in {self.chip.family} for {self.chip.part}; "
+                "the first:\n" + "\n".join(unknown[:SHOWN])
             )
 
     def write(self, path: Path) -> None:
@@ -189,10 +127,10 @@ def _indices(found: re.Match[str]) -> list[int | None]:
     return [low + place for place in range(value.bit_length()) if value >> place & 1]
 
 
-def frames_of(fasm: Path, family: Path, part: str) -> Frames:
+def frames_of(fasm: Path, chip: Chip) -> Frames:
     """The frames of a FASM file and of what the part asks for besides. Raises ToolError."""
-    frames = Frames(family, part)
-    required = family / part / "required_features.fasm"
+    frames = Frames(chip)
+    required = chip.family / chip.part / "required_features.fasm"
     for path in (fasm, required):
         if path == fasm or path.exists():
             with path.open(encoding="ascii") as lines:
@@ -209,7 +147,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("frames", type=Path)
     chosen = parser.parse_args(arguments)
     try:
-        frames_of(chosen.fasm, chosen.db_root, chosen.part).write(chosen.frames)
+        frames_of(chosen.fasm, Chip(chosen.db_root, chosen.part)).write(chosen.frames)
     except (ToolError, OSError, ValueError) as error:
         print(f"fasm_frames: {error}", file=sys.stderr)
         return 2

@@ -14,37 +14,69 @@ from scripts.netlist import (
     write_netlist,
 )
 
-SMALL_TOP = Top("small_zynq_top", 100, {"PS7": 1, "BUFG": 1})
-# The processor side with something behind it that is small: what is written is read back.
+SMALL_TOP = Top("small_zynq_top", 100, {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1})
+# The processor side with one of each kind of cell behind it: what is written goes to a block RAM
+# with contents, what is read there is a factor of a DSP's product, and a shift register interrupts.
 VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
 
 entity small_zynq_top is
   port (led_alive, led_written : out std_ulogic);
 end entity small_zynq_top;
 
 architecture rtl of small_zynq_top is
+  constant WORDS : positive := 1024;
+  type memory_type is array (0 to WORDS - 1) of std_ulogic_vector(17 downto 0);
+  function squares return memory_type is
+    variable contents : memory_type;
+  begin
+    for word in contents'range loop
+      contents(word) := std_ulogic_vector(to_unsigned(word * word mod 2 ** 18, 18));
+    end loop;
+    return contents;
+  end function squares;
+  signal memory : memory_type := squares;
   signal clock, reset : std_ulogic;
   signal awvalid, wvalid, bvalid, arvalid, rvalid : std_ulogic;
-  signal wdata, word : std_ulogic_vector(31 downto 0);
+  signal awaddr, araddr : std_ulogic_vector(17 downto 0);
+  signal wdata, rdata, word : std_ulogic_vector(31 downto 0);
+  signal read : std_ulogic_vector(17 downto 0);
+  signal factor1 : signed(24 downto 0) := (others => '0');
+  signal factor2 : signed(17 downto 0) := (others => '0');
+  signal product : signed(42 downto 0) := (others => '0');
+  signal sum : signed(47 downto 0) := (others => '0');
+  signal delayed : std_ulogic_vector(31 downto 0) := (others => '0');
 begin
   processor : entity work.zynq_processor
     port map (
-      clock => clock, reset => reset, interrupt => word(1),
-      m_axil_awvalid => awvalid, m_axil_awready => '1', m_axil_awaddr => open,
+      clock => clock, reset => reset, interrupt => delayed(31),
+      m_axil_awvalid => awvalid, m_axil_awready => '1', m_axil_awaddr => awaddr,
       m_axil_wvalid => wvalid, m_axil_wready => '1', m_axil_wdata => wdata, m_axil_wstrb => open,
       m_axil_bvalid => bvalid, m_axil_bready => open, m_axil_bresp => "00",
-      m_axil_arvalid => arvalid, m_axil_arready => '1', m_axil_araddr => open,
-      m_axil_rvalid => rvalid, m_axil_rready => open, m_axil_rdata => word, m_axil_rresp => "00");
+      m_axil_arvalid => arvalid, m_axil_arready => '1', m_axil_araddr => araddr,
+      m_axil_rvalid => rvalid, m_axil_rready => open, m_axil_rdata => rdata, m_axil_rresp => "00");
   process (clock) is
   begin
     if rising_edge(clock) then
       bvalid <= awvalid and wvalid;
       rvalid <= arvalid;
+      read <= memory(to_integer(unsigned(araddr(11 downto 2))));
       if wvalid = '1' then
         word <= wdata;
+        memory(to_integer(unsigned(awaddr(11 downto 2)))) <= wdata(17 downto 0);
       end if;
+      factor1 <= signed(word(24 downto 0));
+      factor2 <= signed(read);
+      product <= factor1 * factor2;
+      sum <= resize(product, 48) + signed(word);
+      delayed <= delayed(30 downto 0) & word(1);
+      case araddr(13 downto 12) is
+        when "00" => rdata <= std_ulogic_vector(sum(31 downto 0));
+        when "01" => rdata <= word(15 downto 0) & std_ulogic_vector(sum(47 downto 32));
+        when others => rdata <= std_ulogic_vector(resize(signed(read), 32));
+      end case;
     end if;
   end process;
   leds : entity work.status_leds
@@ -54,6 +86,11 @@ begin
       led_compensation => open);
 end architecture rtl;
 """
+PINS = "".join(
+    f"set_property LOC {pin} [get_ports {port}]\n"
+    f"set_property IOSTANDARD LVCMOS33 [get_ports {port}]\n"
+    for port, pin in {"led_alive": "R14", "led_written": "P14"}.items()
+)
 
 
 def netlist_of_small_top(folder: Path) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scripts.bitstream_database import Chip
 from scripts.fasm_frames import frames_of, main
 from scripts.netlist import ToolError
 from sim.tests.device_build.fake_tools import PART, add_database
@@ -15,7 +16,8 @@ def words(folder: Path, fasm: str) -> dict[int, dict[int, int]]:
     file = folder / "made.fasm"
     file.write_text(fasm, encoding="ascii")
     family = folder / "prjxray-db" / "zynq7"
-    frames = frames_of(file, family if family.exists() else add_database(folder), PART)
+    chip = Chip(family if family.exists() else add_database(folder), PART)
+    frames = frames_of(file, chip)
     assert {len(frame) for frame in frames.words.values()} == {101}
     return {
         address: {place: word for place, word in enumerate(frame) if word}

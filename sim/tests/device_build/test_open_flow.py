@@ -145,7 +145,7 @@ def test_a_tool_that_fails_is_named_with_the_end_of_its_log(
     assert run(bench) == 2
     error = capsys.readouterr().err
     assert "1 features are not in" in error
-    assert "arctrue.fasm:2: PSS2_X1.PS7.OTHER" in error
+    assert "arctrue.tied.fasm:2: PSS2_X1.PS7.OTHER" in error
 
 
 def test_a_placement_without_timing_is_refused(

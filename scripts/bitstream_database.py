@@ -1,0 +1,231 @@
+"""Project X-Ray's database of a chip: tiles, what their bits mean, their wires and connections.
+
+The files and their meaning are Project X-Ray's (its documentation, "Database"): ``tilegrid.json``
+(tiles and where their bits lie), ``segbits_*.db`` (feature to bits), ``ppips_*.db`` (connections
+without bits: there always, or where nothing else drives the wire), ``tile_type_*.json`` (sites,
+their pins and the tile's connections), ``tileconn.json`` (which wires of neighbours are one).
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+from scripts.netlist import ToolError
+
+Bit = tuple[int, int, bool]
+"""Frame within the tile, bit within the tile's words, set or cleared."""
+Wire = tuple[str, str]
+"""Tile and wire."""
+
+ALWAYS: Final = "always"
+DEFAULT: Final = "default"
+
+
+def _bits(text: str) -> list[Bit]:
+    """``28_05 !27_11``: frame_bit, with ! cleared."""
+    found = []
+    for word in text.split():
+        frame, _, bit = word.removeprefix("!").partition("_")
+        found.append((int(frame), int(bit), not word.startswith("!")))
+    return found
+
+
+class TileType:
+    """What the features of one type of tile set, by kind of frames; read from its files."""
+
+    def __init__(self, family: Path, name: str) -> None:
+        """``family``: the database's folder of the family."""
+        lower = name.lower()
+        self.family = family
+        self.name = name
+        self.features: dict[str, tuple[str, list[Bit]]] = {}
+        for kind, file in (
+            ("CLB_IO_CLK", f"segbits_{lower}.db"),
+            ("BLOCK_RAM", f"segbits_{lower}.block_ram.db"),
+        ):
+            for feature, bits in self._entries(family / file):
+                self.features[feature] = (kind, _bits(bits))
+        # Connections that are always there, or are made by others: they set nothing.
+        self.without_bits = dict(self._entries(family / f"ppips_{lower}.db"))
+
+    @staticmethod
+    def _entries(path: Path) -> Iterator[tuple[str, str]]:
+        if path.exists():
+            for line in path.read_text(encoding="ascii").splitlines():
+                entry, _, rest = line.partition(" ")
+                if entry:
+                    yield entry.partition(".")[2], rest
+
+    def find(self, feature: str, index: int | None) -> tuple[str, list[Bit]] | None:
+        """Kind of frames and bits; without any where the feature sets nothing; None: unknown."""
+        if feature in self.without_bits:
+            return "", []
+        if not index and feature in self.features:
+            return self.features[feature]
+        for digits in (1, 2, 3):
+            found = self.features.get(f"{feature}[{index or 0:0{digits}d}]")
+            if found:
+                return found
+        return None
+
+    @cached_property
+    def by_bit(self) -> dict[tuple[str, int, int], list[str]]:
+        """Kind, frame and bit to the features whose first set bit it is."""
+        found: dict[tuple[str, int, int], list[str]] = defaultdict(list)
+        for name, (kind, bits) in self.features.items():
+            first = next((bit for bit in bits if bit[2]), None)
+            if first:
+                found[kind, first[0], first[1]].append(name)
+        return found
+
+    @cached_property
+    def _tile(self) -> dict[str, Any]:
+        path = self.family / f"tile_type_{self.name}.json"
+        if not path.exists():
+            return {"pips": {}, "sites": []}
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return found
+
+    @cached_property
+    def sites(self) -> list[dict[str, Any]]:
+        """The type's sites: ``name``, ``type``, ``prefix`` and ``site_pins`` (pin to ``wire``)."""
+        return [
+            {
+                **site,
+                "site_pins": {
+                    pin: entry["wire"] if isinstance(entry, dict) else entry
+                    for pin, entry in site["site_pins"].items()
+                    if entry
+                },
+            }
+            for site in self._tile["sites"]
+        ]
+
+    @cached_property
+    def pips(self) -> dict[str, set[str]]:
+        """Wire to the wires that can drive it within the tile."""
+        found: dict[str, set[str]] = defaultdict(set)
+        for pip in self._tile["pips"].values():
+            found[pip["dst_wire"]].add(pip["src_wire"])
+            if pip["is_directional"] == "0":
+                found[pip["src_wire"]].add(pip["dst_wire"])
+        return found
+
+    @cached_property
+    def permanent(self) -> dict[str, str]:
+        """Wire to what always drives it."""
+        return dict(
+            entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == ALWAYS
+        )
+
+    @cached_property
+    def defaults(self) -> dict[str, str]:
+        """Wire to what drives it where no feature does: documented, or the choice of all zeros."""
+        found = {
+            destination: source
+            for destination, _, source in (
+                name.partition(".")
+                for name, (_, bits) in self.features.items()
+                if bits and not any(bit[2] for bit in bits)
+            )
+            if source in self.pips.get(destination, ())
+        }
+        documented = (
+            entry.split(".", 1) for entry, kind in self.without_bits.items() if kind == DEFAULT
+        )
+        return found | dict(documented)
+
+    @cached_property
+    def driven_by_pin(self) -> dict[str, tuple[int, str]]:
+        """Wire to the site (its place in ``sites``) and the output pin that drives it."""
+        found = {}
+        for place, site in enumerate(self.sites):
+            path = self.family / f"site_type_{site['type']}.json"
+            directions = json.loads(path.read_text(encoding="utf-8"))["site_pins"]
+            for pin, wire in site["site_pins"].items():
+                if directions[pin]["direction"] == "OUT":
+                    found[wire] = (place, pin)
+        return found
+
+
+class Chip:
+    """The tiles of a part, their types and how their wires meet."""
+
+    def __init__(self, family: Path, part: str) -> None:
+        """``family``: the database's folder. Raises ToolError when it lacks the part."""
+        grids = [
+            path for path in family.glob("*/tilegrid.json") if part.startswith(path.parent.name)
+        ]
+        if not grids:
+            raise ToolError(f"{family} has no tilegrid.json for the part {part}")
+        self.family = family
+        self.part = part
+        self.folder = grids[0].parent
+        self.tiles: dict[str, Any] = json.loads(grids[0].read_text(encoding="utf-8"))
+        self._types: dict[str, TileType] = {}
+
+    def type(self, name: str) -> TileType:
+        """A type of tile by its name."""
+        if name not in self._types:
+            self._types[name] = TileType(self.family, name)
+        return self._types[name]
+
+    def type_of(self, tile: str) -> TileType:
+        """The type of a tile."""
+        return self.type(self.tiles[tile]["type"])
+
+    def alias(self, tile: str) -> tuple[TileType, dict[str, str], int] | None:
+        """The type whose bits a tile at the chip's edge takes, its sites' names there, first word.
+
+        Such a tile has one site of two.
+        """
+        for block in self.tiles[tile]["bits"].values():
+            if "alias" in block:
+                alias = block["alias"]
+                return self.type(alias["type"]), alias["sites"], alias["start_offset"]
+        return None
+
+    @cached_property
+    def at(self) -> dict[tuple[int, int], str]:
+        """Column and row of the grid to the tile."""
+        return {(tile["grid_x"], tile["grid_y"]): name for name, tile in self.tiles.items()}
+
+    @cached_property
+    def of_site(self) -> dict[str, str]:
+        """Site to its tile."""
+        return {site: name for name, tile in self.tiles.items() for site in tile.get("sites", {})}
+
+    @cached_property
+    def _joints(self) -> dict[tuple[str, str], list[tuple[int, int, str, str]]]:
+        """Type and wire to the wires of neighbours that are the same: where, type, wire."""
+        path = self.folder / "tileconn.json"
+        found: dict[tuple[str, str], list[tuple[int, int, str, str]]] = defaultdict(list)
+        for entry in json.loads(path.read_text(encoding="utf-8")):
+            right, down = entry["grid_deltas"]
+            one, other = entry["tile_types"]
+            for here, there in entry["wire_pairs"]:
+                found[one, here].append((right, down, other, there))
+                found[other, there].append((-right, -down, one, here))
+        return found
+
+    def node(self, wire: Wire) -> set[Wire]:
+        """All the wires that are one with ``wire``."""
+        found = {wire}
+        waiting = [wire]
+        while waiting:
+            tile_name, name = waiting.pop()
+            tile = self.tiles[tile_name]
+            for right, down, other_type, other_wire in self._joints.get((tile["type"], name), ()):
+                other = self.at.get((tile["grid_x"] + right, tile["grid_y"] + down))
+                if other is None or self.tiles[other]["type"] != other_type:
+                    continue
+                entry = (other, other_wire)
+                if entry not in found:
+                    found.add(entry)
+                    waiting.append(entry)
+        return found

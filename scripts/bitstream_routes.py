@@ -1,0 +1,83 @@
+"""Follows the wires of a configured chip from where a signal ends to what drives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scripts.bitstream_database import Chip, Wire
+from scripts.bitstream_features import Features
+from scripts.netlist import ToolError
+
+TIE_OFF = {"HARD0": 0, "HARD1": 1}
+"""Output pins of the sites of type TIEOFF."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What drives a wire: a pin of a site, or a constant (``level``)."""
+
+    tile: str = ""
+    site: int = 0
+    pin: str = ""
+    level: int | None = None
+
+
+class Routes:
+    """Sources of wires, each looked for once."""
+
+    def __init__(self, features: Features) -> None:
+        """``features``: of the whole chip."""
+        self.features = features
+        self.chip: Chip = features.chip
+        self._known: dict[Wire, Source | None] = {}
+
+    def source(self, tile: str, wire: str) -> Source | None:
+        """What drives a wire; None where nothing does.
+
+        Raises ToolError where two do, or where a wire drives itself.
+        """
+        passed: list[set[Wire]] = []
+        seen: set[Wire] = set()
+        at: Wire | None = (tile, wire)
+        found: Source | None = None
+        while at is not None:
+            if at in self._known:
+                found = self._known[at]
+                break
+            node = self.chip.node(at)
+            if seen & node:
+                raise ToolError(f"{tile}: {wire} is driven by itself, by way of {at[0]}/{at[1]}")
+            seen |= node
+            passed.append(node)
+            at, found = self._step(node)
+        for node in passed:
+            for entry in node:
+                self._known[entry] = found
+        return found
+
+    def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
+        """The wire before a node, or the pin that drives it, or neither."""
+        chosen: set[Wire] = set()
+        default: set[Wire] = set()
+        pins: set[Source] = set()
+        for tile, wire in node:
+            own = self.chip.type_of(tile)
+            driver = self.features.drivers(tile).get(wire)
+            if driver is None and wire not in own.driven_by_pin:
+                # Where there is a pin too, the connection is the way through its site.
+                driver = own.permanent.get(wire)
+            if driver is not None:
+                chosen.add((tile, driver))
+            elif wire in own.defaults:
+                default.add((tile, own.defaults[wire]))
+            if wire in own.driven_by_pin:
+                site, pin = own.driven_by_pin[wire]
+                level = TIE_OFF.get(pin) if own.sites[site]["type"] == "TIEOFF" else None
+                pins.add(Source(level=level) if level is not None else Source(tile, site, pin))
+        if not chosen and not pins:
+            chosen = default
+        if len(chosen) + len(pins) > 1:
+            told = sorted(f"{tile}/{wire}" for tile, wire in chosen)
+            told += sorted(f"pin {pin.pin} in {pin.tile}" for pin in pins)
+            raise ToolError(f"{sorted(node)[0]} is driven by {' and '.join(told)}")
+        return next(iter(chosen), None), next(iter(pins), None)

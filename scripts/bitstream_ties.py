@@ -1,0 +1,120 @@
+"""Ties the constant pins of every DSP48E1 that place and route leaves open.
+
+nextpnr-himbaechel 0.11.1 (and nextpnr-xilinx: openXC7/nextpnr-xilinx, pull request 159) writes
+neither a tie-off nor an inverter bit for constants at INMODE, ALUMODE2, ALUMODE3 and OPMODE6. On
+hardware such a design multiplied wrongly. What belongs there, as (connection to ground, connection
+to the supply, ``ZIS_…_INVERTED``, which is set where the pin is *not* inverted), is 1 0 1 for a
+constant 0 and 0 1 1 for a constant 1; the same pull request has it from Vivado on two parts. The
+database tells which pins have these connections, the routed netlist which constant each asks for.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from scripts.bitstream_database import Chip, TileType
+from scripts.netlist import ToolError
+
+SUPPLIES: Final = ("GND", "VCC")
+"""The level is the place."""
+PLACE: Final = re.compile(r"X(?P<column>\d+)Y(?P<row>\d+)/DSP48_X\d+Y(?P<half>\d+)\.DSP48E1")
+"""himbaechel: a tile of the grid and the site within it."""
+SITE: Final = re.compile(r"(?P<site>DSP48_X\d+Y(?P<half>\d+))/DSP48E1")
+"""nextpnr-xilinx: a site of the chip; each tile has two."""
+TIED: Final = re.compile(r"DSP_(?P<half>\d)_(?P<pin>\w+)\.DSP_(?P<supply>GND|VCC)_[LR]")
+BIT: Final = re.compile(r"(?P<port>[A-Z]+)(?P<bit>\d*)")
+
+
+def tie_feature(own: TileType, half: int, pin: str, level: int) -> str:
+    """The feature of a DSP's tile that connects a pin to ground (0) or to the supply (1)."""
+    side = own.name[-1]
+    return f"DSP_{half}_{pin}.DSP_{SUPPLIES[level]}_{side}"
+
+
+def inverter_feature(own: TileType, half: int, pin: str) -> str | None:
+    """The feature that is set where a pin is not inverted; None where it cannot be inverted."""
+    found = BIT.fullmatch(pin)
+    assert found
+    name = f"DSP48.DSP_{half}.ZIS_{found['port']}_INVERTED"
+    feature = f"{name}[{found['bit']}]" if found["bit"] else name
+    return feature if feature in own.features else None
+
+
+def tied_pins(own: TileType, half: int) -> list[str]:
+    """The pins of a DSP that the database can tie to ground and to the supply."""
+    return sorted(
+        found["pin"]
+        for found in map(TIED.fullmatch, own.features)
+        if found and int(found["half"]) == half and found["supply"] == "GND"
+    )
+
+
+def _tile_of(chip: Chip, cell: str, placed: str) -> tuple[str, int]:
+    """Tile and half (0 or 1) of a placed DSP. Raises ToolError."""
+    by_grid, by_site = PLACE.fullmatch(placed), SITE.fullmatch(placed)
+    if by_grid:
+        tile = chip.at.get((int(by_grid["column"]), int(by_grid["row"])), "")
+    else:
+        tile = chip.of_site.get(by_site["site"], "") if by_site else ""
+    if not tile or not chip.tiles[tile]["type"].startswith("DSP_"):
+        raise ToolError(f"the DSP48E1 {cell} is placed at '{placed}', where no DSP tile is known")
+    half = by_grid or by_site
+    assert half
+    return tile, int(half["half"]) % 2
+
+
+def _constants(module: dict[str, Any]) -> dict[int, int]:
+    """Nets of a routed netlist that are a constant, to its level."""
+    found = {}
+    for level, supply in enumerate(SUPPLIES):
+        for bit in module["netnames"].get(f"$PACKER_{supply}_NET", {"bits": []})["bits"]:
+            found[bit] = level
+    return found
+
+
+def _is_inverted(cell: dict[str, Any], pin: str) -> bool:
+    found = BIT.fullmatch(pin)
+    assert found
+    port, bit = found["port"], int(found["bit"] or 0)
+
+    def parameter(name: str) -> int:
+        return int(str(cell["parameters"].get(name, "0")), 2)
+
+    one = parameter(f"IS_{port}[{bit}]_INVERTED") & 1
+    return bool(one or parameter(f"IS_{port}_INVERTED") >> bit & 1)
+
+
+def ties(routed: Path, chip: Chip) -> list[str]:
+    """The lines of FASM that the constant pins of the DSPs of a routed netlist need.
+
+    Raises ToolError for a netlist that is not placed.
+    """
+    modules = json.loads(routed.read_text(encoding="utf-8"))["modules"]
+    lines = []
+    for module in modules.values():
+        constants = _constants(module)
+        for name, cell in module["cells"].items():
+            if not cell["type"].startswith("DSP48E1"):
+                continue
+            tile, half = _tile_of(chip, name, str(cell["attributes"].get("NEXTPNR_BEL", "")))
+            own = chip.type_of(tile)
+            for pin in tied_pins(own, half):
+                bits = cell["connections"].get(pin, [])
+                if not bits or bits[0] not in constants:
+                    continue
+                level = constants[bits[0]] ^ _is_inverted(cell, pin)
+                features = (tie_feature(own, half, pin, level), inverter_feature(own, half, pin))
+                lines += [f"{tile}.{feature}" for feature in features if feature]
+    return lines
+
+
+def tie_constants(fasm: Path, routed: Path, chip: Chip, tied: Path) -> int:
+    """Write ``tied``: the lines of ``fasm`` and what the DSPs' constants need; how many lines."""
+    lines = ties(routed, chip)
+    text = fasm.read_text(encoding="ascii")
+    added = "".join(f"{line}\n" for line in lines)
+    tied.write_text(f"{text}\n# constant pins of the DSPs\n{added}", encoding="ascii")
+    return len(lines)
