@@ -17,6 +17,7 @@ FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
+GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_map.py)
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
@@ -34,8 +35,8 @@ generate: build/generated/.made ## registers (VHDL, C, Python, HTML) and number 
 ifeq ($(wildcard sim/arctrue/generated/number_formats.py),)
 .PHONY: build/generated/.made
 endif
-build/generated/.made: scripts/generate.py rtl/formats/number_formats_pkg.vhd $(REGISTERS) requirements.lock | setup
-	$(VENV)/python scripts/generate.py
+build/generated/.made: $(GENERATORS) rtl/formats/number_formats_pkg.vhd $(REGISTERS) requirements.lock | setup
+	$(VENV)/python -m scripts.generate
 	@touch $@
 
 demo: generate ## the main job: calibration in GHDL; beside it a hidden effect at full scale, named and corrected

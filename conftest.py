@@ -1,4 +1,4 @@
-"""Before any test: what scripts/generate.py makes must be as new as what it is made of."""
+"""Before any test: what ``make generate`` makes must be as new as what it is made of."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ settings.load_profile("repeatable")
 ROOT = Path(__file__).resolve().parent
 STAMP = ROOT / "build" / "generated" / ".made"  # the Makefile's too
 SOURCES = (
-    ROOT / "scripts" / "generate.py",
+    *(
+        ROOT / "scripts" / name
+        for name in ("generate.py", "generate_python.py", "number_formats.py", "register_map.py")
+    ),
     ROOT / "rtl" / "formats" / "number_formats_pkg.vhd",
     *sorted((ROOT / "rtl" / "registers").glob("*.rdl")),
 )
@@ -42,7 +45,8 @@ def pytest_configure(config: pytest.Config) -> None:
         if all(source.stat().st_mtime <= made for source in SOURCES):
             return
     done = subprocess.run(
-        [sys.executable, str(ROOT / "scripts" / "generate.py")],
+        [sys.executable, "-m", "scripts.generate"],
+        cwd=ROOT,
         capture_output=True,
         text=True,
         check=False,

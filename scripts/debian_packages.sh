@@ -26,12 +26,13 @@ give_up() {
 }
 
 # The first Debian archive in the machine's own sources: of both kinds of files, without security.
+# $1: ubuntu for Ubuntu's.
 machine_mirror() {
     {
         sed -n 's/^[[:space:]]*URIs:[[:space:]]*//p' "$APT_SOURCES"/sources.list.d/*.sources 2>/dev/null || true
         sed -nE 's/^[[:space:]]*deb[[:space:]]+(\[[^]]*\][[:space:]]*)?([^[:space:]]+).*/\2/p' \
             "$APT_SOURCES"/sources.list "$APT_SOURCES"/sources.list.d/*.list 2>/dev/null || true
-    } | tr ' ' '\n' | sed 's,/*$,,' | grep -E '/debian$' | head -n 1 || true
+    } | tr ' ' '\n' | sed 's,/*$,,' | grep -E "/${1:-debian}\$" | grep -vE '/(linux|ppa)/[a-z]+$' | head -n 1 || true
 }
 
 fetch_failed() {

@@ -6,9 +6,13 @@ from pathlib import Path
 
 from systemrdl.node import FieldNode, MemNode, RegfileNode, RegNode
 
-from scripts.generate import compile_registers, memories_of, path_below, registers_of
-
-REGISTERS = Path("rtl/registers/arctrue_registers.rdl")
+from scripts.register_map import (
+    REGISTERS,
+    compile_registers,
+    memories_of,
+    path_below,
+    registers_of,
+)
 
 
 def _words(node: FieldNode | MemNode | RegNode | RegfileNode) -> str:

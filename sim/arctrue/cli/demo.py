@@ -14,13 +14,14 @@ from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
 from arctrue.report.second_act_page import write_second_act_page
+from arctrue.source_tree import ROOT, lack_of_source_tree
 from arctrue.studies.demo.acts import Beside
 from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult
 from arctrue.studies.demo.run import run_demo
 from arctrue.studies.demo.second_act import SecondAct, run_second_act
 from arctrue.studies.demo.settings import DemoSettings
-from arctrue.studies.demo.source_tree import ROOT, DemoError
+from arctrue.studies.demo.source_tree import DemoError
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 
 FIRST_PAGE = "index.html"
@@ -58,6 +59,8 @@ def demo(out: Path, lanes: int, act: str) -> None:
     effect at full scale, in the compiled gateware, named by the workbench and corrected. Ends
     with exit code 1 when the corrected output is outside the limits, and 2 when an act cannot run.
     """
+    if lack := lack_of_source_tree():
+        raise ValueError(lack)
     out = out.resolve()
     beside = None
     if act != "1":

@@ -6,8 +6,9 @@ import argparse
 import sys
 
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
-from arctrue.instrument.build import ROOT, build
+from arctrue.instrument.build import build
 from arctrue.instrument.errors import InstrumentError
+from arctrue.source_tree import ROOT
 
 
 def main() -> None:

@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.generated.registers import CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
+from arctrue.source_tree import ROOT, lack_of_source_tree
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-ROOT = Path(__file__).resolve().parents[3]
 NATIVE = Path(__file__).resolve().parent / "native"
 BUILT = ROOT / "build" / "instrument"
 FIRMWARE = ROOT / "firmware"
@@ -57,8 +57,8 @@ def netlist_tools() -> ModuleType:
 
     Raises InstrumentError outside a source tree.
     """
-    if not (ROOT / "scripts" / "netlist.py").exists():
-        raise InstrumentError(f"{ROOT} holds no scripts/netlist.py: use a source tree of ArcTrue")
+    if lack := lack_of_source_tree():
+        raise InstrumentError(lack)
     if str(ROOT) not in sys.path:
         sys.path.append(str(ROOT))
     from scripts import netlist

@@ -192,13 +192,3 @@ def test_without_a_ghdl_for_netlists_the_set_up_goes_on(machine: Machine) -> Non
     assert done.returncode == 0
     assert "no mirror" in done.stderr
     assert "the virtual instrument and its tests will ask for it" in done.stderr
-
-
-def test_workflow_and_readme_name_the_same_systems() -> None:
-    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-    script = (ROOT / "scripts" / "setup.sh").read_text(encoding="utf-8")
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    for name, number in (("debian", "12"), ("debian", "13"), ("ubuntu", "24.04")):
-        assert f'"{name}:{number}"' in workflow
-        assert f'"{name} {number}"' in script
-        assert f"{name.capitalize()} {number}" in readme

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.source_tree import ROOT
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
     TurnError,
@@ -25,7 +26,7 @@ from arctrue.studies.demo.progress import Progress
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
-from arctrue.studies.demo.source_tree import ROOT, DemoError, check_source_tree, child_environment
+from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
 

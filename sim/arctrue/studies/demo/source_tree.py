@@ -1,11 +1,10 @@
-"""The source tree: the demo runs VHDL and firmware, which no installed package holds."""
+"""What the demo needs of the source tree, and where its child processes find it."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[4]
+from arctrue.source_tree import ROOT, lack_of_source_tree
 
 
 class DemoError(RuntimeError):
@@ -14,17 +13,13 @@ class DemoError(RuntimeError):
 
 def check_source_tree() -> None:
     """Raise DemoError unless the VHDL, the firmware and their generated parts are there."""
-    missing = [name for name in ("rtl", "firmware", "tb/demo") if not (ROOT / name).is_dir()]
-    if missing:
-        raise DemoError(
-            f"{ROOT} holds no {' and no '.join(f'{name}/' for name in missing)}: "
-            f"run the demo from a source tree, with 'make demo'"
-        )
+    if lack := lack_of_source_tree():
+        raise DemoError(lack)
     generated = ROOT / "build" / "generated"
     if not any((generated / "vhdl").glob("*.vhd")) or not any((generated / "c").glob("*.h")):
         raise DemoError(
             "build/generated/ holds no register block or no C header: run "
-            "'python scripts/generate.py', or 'make demo', which does it"
+            "'make generate', or 'make demo', which does it"
         )
 
 

@@ -1,0 +1,41 @@
+"""Makes registers and number formats for Python while setuptools builds the package.
+
+pyproject.toml and setup.py name it, so ``pip install .`` from a fresh clone, ``pip wheel``, an
+install from a git address and one from the source distribution all hold what is generated.
+"""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from setuptools.command.build_py import build_py
+
+from scripts.generate_python import write_python
+
+ROOT = Path(__file__).resolve().parents[1]
+GENERATED = Path("arctrue", "generated")
+
+
+class BuildPackage(build_py):
+    """setuptools' own step, and then the generated modules."""
+
+    def run(self) -> None:
+        """Copy the package into the folder of the build and generate there.
+
+        An editable install has no such folder: its modules are generated in the source tree.
+        """
+        if self.editable_mode:
+            super().run()
+            write_python(ROOT, ROOT / "sim" / GENERATED)
+            return
+        # Modules that have moved since an earlier build would get into this wheel.
+        shutil.rmtree(self.build_lib, ignore_errors=True)
+        super().run()
+        write_python(ROOT, Path(self.build_lib) / GENERATED)
+
+    def get_outputs(self, include_bytecode: bool = True) -> list[str]:
+        """The files of the build, with those that are generated."""
+        folder = Path(self.build_lib) / GENERATED
+        generated = [str(path) for path in sorted(folder.glob("*.py"))]
+        return [*super().get_outputs(include_bytecode), *generated]

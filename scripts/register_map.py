@@ -1,0 +1,45 @@
+"""Compiles the register map from its one source, a SystemRDL file, and walks through it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from peakrdl_regblock_vhdl.udps import ALL_UDPS  # type: ignore[import-untyped]
+from systemrdl.compiler import RDLCompiler
+from systemrdl.node import AddrmapNode, MemNode, Node, RegNode
+
+REGISTERS = Path("rtl/registers/arctrue_registers.rdl")
+
+
+def compile_registers(source: Path, *, block_only: bool = False) -> AddrmapNode:
+    """The elaborated register map of a SystemRDL file; ``block_only``: without what is external.
+
+    Raises systemrdl.RDLCompileError, after the compiler has printed where and why.
+    """
+    compiler = RDLCompiler()
+    for definition in ALL_UDPS:
+        compiler.register_udp(definition)
+    compiler.compile_file(str(source), defines={"REGISTER_BLOCK_ONLY": ""} if block_only else {})
+    top = compiler.elaborate().top
+    assert isinstance(top, AddrmapNode)
+    return top
+
+
+def registers_of(node: Node) -> Iterator[RegNode]:
+    """Every register below ``node``, in address order."""
+    for child in node.children(unroll=True):
+        if isinstance(child, RegNode):
+            yield child
+        elif not isinstance(child, MemNode):
+            yield from registers_of(child)
+
+
+def memories_of(top: AddrmapNode) -> list[MemNode]:
+    """The memory windows of the map."""
+    return [child for child in top.children(unroll=True) if isinstance(child, MemNode)]
+
+
+def path_below(top: AddrmapNode, node: Node) -> str:
+    """The name of ``node`` below the top, as in ``snapshot.time``."""
+    return node.get_path().removeprefix(top.get_path() + ".")

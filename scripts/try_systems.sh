@@ -1,0 +1,351 @@
+#!/usr/bin/env bash
+# Runs this project's commands to their end on whole systems, each in a folder of its own.
+#
+#   scripts/try_systems.sh [OPTION]... [SYSTEM]... [TARGET]... [VARIABLE=VALUE]...
+#
+#   SYSTEM    debian12, debian13, ubuntu2404 (without one: all three)
+#   TARGET    test, demo: as `make` runs them; install: `pip install .` in a new environment, then a
+#             diagnosis without the tree, by scripts/try_install.sh (without one: all three)
+#   VARIABLE  handed to make, as in PYTEST_OPTIONS="-k register"
+#
+#   --folder DIR   where the systems lie (build/systems); 5 GB each
+#   --commit REV   what is tried (HEAD); changes that are not committed are not
+#   --fresh        make the systems anew, from the archive on
+#   --page FILE    write the table of all results there, as a page
+#
+# A system is made by debootstrap once and kept; the tree in it is a new clone every time. For each
+# system DIR/results/SYSTEM.toml says what was run, with which versions, and how it ended; the logs
+# lie beside it. Exit code 0 when every target passed, 1 otherwise.
+#
+# Needs root, debootstrap and the archives. All runs in namespaces of its own: mounts and processes
+# are gone when this script ends, however it ends.
+#
+# DEBIAN_MIRROR, UBUNTU_MIRROR: other mirrors than those of the machine's apt sources.
+set -euo pipefail
+
+SYSTEMS=(debian12 debian13 ubuntu2404)
+TARGETS=(test demo install)
+TREE=/srv/arctrue # in the system
+NEEDED_TOOLS=(debootstrap unshare mount chroot git apt-config)
+
+usage() { sed -n '2,/^set -/{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
+
+if [ "${TRY_SYSTEMS_INSIDE:-}" != yes ]; then
+    for word in "$@"; do
+        case $word in -h | --help) usage && exit ;; esac
+    done
+    missing=()
+    for tool in "${NEEDED_TOOLS[@]}"; do
+        PATH=$PATH:/usr/sbin:/sbin command -v "$tool" >/dev/null || missing+=("$tool")
+    done
+    if [ ${#missing[@]} -ne 0 ]; then
+        printf '[systems] Missing: %s\n  apt-get install debootstrap util-linux mount git\n' "${missing[*]}" >&2
+        exit 2
+    fi
+    if [ "$(id -u)" -ne 0 ]; then
+        printf '[systems] Only root may change into another system: sudo %s\n' "$0 $*" >&2
+        exit 2
+    fi
+    export TRY_SYSTEMS_INSIDE=yes
+    exec unshare --mount --pid --fork --kill-child --propagation private -- "$BASH" "$0" "$@"
+fi
+# The first process of a namespace hears no signal that it does not ask for.
+trap 'exit 130' INT
+trap 'exit 143' TERM HUP
+
+invoked=$PWD
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+PATH=$PATH:/usr/sbin:/sbin
+TAG=systems LOG=/dev/null
+# shellcheck source=scripts/debian_packages.sh
+. scripts/debian_packages.sh
+
+folder=build/systems commit=HEAD fresh='' page=''
+systems=() targets=() variables=()
+while [ $# -gt 0 ]; do
+    case $1 in
+    --folder | --commit | --page)
+        [ $# -ge 2 ] || give_up "$1 needs a value."
+        case $1 in
+        --folder) folder=$(cd "$invoked" && realpath -m -- "$2") ;;
+        --commit) commit=$2 ;;
+        --page) page=$(cd "$invoked" && realpath -m -- "$2") ;;
+        esac
+        shift
+        ;;
+    --fresh) fresh=yes ;;
+    *=*) variables+=("$1") ;;
+    *)
+        if [[ " ${SYSTEMS[*]} " == *" $1 "* ]]; then
+            systems+=("$1")
+        elif [[ " ${TARGETS[*]} " == *" $1 "* ]]; then
+            targets+=("$1")
+        else
+            give_up "'$1' is no system (${SYSTEMS[*]}) and no target (${TARGETS[*]})." "$0 --help"
+        fi
+        ;;
+    esac
+    shift
+done
+[ ${#systems[@]} -ne 0 ] || systems=("${SYSTEMS[@]}")
+[ ${#targets[@]} -ne 0 ] || targets=("${TARGETS[@]}")
+commit=$(git rev-parse --verify --quiet "$commit^{commit}") || give_up "There is no such commit."
+[ -z "$(git status --porcelain)" ] || say "changes that are not committed are not tried"
+mkdir -p "$folder"
+folder=$(realpath "$folder")
+results=$folder/results
+mkdir -p "$results"
+DEBIAN_MIRROR=${DEBIAN_MIRROR:-$(machine_mirror)}
+DEBIAN_MIRROR=${DEBIAN_MIRROR:-$DEFAULT_MIRROR}
+
+# Suite, archive and debootstrap's script of a system, in variables of these names.
+describe() {
+    components=main
+    case $1 in
+    debian12) title="Debian 12" suite=bookworm ;;
+    debian13) title="Debian 13" suite=trixie ;;
+    ubuntu2404) title="Ubuntu 24.04" suite=noble components=main,universe ;;
+    esac
+    case $1 in
+    debian*)
+        variable=DEBIAN_MIRROR
+        archive=$DEBIAN_MIRROR
+        keys=$KEYRING
+        # The script of every release of Debian.
+        steps=/usr/share/debootstrap/scripts/sid
+        ;;
+    ubuntu*)
+        variable=UBUNTU_MIRROR
+        archive=${UBUNTU_MIRROR:-$(machine_mirror ubuntu)}
+        archive=${archive:-http://archive.ubuntu.com/ubuntu}
+        keys=$folder/keys/usr/share/keyrings/ubuntu-archive-keyring.gpg
+        # The script of every release of Ubuntu.
+        steps=/usr/share/debootstrap/scripts/gutsy
+        ;;
+    esac
+}
+
+# The keys of Ubuntu's archive, from Debian 13's package of them.
+fetch_ubuntu_keys() {
+    [ -r "$keys" ] && return
+    local SUITE=trixie TARGET=$folder/keys LOG=$results/keys.log
+    need_debian_amd64 "Ubuntu system"
+    open_archive
+    fetch_packages ubuntu-keyring
+    unpack_package "$work"/packages/ubuntu-keyring_*.deb
+    take_into_use
+}
+
+# Makes the system $1 in $root, unless it is there.
+make_system() {
+    if [ -n "$fresh" ] || [ ! -e "$root/.complete" ]; then
+        if grep -qF " $root/" /proc/self/mountinfo; then
+            give_up "Something is mounted below $root: umount it, then start again."
+        fi
+        case $1 in ubuntu*) fetch_ubuntu_keys ;; esac
+        [ -r "$keys" ] || give_up "The keys of the archive are missing: $keys" \
+            "apt-get install debian-archive-keyring, then start again."
+        say "$title: making the system from $archive ($suite)"
+        rm -rf "$root"
+        LOG=$results/$1.debootstrap.log
+        debootstrap --variant=minbase --keyring="$keys" --components="$components" \
+            --include=ca-certificates,git,make,python3,sudo "$suite" "$root" "$archive" "$steps" \
+            >"$LOG" 2>&1 || {
+            tail -n 5 "$LOG" >&2
+            say "$title could not be made from $archive (another mirror: $variable=...); the log: $LOG"
+            rm -rf "$root"
+            return 1
+        }
+        local release
+        : >"$root/etc/apt/sources.list"
+        for release in "$suite" "$suite-updates"; do
+            printf 'deb %s %s %s\n' "$archive" "$release" "${components//,/ }" \
+                >>"$root/etc/apt/sources.list"
+        done
+        touch "$root/.complete"
+    fi
+}
+
+# Mounts, and how this machine reaches the network: names, proxies, certificates, pip's indexes.
+open_system() {
+    local file
+    mount -t proc proc "$root/proc"
+    mount --rbind /dev "$root/dev"
+    mountpoint -q "$root/dev/pts" || mount -t devpts devpts "$root/dev/pts"
+    mount --rbind /sys "$root/sys"
+    cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
+    apt-config dump | grep -E '^Acquire::https?::.*[Pp]roxy' >"$root/etc/apt/apt.conf.d/99machine" || true
+    for file in /usr/local/share/ca-certificates/*.crt; do
+        [ ! -e "$file" ] || cp -L "$file" "$root/usr/local/share/ca-certificates/"
+    done
+    in_system / update-ca-certificates >/dev/null 2>&1
+    [ ! -e /etc/pip.conf ] || cp -L /etc/pip.conf "$root/etc/"
+    for file in .config/pip/pip.conf .pip/pip.conf; do
+        [ ! -e "$HOME/$file" ] || install -D -m 600 "$HOME/$file" "$root/root/$file"
+    done
+}
+
+# $1: the folder; $2 ...: a command in the system, with nothing of this shell's environment but the
+# way to the network.
+in_system() {
+    local place=$1 name
+    local network=()
+    shift
+    for name in http_proxy https_proxy no_proxy HTTP_PROXY HTTPS_PROXY NO_PROXY \
+        PIP_INDEX_URL PIP_EXTRA_INDEX_URL PIP_TRUSTED_HOST DEBIAN_MIRROR; do
+        [ -z "${!name:-}" ] || network+=("$name=${!name}")
+    done
+    env -i HOME=/root LANG=C.UTF-8 TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "${network[@]}" \
+        "$(command -v chroot)" "$root" sh -c 'cd "$1" && shift && exec "$@"' sh "$place" "$@"
+}
+
+clone_tree() {
+    rm -rf "${root:?}$TREE"
+    git clone --quiet --no-hardlinks --no-checkout . "$root$TREE"
+    git -C "$root$TREE" checkout --quiet --detach "$commit"
+}
+
+# The first number of what a tool in the system says of its version.
+version_of() {
+    in_system "$TREE" "$@" 2>/dev/null | grep -oE '[0-9]+\.[0-9]+(\.[0-9]+)?' | head -n 1 || true
+}
+
+# An attribute of the one test suite in pytest's report.
+reported() {
+    grep -oE "<testsuite [^>]*" "$root$TREE/build/reports/junit.xml" 2>/dev/null |
+        grep -oE " $1=\"[0-9]+" | grep -oE '[0-9]+$' || printf 0
+}
+
+run_target() {
+    case $1 in
+    install) in_system "$TREE" scripts/try_install.sh ;;
+    *) in_system "$TREE" make "$1" "${variables[@]}" ;;
+    esac
+}
+
+# Runs $2 on the system $1; its lines of the result file go to stdout.
+try_target() {
+    local log=$results/$1.$2.log begun=$SECONDS code=0 tests failed skipped
+    rm -f "$root$TREE/build/reports/junit.xml"
+    say "$title: $2 (log: $log)"
+    run_target "$2" >"$log" 2>&1 || code=$?
+    printf '%s.exit = %d\n%s.seconds = %d\n' "$2" "$code" "$2" $((SECONDS - begun))
+    [ ${#variables[@]} -eq 0 ] || printf "%s.variables = '%s'\n" "$2" "${variables[*]}"
+    if [ "$2" = test ]; then
+        tests=$(reported tests) skipped=$(reported skipped)
+        failed=$(($(reported failures) + $(reported errors)))
+        printf 'test.passed = %d\ntest.failed = %d\ntest.skipped = %d\n' \
+            $((tests - failed - skipped)) "$failed" "$skipped"
+        grep -aE '^(FAILED|ERROR) ' "$log" >&2 || true
+    fi
+    if [ "$code" -eq 0 ]; then
+        say "$title: $2 passed"
+    else
+        tail -n 5 "$log" >&2
+        say "$title: $2 FAILED (exit code $code)"
+    fi
+}
+
+# One system from the archive to its result file.
+try_system() {
+    local root=$folder/$1 file=$results/$1.toml target lines log kept=''
+    local title suite components archive variable keys steps
+    describe "$1"
+    make_system "$1"
+    open_system
+    clone_tree
+    log=$results/$1.setup.log
+    say "$title: set-up (log: $log)"
+    if ! in_system "$TREE" make setup >"$log" 2>&1; then
+        tail -n 12 "$log" >&2
+        say "$title: the set-up FAILED"
+        return 1
+    fi
+    lines=$(
+        printf "system = '%s'\ncommit = '%s'\ndate = '%s'\n" "$title" "$commit" "$(date -u +%F)"
+        printf "python = '%s'\n" "$(version_of .venv/bin/python --version)"
+        printf "ghdl = '%s'\n" "$(version_of ghdl --version)"
+        printf "qemu = '%s'\n" "$(version_of qemu-system-arm --version)"
+        printf "gcc = '%s'\n" "$(version_of gcc -dumpfullversion)"
+        printf "arm_gcc = '%s'\n" "$(version_of arm-none-eabi-gcc -dumpfullversion)"
+    )
+    # What was run before, of the same commit, stays.
+    if grep -qF "'$commit'" "$file" 2>/dev/null; then
+        kept=$(grep -E '^(test|demo|install)\.' "$file" || true)
+    fi
+    for target in "${targets[@]}"; do
+        kept=$(
+            grep -vE "^$target\." <<<"$kept" || true
+            try_target "$1" "$target"
+        )
+        { printf '%s\n' "$lines" && grep . <<<"$kept"; } >"$file.part"
+        mv "$file.part" "$file"
+    done
+    for target in "${targets[@]}"; do
+        grep -qx "$target\.exit = 0" "$file" || return 1
+    done
+}
+
+# The value of a key in a result file.
+value() {
+    sed -nE "s/^$2 = '?([^']*)'?$/\1/p" "$1"
+}
+
+# How a target ended, in words.
+ended() {
+    local file=$1 target=$2 words minutes
+    words=$(value "$file" "$target.exit")
+    [ -n "$words" ] || return 0
+    minutes=$((($(value "$file" "$target.seconds") + 30) / 60))
+    if [ "$words" -eq 0 ]; then words=passed; else words="**failed**"; fi
+    if [ "$target" = test ]; then
+        words+=": $(value "$file" test.passed) passed, $(value "$file" test.failed) failed"
+        words+=", $(value "$file" test.skipped) skipped"
+    fi
+    printf '%s, %d min' "$words" "$minutes"
+    [ -z "$(value "$file" "$target.variables")" ] || printf ' (%s)' "$(value "$file" "$target.variables")"
+}
+
+table() {
+    local name file
+    printf '| System | Python | GHDL | QEMU | gcc, for the Cortex-A9 | `make test` | `make demo` | `pip install .` | Commit, day |\n'
+    printf '|---|---|---|---|---|---|---|---|---|\n'
+    for name in "${SYSTEMS[@]}"; do
+        file=$results/$name.toml
+        [ -e "$file" ] || continue
+        printf '| %s | %s | %s | %s | %s, %s | %s | %s | %s | %.9s, %s |\n' \
+            "$(value "$file" system)" "$(value "$file" python)" "$(value "$file" ghdl)" \
+            "$(value "$file" qemu)" "$(value "$file" gcc)" "$(value "$file" arm_gcc)" \
+            "$(ended "$file" test)" "$(ended "$file" demo)" "$(ended "$file" install)" \
+            "$(value "$file" commit)" "$(value "$file" date)"
+    done
+}
+
+try_all() {
+    local failed=() name code
+    for name in "${systems[@]}"; do
+        # Not `if try_system`: bash would then go on after errors in it.
+        set +e
+        (set -e && try_system "$name")
+        code=$?
+        set -e
+        [ "$code" -eq 0 ] || failed+=("$name")
+    done
+    table
+    if [ -n "$page" ]; then
+        {
+            printf '<!-- Made by scripts/try_systems.sh. Do not edit: scripts/try_systems.sh --page FILE -->\n\n'
+            printf '# Systems\n\nWhole runs, each on a new system (debootstrap, chroot) with a new clone of the tree:\n'
+            printf '`scripts/try_systems.sh`.\n\n'
+            table
+        } >"$page"
+        say "written: $page"
+    fi
+    if [ ${#failed[@]} -ne 0 ]; then
+        say "FAILED on: ${failed[*]}"
+        exit 1
+    fi
+}
+
+# In one line: bash reads on in a file that may have changed in the hours of a run.
+try_all; exit

@@ -1,0 +1,210 @@
+"""The package as a stranger installs it: a wheel that works where no source tree is.
+
+Without a network: the build sees what pyproject.toml names as its requirements and nothing else,
+as pip's isolated build does, and the program sees only its declared dependencies.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from sim.tests.project.distributions import link, required
+
+ROOT = Path(__file__).resolve().parents[3]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+# Of the files that git does not keep: .gitignore.
+MADE = shutil.ignore_patterns(
+    *(".git", ".venv", "build", "generated", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
+)
+BAD_INPUT = 2
+
+
+def build(hook: str, tree: Path, out: Path, packages: Path) -> Path:
+    """What a hook of the build system (PEP 517) makes of a source tree."""
+    out.mkdir(parents=True, exist_ok=True)
+    program = f"from setuptools import build_meta; print('made', build_meta.{hook}({str(out)!r}))"
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", program],
+        cwd=tree,
+        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(packages), "LANG": "C.UTF-8"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return out / done.stdout.split()[-1]
+
+
+@pytest.fixture(scope="module")
+def build_packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("build") / "packages"
+    link(required(PROJECT["build-system"]["requires"]).values(), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """As it is after ``git clone``: nothing is generated yet."""
+    return Path(shutil.copytree(ROOT, tmp_path_factory.mktemp("clone") / "arctrue", ignore=MADE))
+
+
+@pytest.fixture(scope="module")
+def wheel(tree: Path, build_packages: Path) -> Path:
+    return build("build_wheel", tree, tree.parent / "wheel", build_packages)
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_the_wheel_holds_the_package_and_what_is_generated(wheel: Path) -> None:
+    source = ROOT / "sim" / "arctrue"
+    expected = {
+        f"arctrue/{path.relative_to(source).as_posix()}"
+        for path in source.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    held = contents(wheel)
+    assert {"arctrue/generated/registers.py", "arctrue/py.typed"} <= expected
+    assert {name for name in held if name.startswith("arctrue/")} == expected
+    for name in ("__init__", "number_formats", "registers"):
+        path = f"generated/{name}.py"
+        assert held[f"arctrue/{path}"] == (source / path).read_bytes(), path
+
+
+def test_a_module_of_an_earlier_build_is_not_in_the_next_wheel(
+    tree: Path, wheel: Path, build_packages: Path, tmp_path: Path
+) -> None:
+    copy = Path(shutil.copytree(tree, tmp_path / "arctrue"))
+    (copy / "build" / "lib" / "arctrue").mkdir(parents=True, exist_ok=True)
+    (copy / "build" / "lib" / "arctrue" / "moved_away.py").touch()
+    again = build("build_wheel", copy, tmp_path / "wheel", build_packages)
+    assert contents(again).keys() == contents(wheel).keys()
+
+
+def test_the_source_distribution_makes_the_same_wheel(
+    tree: Path, wheel: Path, build_packages: Path, tmp_path: Path
+) -> None:
+    made = build("build_sdist", tree, tmp_path / "sdist", build_packages)
+    (tmp_path / "unpacked").mkdir()
+    subprocess.run(["tar", "-xf", made, "-C", tmp_path / "unpacked"], check=True)
+    (unpacked,) = (tmp_path / "unpacked").iterdir()
+    for folder in ("rtl", "tb/demo", "firmware", "scripts", "sim/scenarios"):
+        kept = {path.relative_to(tree) for path in (tree / folder).rglob("*.*")}
+        kept = {path for path in kept if "__pycache__" not in path.parts}
+        there = {path.relative_to(unpacked) for path in (unpacked / folder).rglob("*")}
+        assert kept <= there, folder
+    again = build("build_wheel", unpacked, tmp_path / "wheel", build_packages)
+    first, second = contents(wheel), contents(again)
+    assert first.keys() == second.keys()
+    assert not [name for name in first if first[name] != second[name]]
+
+
+def test_an_editable_install_generates_in_the_tree(
+    tree: Path, build_packages: Path, tmp_path: Path
+) -> None:
+    copy = Path(shutil.copytree(tree, tmp_path / "arctrue", ignore=MADE))
+    build("build_editable", copy, tmp_path / "wheel", build_packages)
+    for name in ("__init__", "number_formats", "registers"):
+        path = Path("sim", "arctrue", "generated", f"{name}.py")
+        assert (copy / path).read_bytes() == (ROOT / path).read_bytes()
+
+
+@dataclass
+class Installed:
+    """An environment that holds the wheel and its declared dependencies, and an empty folder."""
+
+    environment: Path
+    folder: Path
+
+    def run(self, program: str, *words: str, fails: int = 0) -> str:
+        done = subprocess.run(
+            [str(self.environment / "bin" / program), *words],
+            cwd=self.folder,
+            env={"PATH": os.environ["PATH"], "HOME": os.environ["HOME"], "LANG": "C.UTF-8"},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        said = done.stdout + done.stderr
+        assert done.returncode == fails, said
+        assert "Traceback" not in said
+        return said
+
+    def arctrue(self, *words: str, fails: int = 0) -> str:
+        return self.run("arctrue", *words, fails=fails)
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    folder = tmp_path_factory.mktemp("stranger")
+    environment = folder / "environment"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
+    python = environment / "bin" / "python"
+    install = ["--python", str(python), "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run([sys.executable, "-m", "pip", *install], check=True)
+    link(required(PROJECT["project"]["dependencies"]).values(), folder / "packages")
+    (site,) = environment.glob("lib/python3.*/site-packages")
+    (site / "dependencies.pth").write_text(f"{folder / 'packages'}\n", encoding="utf-8")
+    empty = folder / "empty"
+    empty.mkdir()
+    return Installed(environment, empty)
+
+
+# In one process: every start imports numpy and matplotlib anew.
+EVERY_HELP = """
+import arctrue
+from arctrue.cli import main
+from click.testing import CliRunner
+
+print(arctrue.__file__)
+for command in main.list_commands(None):
+    done = CliRunner().invoke(main, [command, "--help"], prog_name="arctrue")
+    assert done.exit_code == 0, (done.output, done.exception)
+    print(done.output.splitlines()[0])
+"""
+
+
+def test_every_command_explains_itself(installed: Installed) -> None:
+    module, *usages = installed.run("python", "-c", EVERY_HELP).splitlines()
+    assert Path(module).is_relative_to(installed.environment)
+    files = (ROOT / "sim" / "arctrue" / "cli").glob("[!_]*.py")
+    assert [line.split()[2] for line in usages] == sorted(file.stem for file in files)
+
+
+def test_workbench_and_calibration_work(installed: Installed) -> None:
+    arctrue, folder = installed.arctrue, installed.folder
+    cause = ("--effect", "hysteresis", "--size", "2")
+    arctrue("simulate", "set", *cause, "--seed", "1", "--experiment", "short")
+    assert "direction" in arctrue("compare", "set")
+    arctrue("diagnose", "set", "--json", "diagnosis.json")
+    diagnosis = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    assert diagnosis["named"] == "hysteresis"
+    arctrue("add", "hysteresis", "set", "--model", "model.toml")
+    assert "hysteresis" in arctrue("history", "--model", "model.toml")
+    arctrue("effects", "new", "my_effect")
+    assert "my_effect" in arctrue("effects", "--effects", "effects")
+    arctrue("simulate", "plain", "--seed", "2", "--experiment", "lean")
+    arctrue("calibrate", "plain")
+    assert (folder / "build" / "calibration" / "plain" / "coefficients.toml").exists()
+
+
+@pytest.mark.parametrize("command", ["demo", "revolution", "paper", "hidden hysteresis", "run"])
+def test_what_needs_the_source_tree_says_so(installed: Installed, command: str) -> None:
+    words = command.split()
+    if words == ["run"]:
+        words += [str(ROOT / "sim" / "scenarios" / "hysteresis.toml")]
+    said = installed.arctrue(*words, fails=BAD_INPUT)
+    assert said.count("start it from a source tree of ArcTrue") == 1
+    assert not list(installed.environment.rglob("build"))
