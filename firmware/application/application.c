@@ -147,10 +147,12 @@ static void watch_capture(struct application *application) {
     }
 }
 
-/* Head 1's word and its angle differ once the word has wrapped. */
-static uint32_t angle_offset(const struct core_position *position, uint32_t counts_per_rev) {
-    int64_t apart = (int64_t)position->head1_angle - position->head1_turn_position;
-    int64_t offset = apart % counts_per_rev;
+/* The angle is known now, the word of then: the travel between them is right when words wrap. */
+static uint32_t angle_offset(const struct core_position *position, int32_t first_word,
+                             uint32_t counts_per_rev) {
+    int64_t travel = counts_apart(position->head1_turn_position, first_word);
+    int64_t first_angle = (int64_t)position->head1_angle - travel;
+    int64_t offset = (first_angle - first_word) % counts_per_rev;
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
@@ -163,12 +165,13 @@ static void take_bank(struct application *application) {
     uint32_t samples = header.samples < depth ? header.samples : depth;
     application->header = header;
     application->position_at_bank = position.head1_position;
+    const volatile int32_t *words = samples ? core->capture(core->context, 2 * samples) : NULL;
     application->capture = (struct capture){
-        .words = samples ? core->capture(core->context, 2 * samples) : NULL,
+        .words = words,
         .samples = samples,
         .flags = header.flags,
         .counts_per_rev = turn,
-        .angle_offset = angle_offset(&position, turn),
+        .angle_offset = words != NULL ? angle_offset(&position, words[0], turn) : 0,
         .head2_zero = application->head2_zero,
         .period_clocks = (uint32_t)application->parameters.sample_period,
         .clock_hz = application->configuration.clock_hz,
