@@ -21,6 +21,8 @@
 static const struct parameter_description descriptions[] = {
     /* name, least, most, preset, whole, re-arms, place */
     {"separation_deg", 0.01, 359.99, 33.0, false, false, PLACE(separation_deg)},
+    {"index_detection_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_U_ARCSEC, false, false,
+     PLACE(index_detection_arcsec)},
     {"method", 0, 1, 1, true, false, PLACE(method)},
     {"orders", 1, ORDERS_MAX, 32, true, false, PLACE(orders)},
     {"gain_limit", 0.5, 10000, GAIN_LIMIT_DEFAULT, false, false, PLACE(gain_limit)},

@@ -10,6 +10,8 @@
 
 struct parameters {
     double separation_deg;
+    /* Standard uncertainty of what differs between the places where the heads detect the mark. */
+    double index_detection_arcsec;
     /* 0: the paper's transform; 1: least squares at the angles read. */
     double method;
     double orders;
