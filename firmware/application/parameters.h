@@ -52,6 +52,8 @@ enum parameter_answer {
 
 uint32_t parameters_number(void);
 const struct parameter_description *parameters_description(uint32_t place);
+/* Each within its range, and whole where it must be. */
+bool parameters_are_valid(const struct parameters *parameters);
 void parameters_preset(struct parameters *parameters);
 double parameters_value(const struct parameters *parameters, uint32_t place);
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,

@@ -126,7 +126,7 @@ void console_step(struct console *console) {
     }
     if (application->report.fresh) {
         application->report.fresh = false;
-        if (console->telemetry) {
+        if (application->telemetry) {
             telemetry_turn(&console->sink, application);
         }
     }
