@@ -26,12 +26,13 @@ BRANCH_TO_ITSELF = 0xEAFF_FFFE
 WIDTH_DETECTION = 0xAA99_5566
 SIGNATURE = 0x584C_4E58  # "XLNX"
 HEADER_VERSION = 0x0101_0000
-QSPI_CONFIGURATION = 1
+RESERVED = 0  # mkimage of U-Boot, whose images boot from QSPI too, takes nothing else
 FIRST_CHECKED, CHECKSUM = 0x20, 0x48
 REGISTER_TABLE, REGISTER_PAIRS = 0xA0, 256
 NO_REGISTER = 0xFFFF_FFFF
 PROGRAM_OFFSET = 0x8C0  # the first that the boot ROM takes: behind the table, a multiple of 64
 PROGRAM_ALIGNMENT = 64
+ENTRY_ALIGNMENT = 64
 ERASED = b"\xff"
 SYNC_WORD = struct.pack(">I", 0xAA99_5566)
 LONGEST_HEAD = 1024  # bytes of a .bit before the sync word
@@ -51,7 +52,7 @@ def boot_image(program: bytes, entry: int) -> bytes:
     """Header and program; the program is loaded to address 0 and started at ``entry``.
 
     Raises:
-        ImageError: the program does not fit, or does not start inside itself.
+        ImageError: the program does not fit, or does not start inside itself at a multiple of 64.
     """
     body = padded(program, PROGRAM_ALIGNMENT)
     if len(body) > ON_CHIP_MEMORY_BYTES:
@@ -60,10 +61,12 @@ def boot_image(program: bytes, entry: int) -> bytes:
         )
     if not 0 <= entry < len(program):
         raise ImageError(f"the firmware starts at {entry:#x}, outside its {len(program):,} bytes")
+    if entry % ENTRY_ALIGNMENT:
+        raise ImageError(f"the firmware starts at {entry:#x}, no multiple of {ENTRY_ALIGNMENT}")
     header = bytearray(PROGRAM_OFFSET)
     struct.pack_into("<8I", header, 0, *[BRANCH_TO_ITSELF] * 8)
     words = (WIDTH_DETECTION, SIGNATURE, 0, HEADER_VERSION, PROGRAM_OFFSET, len(body), 0, entry)
-    checked = (*words, len(body), QSPI_CONFIGURATION)
+    checked = (*words, len(body), RESERVED)
     struct.pack_into("<10I", header, FIRST_CHECKED, *checked)
     struct.pack_into("<I", header, CHECKSUM, ~sum(checked) & 0xFFFF_FFFF)
     for pair in range(REGISTER_PAIRS):

@@ -11,10 +11,18 @@
 
 /* Turns of head 1 without a bank after which the capture is stuck. */
 enum { STUCK_TURNS = 4 };
+/* So many faults in a row are no accident; so many turns later there was none in a row. */
+enum { FAULTS_HELD = 3, FAULT_FORGOTTEN_TURNS = 20 };
 
 const char *application_phase_name(enum application_phase phase) {
-    static const char *const names[] = {"no_core", "wait_for_index", "capture", "dump", "swap"};
-    return (unsigned)phase <= PHASE_SWAP ? names[phase] : "unknown";
+    static const char *const names[] = {"no_core", "wait_for_index", "capture",
+                                        "dump",    "swap",           "held"};
+    return (unsigned)phase <= PHASE_HELD ? names[phase] : "unknown";
+}
+
+const char *settings_origin_name(enum settings_origin origin) {
+    static const char *const names[] = {"preset", "kept", "lost"};
+    return (unsigned)origin <= SETTINGS_LOST ? names[origin] : "unknown";
 }
 
 const char *turn_result_name(enum turn_result result) {
@@ -60,6 +68,44 @@ void application_use_temperature(struct application *application, temperature_re
     application->temperature_context = context;
 }
 
+void application_keep_settings(struct application *application, struct kept_settings *kept,
+                               memory_settle *settle) {
+    application->kept = kept;
+    application->settle = settle;
+}
+
+/* Before an order is carried out: a fault in between then begins anew with the order. */
+static void keep_settings(struct application *application) {
+    struct settings settings = {
+        .parameters = application->parameters,
+        .frozen = application->frozen,
+        .bypassed = application->bypassed,
+        .telemetry = application->telemetry,
+        .faults_in_a_row = application->faults_in_a_row,
+    };
+    if (application->kept != NULL) {
+        kept_settings_write(application->kept, &settings);
+        application->settle();
+    }
+}
+
+/* Where they are lost nobody knows whether the correction may be on. */
+static void recover_settings(struct application *application) {
+    struct settings settings;
+    if (application->kept == NULL || !kept_settings_read(application->kept, &settings)) {
+        application->settings_origin = SETTINGS_LOST;
+        application->bypassed = true;
+        application->faults_in_a_row = 1;
+        return;
+    }
+    application->settings_origin = SETTINGS_KEPT;
+    application->parameters = settings.parameters;
+    application->frozen = settings.frozen != 0;
+    application->bypassed = settings.bypassed != 0;
+    application->telemetry = settings.telemetry != 0;
+    application->faults_in_a_row = settings.faults_in_a_row + 1;
+}
+
 static struct core_setup setup_of(const struct parameters *parameters) {
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
@@ -70,6 +116,11 @@ static struct core_setup setup_of(const struct parameters *parameters) {
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
     };
+}
+
+/* There is a core, and it is worked with. */
+static bool works(const struct application *application) {
+    return application->phase != PHASE_NO_CORE && application->phase != PHASE_HELD;
 }
 
 /* The correction is on only with coefficients of our own: the banks survive a reset. */
@@ -90,7 +141,7 @@ void application_forget(struct application *application) {
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
     average_clear(&application->average);
-    if (application->phase != PHASE_NO_CORE) {
+    if (works(application)) {
         set_control(application);
     }
 }
@@ -110,13 +161,67 @@ void application_start(struct application *application) {
     set_control(application);
 }
 
+/* The core stays as the fault has left it, but for the correction. */
+static void hold(struct application *application) {
+    application->phase = PHASE_NO_CORE;
+    if (core_identify(&application->core, &application->configuration)) {
+        core_hold(&application->core);
+        application->phase = PHASE_HELD;
+    }
+}
+
+void application_recover(struct application *application, bool after_fault) {
+    if (after_fault) {
+        recover_settings(application);
+    }
+    keep_settings(application);
+}
+
+void application_begin(struct application *application) {
+    if (application->faults_in_a_row >= FAULTS_HELD) {
+        hold(application);
+    } else {
+        application_start(application);
+    }
+}
+
+void application_rearm(struct application *application) {
+    application->faults_in_a_row = 0;
+    keep_settings(application);
+    application_start(application);
+}
+
+enum parameter_answer application_set(struct application *application, const char *name,
+                                      double value,
+                                      const struct parameter_description **description) {
+    enum parameter_answer answer =
+        parameters_set(&application->parameters, name, value, description);
+    if (answer != PARAMETER_SET) {
+        return answer;
+    }
+    if ((*description)->rearms) {
+        application_rearm(application);
+    } else {
+        keep_settings(application);
+        average_clear(&application->average);
+    }
+    return answer;
+}
+
 void application_freeze(struct application *application, bool frozen) {
     application->frozen = frozen;
+    keep_settings(application);
+}
+
+void application_telemetry(struct application *application, bool on) {
+    application->telemetry = on;
+    keep_settings(application);
 }
 
 void application_bypass(struct application *application, bool bypassed) {
     application->bypassed = bypassed;
-    if (application->phase != PHASE_NO_CORE) {
+    keep_settings(application);
+    if (works(application)) {
         set_control(application);
     }
 }
@@ -147,10 +252,12 @@ static void watch_capture(struct application *application) {
     }
 }
 
-/* Head 1's word and its angle differ once the word has wrapped. */
-static uint32_t angle_offset(const struct core_position *position, uint32_t counts_per_rev) {
-    int64_t apart = (int64_t)position->head1_angle - position->head1_turn_position;
-    int64_t offset = apart % counts_per_rev;
+/* The angle is known now, the word of then: the travel between them is right when words wrap. */
+static uint32_t angle_offset(const struct core_position *position, int32_t first_word,
+                             uint32_t counts_per_rev) {
+    int64_t travel = counts_apart(position->head1_turn_position, first_word);
+    int64_t first_angle = (int64_t)position->head1_angle - travel;
+    int64_t offset = (first_angle - first_word) % counts_per_rev;
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
@@ -163,12 +270,13 @@ static void take_bank(struct application *application) {
     uint32_t samples = header.samples < depth ? header.samples : depth;
     application->header = header;
     application->position_at_bank = position.head1_position;
+    const volatile int32_t *words = samples ? core->capture(core->context, 2 * samples) : NULL;
     application->capture = (struct capture){
-        .words = samples ? core->capture(core->context, 2 * samples) : NULL,
+        .words = words,
         .samples = samples,
         .flags = header.flags,
         .counts_per_rev = turn,
-        .angle_offset = angle_offset(&position, turn),
+        .angle_offset = words != NULL ? angle_offset(&position, words[0], turn) : 0,
         .head2_zero = application->head2_zero,
         .period_clocks = (uint32_t)application->parameters.sample_period,
         .clock_hz = application->configuration.clock_hz,
@@ -274,6 +382,13 @@ static void after_refusal(struct application *application) {
     }
 }
 
+static void forget_old_faults(struct application *application) {
+    if (application->faults_in_a_row != 0 && application->turns >= FAULT_FORGOTTEN_TURNS) {
+        application->faults_in_a_row = 0;
+        keep_settings(application);
+    }
+}
+
 static void process_bank(struct application *application) {
     struct turn_report *report = &application->report;
     *report = (struct turn_report){
@@ -295,6 +410,7 @@ static void process_bank(struct application *application) {
         report->alarms |= ALARM_COEFFICIENTS;
     }
     report->fresh = true;
+    forget_old_faults(application);
 }
 
 static void finish_bank(struct application *application) {
@@ -352,6 +468,7 @@ void application_step(struct application *application) {
         }
         break;
     case PHASE_NO_CORE:
+    case PHASE_HELD:
     default:
         break;
     }

@@ -10,6 +10,7 @@
 #include "core.h"
 #include "fourier.h"
 #include "gate.h"
+#include "kept_settings.h"
 #include "least_squares.h"
 #include "parameters.h"
 #include "reading_function.h"
@@ -20,6 +21,17 @@ enum application_phase {
     PHASE_CAPTURE,
     PHASE_DUMP,
     PHASE_SWAP,
+    /* Several faults in a row: the output follows head 1 and nothing is worked on. */
+    PHASE_HELD,
+};
+
+/* Where the operator's settings come from. */
+enum settings_origin {
+    SETTINGS_PRESET,
+    /* After a fault: as they were ordered before it. */
+    SETTINGS_KEPT,
+    /* After a fault that they did not outlive: presets, and bypass. */
+    SETTINGS_LOST,
 };
 
 enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };
@@ -60,6 +72,9 @@ union calibration_workspace {
     struct reading_workspace reading;
 };
 
+/* What was written to memory is to outlive a new start. */
+typedef void memory_settle(void);
+
 /* False: no temperature is known; the value then stays as it was. */
 typedef bool temperature_read(void *context, double *celsius);
 
@@ -74,7 +89,13 @@ struct application {
     /* Commands of the operator. */
     bool frozen;
     bool bypassed;
+    bool telemetry;
     bool dump_wanted;
+    /* NULL: they are not kept. */
+    struct kept_settings *kept;
+    memory_settle *settle;
+    enum settings_origin settings_origin;
+    uint32_t faults_in_a_row;
     /* The bank that is ready. */
     struct core_header header;
     struct capture capture;
@@ -114,8 +135,23 @@ void application_prepare(struct application *application, const struct core_acce
 void application_use_temperature(struct application *application, temperature_read *read,
                                  void *context);
 
+/* Where the operator's settings are kept; `settle` is called after each write. */
+void application_keep_settings(struct application *application, struct kept_settings *kept,
+                               memory_settle *settle);
+
+/* After a fault the settings are those that were kept, or else presets with bypass on; otherwise
+   they stay. Kept from now on. */
+void application_recover(struct application *application, bool after_fault);
+
+/* The first start. After several faults in a row nothing is worked on until
+   application_rearm(). */
+void application_begin(struct application *application);
+
 /* Find the core and set it up; the phase tells whether it is there. */
 void application_start(struct application *application);
+
+/* The operator wants it to begin anew: faults of before are forgotten. */
+void application_rearm(struct application *application);
 
 /* One piece of work; never waits. A calibration is one piece. */
 void application_step(struct application *application);
@@ -130,9 +166,15 @@ bool application_busy(const struct application *application);
 /* The operator's commands. */
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
+void application_telemetry(struct application *application, bool on);
 void application_forget(struct application *application);
+/* As parameters_set(), and does what a new value asks for. */
+enum parameter_answer application_set(struct application *application, const char *name,
+                                      double value,
+                                      const struct parameter_description **description);
 
 const char *application_phase_name(enum application_phase phase);
+const char *settings_origin_name(enum settings_origin origin);
 const char *turn_result_name(enum turn_result result);
 /* NULL for a bit that is no alarm. */
 const char *alarm_name(uint32_t bit);

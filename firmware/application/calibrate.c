@@ -16,6 +16,7 @@ static struct calibration_settings settings_of(const struct parameters *paramete
     return (struct calibration_settings){
         .nominal_separation_rad = parameters->separation_deg * PI / 180.0,
         .separation = SEPARATION_AUTOMATIC,
+        .index_detection_arcsec = parameters->index_detection_arcsec,
         .orders = (uint32_t)parameters->orders,
     };
 }

@@ -45,10 +45,14 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
 }
 
-bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
-    /* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
+/* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
+void core_hold(const struct core_access *core) {
     bool output = (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, false);
+}
+
+bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
+    core_hold(core);
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
     write_at(core, AT(ramp_rate), setup->ramp_rate);

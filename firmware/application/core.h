@@ -76,6 +76,8 @@ void core_rearm(const struct core_access *core);
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev);
 void core_control(const struct core_access *core, bool compensate, bool output, bool capture);
+/* Correction and capture off, the output as it is. */
+void core_hold(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 /* An index of a head was in the wrong place since the faults were cleared. */

@@ -21,6 +21,8 @@
 static const struct parameter_description descriptions[] = {
     /* name, least, most, preset, whole, re-arms, place */
     {"separation_deg", 0.01, 359.99, 33.0, false, false, PLACE(separation_deg)},
+    {"index_detection_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_U_ARCSEC, false, false,
+     PLACE(index_detection_arcsec)},
     {"method", 0, 1, 1, true, false, PLACE(method)},
     {"orders", 1, ORDERS_MAX, 32, true, false, PLACE(orders)},
     {"gain_limit", 0.5, 10000, GAIN_LIMIT_DEFAULT, false, false, PLACE(gain_limit)},
@@ -66,6 +68,23 @@ double parameters_value(const struct parameters *parameters, uint32_t place) {
     return place < parameters_number() ? *value_at(&copy, place) : 0.0;
 }
 
+static enum parameter_answer judge(const struct parameter_description *description,
+                                   double value) {
+    if (!(value >= description->low && value <= description->high)) {
+        return PARAMETER_OUT_OF_RANGE;
+    }
+    return description->whole && value != floor(value) ? PARAMETER_NOT_WHOLE : PARAMETER_SET;
+}
+
+bool parameters_are_valid(const struct parameters *parameters) {
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        if (judge(&descriptions[place], parameters_value(parameters, place)) != PARAMETER_SET) {
+            return false;
+        }
+    }
+    return true;
+}
+
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,
                                      const struct parameter_description **description) {
     for (uint32_t place = 0; place < parameters_number(); place++) {
@@ -73,14 +92,11 @@ enum parameter_answer parameters_set(struct parameters *parameters, const char *
             continue;
         }
         *description = &descriptions[place];
-        if (!(value >= descriptions[place].low && value <= descriptions[place].high)) {
-            return PARAMETER_OUT_OF_RANGE;
+        enum parameter_answer answer = judge(*description, value);
+        if (answer == PARAMETER_SET) {
+            *value_at(parameters, place) = value;
         }
-        if (descriptions[place].whole && value != floor(value)) {
-            return PARAMETER_NOT_WHOLE;
-        }
-        *value_at(parameters, place) = value;
-        return PARAMETER_SET;
+        return answer;
     }
     return PARAMETER_UNKNOWN;
 }

@@ -10,6 +10,8 @@
 
 struct parameters {
     double separation_deg;
+    /* Standard uncertainty of what differs between the places where the heads detect the mark. */
+    double index_detection_arcsec;
     /* 0: the paper's transform; 1: least squares at the angles read. */
     double method;
     double orders;
@@ -50,6 +52,8 @@ enum parameter_answer {
 
 uint32_t parameters_number(void);
 const struct parameter_description *parameters_description(uint32_t place);
+/* Each within its range, and whole where it must be. */
+bool parameters_are_valid(const struct parameters *parameters);
 void parameters_preset(struct parameters *parameters);
 double parameters_value(const struct parameters *parameters, uint32_t place);
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,

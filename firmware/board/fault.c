@@ -15,6 +15,7 @@
 /* The page below the stack in on_chip_memory.ld. */
 #define GUARD_FIRST 0x18000U
 #define GUARD_LAST 0x18FFFU
+#define CACHE_LINE 32U
 #define RECORD_MARK 0x4152464CU
 /* DFSR: an external abort that came after its instruction. */
 #define STATE_KIND 0x40FU
@@ -23,6 +24,7 @@
 _Static_assert(FAULTS <= SLCR_REBOOT_KEPT >> SLCR_REBOOT_KEPT_SHIFT, "a fault fits into its bits");
 
 static struct fault_record record __attribute__((section(".record")));
+static struct kept_settings kept __attribute__((section(".record")));
 
 void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t state)
     __attribute__((noreturn));
@@ -42,8 +44,24 @@ const char *fault_name(enum fault_code code) {
 }
 
 /* It must be in memory, not in a cache that the next start invalidates. */
+static void clean(const void *first, size_t bytes) {
+    uintptr_t line = (uintptr_t)first & ~(uintptr_t)(CACHE_LINE - 1U);
+    for (; line < (uintptr_t)first + bytes; line += CACHE_LINE) {
+        __asm__ volatile("mcr p15, 0, %0, c7, c10, 1" ::"r"(line) : "memory");
+    }
+    __asm__ volatile("dsb" ::: "memory");
+}
+
 static void clean_record(void) {
-    __asm__ volatile("mcr p15, 0, %0, c7, c10, 1\n\tdsb" ::"r"(&record) : "memory");
+    clean(&record, sizeof record);
+}
+
+struct kept_settings *fault_kept_settings(void) {
+    return &kept;
+}
+
+void fault_keep(void) {
+    clean(&kept, sizeof kept);
 }
 
 static bool is_valid(const struct fault_record *held) {

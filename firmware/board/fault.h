@@ -10,6 +10,8 @@
 
 #include <stdint.h>
 
+#include "kept_settings.h"
+
 enum fault_code {
     FAULT_NONE,
     FAULT_UNDEFINED_INSTRUCTION,
@@ -38,6 +40,11 @@ struct fault_record {
 /* Why the firmware began; FAULT_NONE at power-on, instruction 0 where it is not known. Forgets it,
    so that a later reset is not taken for this one. */
 struct fault_record fault_last(void);
+
+/* In the same memory as the record; a reset of the system clears them. */
+struct kept_settings *fault_kept_settings(void);
+/* What was written there is no longer in a cache that the next start invalidates. */
+void fault_keep(void);
 
 /* From now on a write that the bus refuses is a fault. One from before comes at once. */
 void fault_bus_errors_on(void);

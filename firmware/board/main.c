@@ -119,6 +119,20 @@ static bool work_waits(void) {
            application_busy(&firmware.application);
 }
 
+static void tell_settings(const struct text_sink *sink) {
+    const struct application *application = &firmware.application;
+    if (application->settings_origin != SETTINGS_PRESET) {
+        text_word(sink, "settings ");
+        text_word(sink, settings_origin_name(application->settings_origin));
+        text_word(sink, application->bypassed ? ", bypass on\r\n" : ", bypass off\r\n");
+    }
+    if (application->phase == PHASE_HELD) {
+        text_word(sink, "held after ");
+        text_unsigned(sink, application->faults_in_a_row);
+        text_word(sink, " faults in a row: rearm begins anew\r\n");
+    }
+}
+
 static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     const struct console *console = &firmware.console;
     if (console->reset_instruction != 0) {
@@ -128,6 +142,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
         text_hexadecimal(sink, console->reset_instruction);
         text_word(sink, "\r\n");
     }
+    tell_settings(sink);
     text_word(sink, "fabric ");
     text_word(sink, console->fabric);
     text_word(sink, ": ");
@@ -151,12 +166,14 @@ int main(void) {
     struct fault_record last = fault_last();
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
+    application_keep_settings(&firmware.application, fault_kept_settings(), fault_keep);
+    application_recover(&firmware.application, last.code != FAULT_NONE);
     fault_bus_errors_on();
     enum fabric_state fabric = board_fabric_start();
     firmware.console.fabric = fabric_state_name(fabric);
     die_temperature_prepare(board_registers());
     application_use_temperature(&firmware.application, read_temperature, NULL);
-    application_start(&firmware.application);
+    application_begin(&firmware.application);
     tell_start(&sink, fabric);
     for (;;) {
         watchdog_feed();

@@ -32,6 +32,8 @@ vectors:
 
     .text
 
+    /* A multiple of 64, as public tools ask of a boot image's entry. */
+    .balign 64
     /* Also where a fault begins anew: nothing here supposes a reset. */
     .global start
     .type start, %function

@@ -204,8 +204,18 @@ static enum refusal verify_travel(const struct capture *capture, double step, ui
     return NOT_REFUSED;
 }
 
+struct capture_counts capture_counts(const struct capture *capture, uint32_t sample) {
+    int32_t head1 = capture->words[2 * sample];
+    int32_t head2 = capture->words[2 * sample + 1];
+    int32_t first = capture->words[0];
+    struct capture_counts counts;
+    counts.head1 = (int64_t)first + capture->angle_offset + counts_apart(head1, first);
+    counts.head2 = counts.head1 + counts_apart(counts_apart(head2, head1), capture->head2_zero);
+    return counts;
+}
+
 static int32_t start_angle(const struct capture *capture) {
-    int64_t angle = ((int64_t)capture->words[0] + capture->angle_offset) % capture->counts_per_rev;
+    int64_t angle = capture_counts(capture, 0).head1 % capture->counts_per_rev;
     return (int32_t)(angle < 0 ? angle + capture->counts_per_rev : angle);
 }
 

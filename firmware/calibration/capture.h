@@ -17,7 +17,7 @@ struct capture {
     /* The flags of the capture header, as in the register map. */
     uint32_t flags;
     uint32_t counts_per_rev;
-    /* What must be added to head 1's word to have its angle modulo the turn: not 0 once the
+    /* What must be added to head 1's first word to have its angle modulo the turn: not 0 once the
        word has wrapped and the turn does not divide 2^32. */
     uint32_t angle_offset;
     /* What head 2's words are ahead of its angle by, counts: not 0 once head 2 lost counts. */
@@ -58,6 +58,14 @@ struct capture_fault {
     int32_t found;
     int32_t expected;
 };
+
+/* Counts of both heads that count on where words wrap; modulo the turn they are the angles. */
+struct capture_counts {
+    int64_t head1;
+    int64_t head2;
+};
+
+struct capture_counts capture_counts(const struct capture *capture, uint32_t sample);
 
 /* Fill `turn` or say why not. `most_order`: the highest order that the fit will have. */
 enum refusal capture_verify(const struct capture *capture, uint32_t most_order, struct turn *turn,

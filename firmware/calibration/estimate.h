@@ -49,6 +49,9 @@ struct estimate {
 struct calibration_settings {
     double nominal_separation_rad;
     enum separation_choice separation;
+    /* Standard uncertainty of a constant difference between the places where the heads detect the
+       mark: a measured separation holds it one to one, and no capture tells. */
+    double index_detection_arcsec;
     /* Orders 1 to this are fitted; at most ORDERS_MAX. */
     uint32_t orders;
 };

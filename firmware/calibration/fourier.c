@@ -114,6 +114,6 @@ enum refusal fourier_estimate(struct fourier_workspace *workspace, const struct 
     noise_measure(estimate, squares - squares_of_orders(&workspace->lines, estimate),
                   &workspace->lines);
     noise_scale_covariance(estimate);
-    noise_add_separation(estimate, turn->counts_per_rev);
+    noise_add_separation(estimate, turn->counts_per_rev, settings->index_detection_arcsec);
     return estimate_is_finite(estimate) ? NOT_REFUSED : REFUSED_NOT_FINITE;
 }

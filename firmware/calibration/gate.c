@@ -17,14 +17,22 @@ static double apart_squared(const struct harmonic *harmonic, struct vector appli
     return vector_square(apart);
 }
 
-/* |x - a|^2 of an estimate x with variance u^2 a component is 2u^2 too large in the mean where a
-   does not come from x; where it does, the error of x is all of the error, and what quantising
-   adds. */
+/* The expected square of what the coefficients a leave of an order whose estimate is x.
+
+   |x - a|^2 is too large in the mean by the noise of x where a does not come from x; where it does,
+   the noise of x is part of the error, beside what quantising adds. What the uncertainty of the
+   separation does to x it has done to a as well: it cancels in x - a and is an error that stays.
+   Only where nothing is applied it makes |x|^2 too large. */
 static double expected_square(const struct harmonic *harmonic, struct vector applied,
                               bool made_of_estimate) {
-    double u = harmonic_uncertainty(harmonic);
+    double noise = harmonic->variance_cosine + harmonic->variance_sine;
+    double separation = harmonic->by_separation_cosine * harmonic->by_separation_cosine +
+                        harmonic->by_separation_sine * harmonic->by_separation_sine;
     double apart = apart_squared(harmonic, applied);
-    return made_of_estimate ? apart + 2.0 * u * u : fmax(apart - 2.0 * u * u, 0.0);
+    if (applied.re == 0.0 && applied.im == 0.0) {
+        return fmax(apart - noise - separation, 0.0);
+    }
+    return (made_of_estimate ? apart + noise : fmax(apart - noise, 0.0)) + separation;
 }
 
 struct gate_prediction gate_predict(const struct estimate *estimate,
@@ -37,11 +45,8 @@ struct gate_prediction gate_predict(const struct estimate *estimate,
         if (!harmonic->seen) {
             continue;
         }
-        struct vector now = components(active, place + 1);
-        struct vector then = components(candidate, place + 1);
-        bool applied = then.re != 0.0 || then.im != 0.0;
-        before += expected_square(harmonic, now, false);
-        after += expected_square(harmonic, then, applied);
+        before += expected_square(harmonic, components(active, place + 1), false);
+        after += expected_square(harmonic, components(candidate, place + 1), true);
     }
     /* A cosine of amplitude A has the mean square A^2/2. */
     return (struct gate_prediction){sqrt(0.5 * before), sqrt(0.5 * after)};

@@ -228,14 +228,15 @@ static double residual_sample(const void *context, uint32_t sample) {
     return residual_of(context, sample, columns);
 }
 
-static void take_noise(struct fit *fit, struct estimate *estimate) {
+static void take_noise(struct fit *fit, const struct calibration_settings *settings,
+                       struct estimate *estimate) {
     struct least_squares_workspace *workspace = fit->workspace;
     struct lines *lines = &workspace->pass.lines;
     lines_transform(lines, lines_wanted(fit->orders, fit->turn->samples), &workspace->circle,
                     residual_sample, fit, fit->turn->samples, &workspace->residual_squares);
     noise_measure(estimate, workspace->residual_squares, lines);
     noise_scale_covariance(estimate);
-    noise_add_separation(estimate, fit->turn->counts_per_rev);
+    noise_add_separation(estimate, fit->turn->counts_per_rev, settings->index_detection_arcsec);
 }
 
 enum refusal least_squares_estimate(struct least_squares_workspace *workspace,
@@ -265,6 +266,6 @@ enum refusal least_squares_estimate(struct least_squares_workspace *workspace,
     }
     take_values(&fit, estimate);
     take_covariance(&fit, estimate);
-    take_noise(&fit, estimate);
+    take_noise(&fit, settings, estimate);
     return estimate_is_finite(estimate) ? NOT_REFUSED : REFUSED_NOT_FINITE;
 }

@@ -39,8 +39,10 @@ void noise_scale_covariance(struct estimate *estimate) {
     }
 }
 
-void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev) {
-    double u_rad = separation_uncertainty_rad(estimate->separation_choice, counts_per_rev);
+void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
+                          double index_detection_arcsec) {
+    double u_rad = separation_uncertainty_rad(estimate->separation_choice, counts_per_rev,
+                                              index_detection_arcsec);
     for (uint32_t place = 0; place < estimate->orders; place++) {
         struct harmonic *harmonic = &estimate->harmonic[place];
         uint32_t order = place + 1;
@@ -54,5 +56,6 @@ void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev) {
     }
     double statistical = estimate->noise_arcsec * sqrt(estimate->colour / estimate->samples);
     estimate->u_measured_separation_rad =
-        hypot(statistical / ARCSEC_PER_RAD, index_uncertainty_rad(counts_per_rev));
+        hypot(statistical / ARCSEC_PER_RAD,
+              index_uncertainty_rad(counts_per_rev, index_detection_arcsec));
 }

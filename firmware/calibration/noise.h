@@ -15,6 +15,7 @@ void noise_measure(struct estimate *estimate, double residual_squares, const str
 void noise_scale_covariance(struct estimate *estimate);
 
 /* What the uncertainty of the separation does: dE_n/d alpha = -j n e^{jn alpha} TF(n) E_n. */
-void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev);
+void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
+                          double index_detection_arcsec);
 
 #endif

@@ -24,13 +24,15 @@ bool separation_is_exchanged(double nominal_rad, double measured_rad) {
     return is_believable(measured_rad + nominal_rad) && !is_believable(measured_rad - nominal_rad);
 }
 
-double index_uncertainty_rad(int32_t counts_per_rev) {
-    return 2.0 * PI / counts_per_rev / sqrt(3.0);
+double index_uncertainty_rad(int32_t counts_per_rev, double index_detection_arcsec) {
+    double of_two_heads = 2.0 * PI / counts_per_rev * sqrt(2.0 / 3.0);
+    return hypot(of_two_heads, index_detection_arcsec / ARCSEC_PER_RAD);
 }
 
-double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_per_rev) {
+double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_per_rev,
+                                  double index_detection_arcsec) {
     if (choice == SEPARATION_NOMINAL) {
-        return SEPARATION_TOLERANCE_ARCSEC / sqrt(3.0) / ARCSEC_PER_RAD;
+        return SEPARATION_TOLERANCE_U_ARCSEC / ARCSEC_PER_RAD;
     }
-    return index_uncertainty_rad(counts_per_rev);
+    return index_uncertainty_rad(counts_per_rev, index_detection_arcsec);
 }

@@ -98,6 +98,17 @@ static void show_heads(struct console *console) {
     }
 }
 
+static void show_settings(struct console *console) {
+    const struct application *application = console->application;
+    named_word(console, "settings", settings_origin_name(application->settings_origin));
+    if (application->settings_origin == SETTINGS_LOST) {
+        advise(console, "lost");
+    }
+    if (application->faults_in_a_row != 0) {
+        named(console, "faults_in_a_row", application->faults_in_a_row);
+    }
+}
+
 static void show_device(struct console *console) {
     const struct application *application = console->application;
     named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
@@ -107,6 +118,7 @@ static void show_device(struct console *console) {
     if (console->fabric != NULL) {
         named_word(console, "fabric", console->fabric);
     }
+    show_settings(console);
     named_fixed(console, "longest_step_us", console->longest_step_us);
     named(console, "interrupts", application->interrupts);
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
@@ -117,6 +129,9 @@ static void status(struct console *console, char *const *words, uint32_t number)
     (void)number;
     const struct application *application = console->application;
     named_word(console, "phase", application_phase_name(application->phase));
+    if (application->phase == PHASE_HELD) {
+        advise(console, "held");
+    }
     show_device(console);
     named_word(console, "compensation",
                application->bypassed ? "bypassed" : (application->has_active ? "on" : "off"));
@@ -190,17 +205,6 @@ static void show(struct console *console, char *const *words, uint32_t number) {
     }
 }
 
-static void took_parameter(struct console *console,
-                           const struct parameter_description *description) {
-    if (description->rearms) {
-        application_start(console->application);
-        line(console, "ok, the index is looked for again");
-        return;
-    }
-    average_clear(&console->application->average);
-    line(console, "ok");
-}
-
 static void set(struct console *console, char *const *words, uint32_t number) {
     (void)number;
     const struct parameter_description *description = NULL;
@@ -209,9 +213,9 @@ static void set(struct console *console, char *const *words, uint32_t number) {
         error(console, "not a decimal number: ", words[2]);
         return;
     }
-    switch (parameters_set(&console->application->parameters, words[1], value, &description)) {
+    switch (application_set(console->application, words[1], value, &description)) {
     case PARAMETER_SET:
-        took_parameter(console, description);
+        line(console, description->rearms ? "ok, the index is looked for again" : "ok");
         break;
     case PARAMETER_OUT_OF_RANGE:
         text_word(&console->sink, "error: ");
@@ -263,7 +267,7 @@ static void telemetry(struct console *console, char *const *words, uint32_t numb
     bool on;
     (void)number;
     if (read_switch(console, words[1], &on)) {
-        console->telemetry = on;
+        application_telemetry(console->application, on);
         line(console, "ok");
     }
 }
@@ -273,6 +277,10 @@ static void dump(struct console *console, char *const *words, uint32_t number) {
     (void)number;
     if (console->application->phase == PHASE_NO_CORE) {
         error(console, "no core", "");
+        return;
+    }
+    if (console->application->phase == PHASE_HELD) {
+        error(console, "nothing is captured in phase held; try help held", "");
         return;
     }
     console->application->dump_wanted = true;
@@ -289,7 +297,7 @@ static void forget(struct console *console, char *const *words, uint32_t number)
 static void rearm(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
-    application_start(console->application);
+    application_rearm(console->application);
     if (console->application->phase == PHASE_NO_CORE) {
         error(console, "no core answers", "");
         return;

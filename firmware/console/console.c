@@ -93,14 +93,15 @@ static void dump_head(const struct console *console) {
 static void dump_row(const struct console *console, uint32_t sample) {
     const struct text_sink *sink = &console->sink;
     const struct capture *capture = &console->application->capture;
+    struct capture_counts counts = capture_counts(capture, sample);
     double clocks = (double)console->application->header.start_time +
                     (double)sample * capture->period_clocks;
     text_word(sink, "0,");
     text_fixed(sink, clocks / capture->clock_hz, 9);
     text_word(sink, ",");
-    text_signed(sink, capture->words[2 * sample]);
+    text_signed(sink, counts.head1);
     text_word(sink, ",");
-    text_signed(sink, counts_apart(capture->words[2 * sample + 1], capture->head2_zero));
+    text_signed(sink, counts.head2);
     text_word(sink, "\r\n");
 }
 
@@ -125,7 +126,7 @@ void console_step(struct console *console) {
     }
     if (application->report.fresh) {
         application->report.fresh = false;
-        if (console->telemetry) {
+        if (application->telemetry) {
             telemetry_turn(&console->sink, application);
         }
     }

@@ -18,7 +18,6 @@ struct console {
     uint32_t length;
     /* The line is too long or holds what is no text: it is read to its end and refused. */
     bool spoiled;
-    bool telemetry;
     /* What the last reset was for; NULL: nothing to tell. */
     const char *reset_reason;
     /* Where the program was then. */

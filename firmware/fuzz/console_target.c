@@ -19,6 +19,7 @@ enum { ORDERS = 6, TURNS_MOST = 4 };
 static struct {
     struct application application;
     struct console console;
+    struct kept_settings kept;
     uint32_t words[WINDOW_WORDS];
     int32_t bank[2 * SAMPLES];
     char before;
@@ -80,6 +81,9 @@ static bool read_temperature(void *context, double *celsius) {
     return true;
 }
 
+static void settle(void) {
+}
+
 static void prepare_core(void) {
     fuzz.words[AT(identification)] = ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset;
     fuzz.words[AT(version)] = (uint32_t)ARCTRUE_REGISTERS__VERSION__MAJOR_reset
@@ -113,6 +117,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     application_use_temperature(&fuzz.application, read_temperature, NULL);
     console_prepare(&fuzz.console, &fuzz.application, &sink);
     fuzz.application.parameters.orders = ORDERS;
+    application_keep_settings(&fuzz.application, &fuzz.kept, settle);
+    application_recover(&fuzz.application, false);
     application_start(&fuzz.application);
     unsigned turns = 0;
     for (size_t place = 0; place < size; place++) {
@@ -134,5 +140,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         console_receive(&fuzz.console, (uint8_t)question[place]);
     }
     require(fuzz.before == '\n');
+    /* A fault now would begin anew with what was ordered. */
+    struct settings kept;
+    require(kept_settings_read(&fuzz.kept, &kept));
+    require(memcmp(&kept.parameters, &fuzz.application.parameters, sizeof kept.parameters) == 0);
+    require(kept.bypassed == fuzz.application.bypassed && kept.frozen == fuzz.application.frozen);
     return 0;
 }

@@ -204,13 +204,16 @@ class Emulator:
                     raise
 
     @contextmanager
-    def debugging(self) -> Iterator[Callable[[str, bytes], None]]:
-        """Orders to the debugger's port, each with what is awaited; the processor stands still."""
+    def debugging(self) -> Iterator[Callable[[str, bytes], bytes]]:
+        """Orders to the debugger's port, each with what is awaited; the processor stands still.
+
+        An order returns all that is heard up to that.
+        """
         with socket.socket(socket.AF_UNIX) as port:
             port.connect(str(self.debugger))
             port.settimeout(PATIENCE_S)
 
-            def order(text: str, awaited: bytes) -> None:
+            def order(text: str, awaited: bytes) -> bytes:
                 port.sendall(f"${text}#{sum(text.encode()) % 256:02x}".encode())
                 answer = b""
                 # The news that the processor has stopped may come first.
@@ -218,6 +221,7 @@ class Emulator:
                     answer += port.recv(4096)
                     assert b"$E" not in answer, answer
                 port.sendall(b"+")
+                return answer
 
             yield order
             order("D", b"$OK#")
@@ -225,6 +229,18 @@ class Emulator:
     def write_memory(self, address: int, data: bytes) -> None:
         with self.debugging() as order:
             order(f"M{address:x},{len(data):x}:{data.hex()}", b"$OK#")
+
+    def read_own_register(self, address: int) -> int:
+        """As the processor itself reads it, in its secure state, where the bus would not be."""
+        with self.debugging() as order:
+            answer = b""
+            while (found := re.search(rb"\$([0-9a-f]{8})#..", answer)) is None:
+                answer = order(f"m{address:x},4", b"#")
+        return int.from_bytes(bytes.fromhex(found[1].decode()), "little")
+
+    def write_own_register(self, address: int, value: int) -> None:
+        """As the processor itself writes it."""
+        self.write_memory(address, word(value))
 
     @contextmanager
     def stopped_at(self, address: int) -> Iterator[Callable[[int, int], None]]:
@@ -236,7 +252,11 @@ class Emulator:
         with self.debugging() as order:
             order(f"Z{breakpoint_there}", b"$OK#")
             order("c", b"$T05")
-            yield lambda place, value: order(f"M{place:x},4:{word(value).hex()}", b"$OK#")
+
+            def write(place: int, value: int) -> None:
+                order(f"M{place:x},4:{word(value).hex()}", b"$OK#")
+
+            yield write
             order(f"z{breakpoint_there}", b"$OK#")
 
     def on_the_bus(self, *commands: str) -> list[str]:

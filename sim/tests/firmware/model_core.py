@@ -94,15 +94,17 @@ class ModelCore:
         angle = (slip + travel) % self.get("counts_per_rev_active")
         self.set("snapshot.head2_angle", angle)
 
-    def hand_over(self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN) -> None:
-        """A bank with counts (2, n)."""
+    def hand_over(
+        self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0
+    ) -> None:
+        """A bank with counts (2, n), looked at when head 1 has moved on by ``travel`` counts."""
         words = counts.T.astype(np.int64).astype(np.uint32).view(np.int32)
         self.bank = np.ascontiguousarray(words)
         self.set("capture_header.sample_count", counts.shape[1])
         self.set("capture_header.flags", flags)
         number = self.get("capture_header.sequence_number") + 1
         self.set("capture_header.sequence_number", number)
-        position = int(counts[0, -1]) if counts.shape[1] else 0
+        position = int(counts[0, -1]) + travel if counts.shape[1] else 0
         self.set("snapshot.head1_turn_position", position)
         self.set("snapshot.head1_position", position)
         self.set("snapshot.head1_angle", position % self.get("counts_per_rev_active"))

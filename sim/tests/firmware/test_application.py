@@ -32,7 +32,7 @@ def running() -> Firmware:
     return firmware
 
 
-def active_coefficients(core: ModelCore) -> Coefficients:
+def active_coefficients(core: ModelCore, counts_per_rev: int = COUNTS) -> Coefficients:
     words = [core.active[COEFFICIENTS + 4 * i] for i in range(128)]
     lanes = np.array(words, dtype=np.uint64).reshape(-1, 4)
     return Coefficients(
@@ -40,7 +40,7 @@ def active_coefficients(core: ModelCore) -> Coefficients:
         lanes[:, 2].astype(np.uint32),
         lanes[:, 3].astype(np.uint32).view(np.int32),
         0,
-        COUNTS,
+        counts_per_rev,
     )
 
 

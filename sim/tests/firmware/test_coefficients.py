@@ -240,6 +240,22 @@ def test_the_gate_lets_a_real_change_pass(fitted: Any) -> None:
     assert found.active_arcsec == pytest.approx(1.0 / np.sqrt(2.0), rel=0.1)
 
 
+def test_the_gate_lets_a_change_pass_that_is_less_than_u_of_the_separation() -> None:
+    """Of 150″, 0.037″ are not known; they are the same in the active coefficients and cancel."""
+    asked = {"index_detection_arcsec": 50.0 / np.sqrt(3.0)}
+    made = []
+    for seed, amplitude in ((3, 150.0), (6, 150.03)):
+        counts = counts_of(Disc({1: (amplitude, 0.4)}), seed=seed)
+        made.append(estimate("least_squares", capture_in_c(counts), 8, **asked)[1])
+    (_, active), (_, candidate) = (quantised(fit, verdicts_of(fit, 8)[0], 8) for fit in made)
+    found = prediction(made[1], active, candidate)
+    assert judged(found) == "none"
+    first = made[1].harmonic[0]
+    hidden = np.hypot(first.by_separation_cosine, first.by_separation_sine)
+    assert hidden > 0.03
+    assert found.candidate_arcsec >= hidden / np.sqrt(2.0), "what is not known is told all the same"
+
+
 def test_the_gate_refuses_too_few_lanes_after_many(fitted: Any) -> None:
     _, active = quantised(fitted, verdicts_of(fitted, 32)[0], 32)
     _, candidate = quantised(fitted, verdicts_of(fitted, 1)[0], 1)

@@ -20,7 +20,7 @@ from sim.tests.firmware.calibrator import (
 )
 from sim.tests.firmware.library import firmware
 
-from arctrue.calibration import Estimate, fourier, least_squares, whole_turns
+from arctrue.calibration import Estimate, fourier, head_separation, least_squares, whole_turns
 from arctrue.calibration.harmonics import as_function_of_reading
 
 EQUAL_TO = 1e-9
@@ -65,7 +65,14 @@ def reference(
     return made
 
 
-def assert_equal(made: Any, expected: Estimate) -> None:
+def u_index_rad(counts_per_rev: int, detection_arcsec: float = 0.0) -> float:
+    """Standard uncertainty of R₂ − R₁ by the index: a rectangle of ±1 count for either head, and
+    what differs between the places where they detect the mark."""
+    head = 2.0 * np.pi / counts_per_rev / np.sqrt(3.0)
+    return float(np.sqrt(2.0 * head**2 + (detection_arcsec * ARCSEC) ** 2))
+
+
+def assert_equal(made: Any, expected: Estimate, counts_per_rev: int = COUNTS) -> None:
     largest = expected.amplitude_arcsec.max() / 2.0
     assert np.abs(values_of(made) - expected.values).max() < EQUAL_TO * largest
     assert abs(made.measured_separation_rad - expected.measured_separation_rad) < 1e-12
@@ -81,8 +88,11 @@ def assert_equal(made: Any, expected: Estimate) -> None:
     ffi, library = firmware()
     u = [library.harmonic_uncertainty(ffi.addressof(made.harmonic[p])) for p in range(made.orders)]
     np.testing.assert_allclose(u, expected.u_component_arcsec, rtol=GRAM_APPROXIMATION)
+    statistical = np.sqrt(
+        expected.u_measured_separation_rad**2 - head_separation.u_index_rad(counts_per_rev) ** 2
+    )
     assert made.u_measured_separation_rad == pytest.approx(
-        expected.u_measured_separation_rad, rel=1e-6
+        np.hypot(statistical, u_index_rad(counts_per_rev)), rel=1e-6
     )
 
 
@@ -139,6 +149,32 @@ def test_an_order_that_cannot_be_seen(method: str) -> None:
     assert_equal(made, reference(method, counts, separation="nominal", alpha_rad=alpha))
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_heads_that_detect_the_mark_at_different_places(method: str) -> None:
+    """10 µm at the disc, 38″, are 492 counts of head 2: no data tell them from a separation."""
+    u_detection = 38.0
+    counts = counts_of()
+    moved = counts + np.array([[0], [492]])
+    asked = {"index_detection_arcsec": u_detection}
+    _, right = estimate(method, capture_in_c(counts), **asked)
+    _, wrong = estimate(method, capture_in_c(moved), **asked)
+    shift = np.abs(values_of(wrong) - values_of(right)).reshape(2, -1)
+    assert np.hypot(*shift)[0] > 0.02, "order 1, arcsec"
+    ffi, library = firmware()
+    u = [library.harmonic_uncertainty(ffi.addressof(right.harmonic[n])) for n in range(32)]
+    # One standard uncertainty of the separation, shared by the components of an order.
+    assert (np.sqrt((shift**2).mean(axis=0)) <= np.array(u) * 1.01).all()
+    noise = np.sqrt(right.u_measured_separation_rad**2 - u_index_rad(COUNTS, u_detection) ** 2)
+    assert 0.0 < noise < 0.01 * ARCSEC
+    _, nominal = estimate(
+        method, capture_in_c(counts), separation=library.SEPARATION_NOMINAL, **asked
+    )
+    by_nominal = per_order(nominal, "by_separation_cosine")[0]
+    by_measured = per_order(right, "by_separation_cosine")[0]
+    expected = 50.0 / np.sqrt(3.0) * ARCSEC / u_index_rad(COUNTS, u_detection)
+    assert by_nominal / by_measured == pytest.approx(expected, rel=1e-3)
+
+
 def test_positions_that_wrap() -> None:
     """The turn position register wraps modulo 2^32 after 128 turns."""
     counts = counts_of()
@@ -160,7 +196,7 @@ def test_a_turn_that_does_not_divide_the_register() -> None:
     made = estimate(
         "least_squares", capture_in_c(counts, counts_per_rev=360_000, angle_offset=offset)
     )[1]
-    assert_equal(made, reference("least_squares", counts, counts_per_rev=360_000))
+    assert_equal(made, reference("least_squares", counts, counts_per_rev=360_000), 360_000)
 
 
 def test_as_a_function_of_the_reading() -> None:

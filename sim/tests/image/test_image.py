@@ -38,6 +38,10 @@ def boot_rom(flash: bytes) -> tuple[int, bytes, int]:
     assert source >= 0x8C0
     assert 0 < length <= 0x30000
     assert length == word(0x40)
+    # What mkimage -T zynqimage of U-Boot 2023.01 checks beside that.
+    assert start % 64 == 0
+    assert word(0x38) == 0
+    assert word(0x44) == 0
     return load, flash[source : source + length], start
 
 
@@ -94,6 +98,8 @@ def test_a_program_that_does_not_fit_is_refused() -> None:
         boot_image(bytes(192 * 1024 + 1), 0)
     with pytest.raises(ImageError, match="starts at 0x40, outside its 64 bytes"):
         boot_image(bytes(64), 64)
+    with pytest.raises(ImageError, match="starts at 0x20, no multiple of 64"):
+        boot_image(bytes(64), 0x20)
 
 
 def test_the_command_says_what_is_missing(tmp_path: Path) -> None:

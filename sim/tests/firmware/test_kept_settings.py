@@ -1,0 +1,231 @@
+"""What the operator has ordered outlives a fault; where it does not, the output is safe."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_application import controls, turn
+
+ORDERS = (
+    "set separation_deg 47.5",
+    "set counts_per_rev 3600000",
+    "set method 0",
+    "set index_detection_arcsec 3.5",
+    "freeze on",
+    "telemetry on",
+)
+HELD_AFTER = 3
+FORGOTTEN_AFTER_TURNS = 20
+
+
+class Device:
+    """A core and the memory that outlives a new start; ``firmware`` runs on them."""
+
+    def __init__(self) -> None:
+        ffi, _ = firmware()
+        self.core = ModelCore()
+        self.kept = ffi.new("struct kept_settings *")
+        size = ffi.sizeof(self.kept[0])
+        ffi.buffer(self.kept)[:] = bytes(37 * i % 256 for i in range(size))
+        self.settled = 0
+        self._settle = ffi.callback("memory_settle", self._settle_memory)
+        self.start(after_fault=False)
+
+    def _settle_memory(self) -> None:
+        self.settled += 1
+
+    def start(self, *, after_fault: bool) -> None:
+        """As main() does; a fault has written bypass before."""
+        if after_fault:
+            self.core.set("control", 0b010)
+        self.firmware = Firmware(self.core)
+        library, application = self.firmware.library, self.firmware.application
+        library.application_keep_settings(application, self.kept, self._settle)
+        library.application_recover(application, after_fault)
+        library.application_begin(application)
+        self.core.see_index()
+        self.firmware.step()
+
+    def work(self, turns: int) -> None:
+        for seed in range(turns):
+            self.core.hand_over(turn(seed=seed))
+            self.firmware.step(3)
+
+
+def parameters(device: Device) -> dict[str, str]:
+    lines = device.firmware.send("show parameters").splitlines()
+    return dict(line.split() for line in lines[:-1])
+
+
+def field(device: Device, name: str) -> list[str]:
+    lines = device.firmware.send("status").splitlines()
+    return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
+
+
+def test_a_new_start_after_a_fault_has_the_operators_settings() -> None:
+    device = Device()
+    assert field(device, "settings") == ["preset"]
+    for order in ORDERS:
+        assert device.firmware.send(order).startswith("ok")
+    ordered = parameters(device)
+    assert ordered["counts_per_rev"] == "3600000.000000000"
+    device.start(after_fault=True)
+    assert parameters(device) == ordered
+    assert field(device, "settings") == ["kept"]
+    assert field(device, "coefficients") == ["frozen"]
+    assert field(device, "faults_in_a_row") == ["1"]
+    assert device.core.get("counts_per_rev") == 3_600_000
+    assert device.firmware.application.telemetry
+
+
+@pytest.mark.parametrize("bypassed", [True, False])
+def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
+    device = Device()
+    device.work(1)
+    assert controls(device.core)["compensate"]
+    device.firmware.send("bypass on" if bypassed else "bypass off")
+    device.start(after_fault=True)
+    assert not controls(device.core)["compensate"], "nothing is known yet"
+    device.work(1)
+    assert device.firmware.application.has_active
+    assert controls(device.core)["compensate"] != bypassed
+    assert controls(device.core)["output_enable"]
+
+
+def test_lost_settings_leave_the_output_uncorrected() -> None:
+    device = Device()
+    device.firmware.send("set separation_deg 47.5")
+    ffi, _ = firmware()
+    ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
+    device.start(after_fault=True)
+    assert field(device, "settings") == ["lost"]
+    assert any("presets and bypass is on" in line for line in field(device, "advice"))
+    assert parameters(device)["separation_deg"] == "33.000000000"
+    device.work(1)
+    assert device.firmware.application.has_active
+    assert not controls(device.core)["compensate"]
+    device.firmware.send("bypass off")
+    assert controls(device.core)["compensate"]
+    device.start(after_fault=True)
+    assert field(device, "settings") == ["kept"], "what has been ordered since"
+
+
+def test_a_start_without_a_fault_has_presets() -> None:
+    device = Device()
+    device.firmware.send("set separation_deg 47.5")
+    device.firmware.send("bypass on")
+    device.start(after_fault=False)
+    assert field(device, "settings") == ["preset"]
+    assert field(device, "compensation") == ["off"]
+    assert parameters(device)["separation_deg"] == "33.000000000"
+
+
+def test_faults_in_a_row_end_in_a_state_that_works_on_nothing() -> None:
+    device = Device()
+    device.work(1)
+    for _ in range(HELD_AFTER - 1):
+        device.start(after_fault=True)
+        assert device.firmware.phase == "capture"
+    device.start(after_fault=True)
+    device.core.writes.clear()
+    assert device.firmware.phase == "held"
+    device.work(2)
+    device.firmware.send("bypass off")
+    device.firmware.send("forget")
+    assert device.firmware.application.turns == 0
+    assert not device.core.writes
+    assert controls(device.core) == {
+        "compensate": False,
+        "output_enable": True,
+        "capture_enable": False,
+    }
+    assert any("third fault in a row" in line for line in field(device, "advice"))
+    assert device.firmware.send("dump").startswith("error: nothing is captured in phase held")
+    assert device.firmware.send("rearm").startswith("ok")
+    device.core.see_index()
+    device.firmware.step()
+    device.work(1)
+    assert controls(device.core)["compensate"]
+    assert field(device, "faults_in_a_row") == []
+    device.start(after_fault=True)
+    assert device.firmware.phase == "capture"
+
+
+def test_a_fault_long_ago_does_not_count() -> None:
+    device = Device()
+    for _ in range(2 * HELD_AFTER):
+        device.start(after_fault=True)
+        assert device.firmware.phase == "capture"
+        device.work(FORGOTTEN_AFTER_TURNS)
+    device.start(after_fault=True)
+    device.work(FORGOTTEN_AFTER_TURNS - 1)
+    device.start(after_fault=True)
+    assert field(device, "faults_in_a_row") == ["2"]
+
+
+def test_every_order_is_kept_before_it_is_confirmed() -> None:
+    device = Device()
+    for order in (*ORDERS, "bypass on", "bypass off", "freeze off", "telemetry off"):
+        before = device.settled
+        device.firmware.send(order)
+        assert device.settled > before, order
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_a_write_that_a_fault_cuts_off_leaves_the_settings_before_or_after_it(data: Any) -> None:
+    """Any subset of the memory's lines of 32 bytes has the new content: the rest was in a cache."""
+    device = Device()
+    ffi, library = firmware()
+    size = ffi.sizeof(device.kept[0])
+    for separation in range(40, 40 + data.draw(st.integers(1, 4))):
+        device.firmware.send(f"set separation_deg {separation}")
+    before = bytes(ffi.buffer(device.kept))
+    device.firmware.send("set separation_deg 47.5")
+    after = bytes(ffi.buffer(device.kept))
+    lines = data.draw(st.lists(st.booleans(), min_size=size // 32 + 1, max_size=size // 32 + 1))
+    mixed = b"".join(
+        (after if new else before)[32 * i : 32 * i + 32] for i, new in enumerate(lines)
+    )
+    ffi.buffer(device.kept)[:] = mixed
+    found = ffi.new("struct settings *")
+    assert library.kept_settings_read(device.kept, found)
+    assert found.parameters.separation_deg in (separation, 47.5)
+
+
+@given(st.data())
+@settings(max_examples=100, deadline=None)
+def test_no_changed_bit_is_taken_for_an_order(data: Any) -> None:
+    device = Device()
+    ffi, library = firmware()
+    device.firmware.send("set separation_deg 47.5")
+    memory = bytearray(ffi.buffer(device.kept))
+    bits = data.draw(st.lists(st.integers(0, 8 * len(memory) - 1), min_size=1, max_size=3))
+    for place in bits:
+        memory[place // 8] ^= 1 << place % 8
+    ffi.buffer(device.kept)[:] = bytes(memory)
+    found = ffi.new("struct settings *")
+    if library.kept_settings_read(device.kept, found):
+        assert found.parameters.separation_deg in (33.0, 47.5)
+        assert (found.bypassed, found.frozen, found.faults_in_a_row) == (0, 0, 0)
+
+
+def test_values_out_of_range_are_no_settings() -> None:
+    """With the right sum: as an older firmware with other ranges would leave them."""
+    device = Device()
+    ffi, library = firmware()
+    made = ffi.new("struct settings *")
+    assert library.kept_settings_read(device.kept, made)
+    for name, value in (("separation_deg", 400.0), ("orders", 3.5), ("keep", float("nan"))):
+        bad = ffi.new("struct settings *", made[0])
+        setattr(bad.parameters, name, value)
+        kept = ffi.new("struct kept_settings *")
+        library.kept_settings_write(kept, bad)
+        assert not library.kept_settings_read(kept, ffi.new("struct settings *")), name
+    library.kept_settings_write(kept, made)
+    assert library.kept_settings_read(kept, made)
