@@ -216,6 +216,22 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/quadrature_output/test_quadrature_output.py",
     ),
     Mutation(
+        "z_without_reference",
+        "Z comes before the first index and in a re-arm",
+        "rtl/quadrature_output/quadrature_output.vhd",
+        "z <= referenced_then;",
+        "z <= '1';",
+        "tb/quadrature_output/test_quadrature_output.py",
+    ),
+    Mutation(
+        "reference_before_its_angle",
+        "the index is told a clock before the angle that counts from it",
+        "rtl/compensation/error_compensation.vhd",
+        "corrected_referenced <= referenced_1_to_3(3);",
+        "corrected_referenced <= referenced_1_to_3(2);",
+        "tb/core/test_compensation_pipeline.py::test_latencies",
+    ),
+    Mutation(
         "address_taken_in_reset",
         "a write that begins during the fabric's reset is lost, and the processor waits for ever",
         "rtl/top/axi3_to_axi_lite.vhd",
