@@ -48,6 +48,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/decoder/test_quadrature_decoder.py",
     ),
     Mutation(
+        "silent_overspeed",
+        "edges that the filter swallows are not told",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "      too_fast  := too_near or edges_lost;",
+        "      too_fast  := too_near;",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
         "illegal_counts",
         "A and B changing together count as a step",
         "rtl/decoder/quadrature_decoder.vhd",

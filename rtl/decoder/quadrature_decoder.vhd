@@ -42,6 +42,12 @@
 -- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
 -- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
 -- An illegal transition is no edge in this sense, nor in that of last_edge_time.
+-- Edges that the filter swallows are over-speed too: the levels before the filter are decoded as well, and
+-- `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
+-- behind it, or have broken the order 4 times where the filter shows nothing. Once the pins have
+-- been quiet for filter_length clocks this starts anew. A pulse on one pin that is shorter than the
+-- filter leaves no trace here either, unless another pin changes within it: then it
+-- cannot be told from a period that was lost. Latency SYNCHRONISER_STAGES + 4 clocks from the pins.
 --
 -- **Clear semantics.** index_error, illegal and overspeed stay set, and their counters stop at
 -- 65,535, until `clear` or reset. A fault in the very clock of a clear is kept: flag set, counter 1.
@@ -116,6 +122,9 @@ end entity quadrature_decoder;
 architecture rtl of quadrature_decoder is
 
   constant LARGEST : positive := 2 ** 16 - 1;
+  constant PERIOD  : positive := 4; -- counts of a period of A and B
+
+  constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
   signal pins     : std_ulogic_vector(2 downto 0);
   signal levels   : std_ulogic_vector(2 downto 0);
@@ -161,6 +170,19 @@ architecture rtl of quadrature_decoder is
     return '0';
 
   end function is_within;
+
+  -- A step in counts.
+  function step_of (moves, up : std_ulogic) return integer is
+  begin
+
+    if (moves = '0') then
+      return 0;
+    elsif (up = '1') then
+      return 1;
+    end if;
+    return -1;
+
+  end function step_of;
 
   function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
   begin
@@ -213,6 +235,19 @@ begin
     variable direction_known : std_ulogic                              := '0';
     variable breaks_order    : std_ulogic                              := '0';
     variable meets_index     : std_ulogic                              := '0';
+    -- A and B before the filter, one clock ago, and what they say
+    variable raw_before      : std_ulogic_vector(1 downto 0)           := (others => '0');
+    variable raw_changes     : std_ulogic_vector(1 downto 0);
+    variable raw_moves       : std_ulogic                              := '0';
+    variable raw_up          : std_ulogic                              := '0';
+    variable raw_breaks      : std_ulogic                              := '0';
+    -- Clocks since they changed, less one
+    variable still           : u_unsigned(7 downto 0)                  := (others => '0');
+    variable is_quiet        : std_ulogic                              := '0';
+    -- Counts by which they are ahead of the filtered ones, and breaks of the order that the filter hides
+    variable ahead           : integer range -8 to 7                   := 0;
+    variable hidden_breaks   : natural range 0 to 7                    := 0;
+    variable edges_lost      : std_ulogic                              := '0';
     -- Stage 2: position, beside the registers of the ports
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
@@ -236,19 +271,21 @@ begin
     variable judged          : std_ulogic                              := '0';
     -- The index is not where it ought to be.
     variable misplaced       : std_ulogic;
+    variable too_fast        : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
+      too_fast  := too_near or edges_lost;
       if (clear = '1') then
         index_error       <= misplaced;
         index_error_count <= (0 => misplaced, others => '0');
         illegal           <= breaks_order;
         illegal_count     <= (0 => breaks_order, others => '0');
-        overspeed         <= too_near;
-        overspeed_count   <= (0 => too_near, others => '0');
+        overspeed         <= too_fast;
+        overspeed_count   <= (0 => too_fast, others => '0');
       else
         if (misplaced = '1') then
           index_error       <= '1';
@@ -258,7 +295,7 @@ begin
           illegal       <= '1';
           illegal_count <= saturating_increment(illegal_count);
         end if;
-        if (too_near = '1') then
+        if (too_fast = '1') then
           overspeed       <= '1';
           overspeed_count <= saturating_increment(overspeed_count);
         end if;
@@ -327,6 +364,40 @@ begin
         end if;
       end if;
 
+      -- What the filter swallows: steps of the clock before, before it and behind it.
+      edges_lost := '0';
+      if (settling(settling'high - 1) = '1' or is_quiet = '1') then
+        ahead         := 0;
+        hidden_breaks := 0;
+      else
+        ahead := ahead + step_of(raw_moves, raw_up) - step_of(moves, up);
+        if (breaks_order = '1') then
+          hidden_breaks := 0;
+        elsif (raw_breaks = '1') then
+          hidden_breaks := hidden_breaks + 1;
+        end if;
+        if (ahead >= PERIOD or ahead <= -PERIOD or hidden_breaks = PERIOD) then
+          edges_lost    := '1';
+          ahead         := 0;
+          hidden_breaks := 0;
+        end if;
+      end if;
+
+      raw_changes := levels(2 downto 1) xor raw_before;
+      raw_moves   := raw_changes(1) xor raw_changes(0);
+      raw_breaks  := raw_changes(1) and raw_changes(0);
+      raw_up      := levels(2) xor raw_before(0);
+      is_quiet    := '0';
+      if (raw_changes /= "00") then
+        still := (others => '0');
+      else
+        is_quiet := still ?>= filter_length;
+        if (still /= LONGEST_FILTER) then
+          still := still + 1;
+        end if;
+      end if;
+      raw_before := levels(2 downto 1);
+
       -- Stage 1: compare the levels with those of the clock before.
       a_changes    := filtered(2) xor before(2);
       b_changes    := filtered(1) xor before(1);
@@ -365,6 +436,7 @@ begin
         meets_index       := '0';
         spacing           := LARGEST;
         too_near          := '0';
+        edges_lost        := '0';
         passed_index      := '0';
         index_before      := '0';
         repeats           := '0';

@@ -273,6 +273,31 @@ FAULTY: dict[str, Scenario] = {
         1000,
         start=200,
     ),
+    "faster_than_the_filter": Scenario(
+        [
+            RESET,
+            Segment(20, filter_length=16),
+            # Levels last 18 clocks, then 14 and 10: the filter shows nothing of them any more.
+            Segment(180, 9, filter_length=16),
+            Segment(280, 7, filter_length=16),
+            Segment(60, filter_length=16),
+            Segment(1, filter_length=16, clear=True),
+            Segment(200, 5, filter_length=16, down=True),
+            Segment(60, filter_length=16),
+        ],
+        1000,
+        start=200,
+    ),
+    "two_counts_a_clock_behind_the_filter": Scenario(
+        [
+            RESET,
+            Segment(9, filter_length=3),
+            *[Segment(1, filter_length=3, jump=2)] * 30,
+            Segment(20, filter_length=3),
+        ],
+        1000,
+        start=200,
+    ),
     "glitches_are_counted_without_filter": Scenario(
         _there_and_back(40, 25, glitch_clocks=2), 11, start=-4
     ),

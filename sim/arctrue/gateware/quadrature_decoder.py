@@ -17,6 +17,9 @@ from arctrue.gateware.latest import latest, value_at
 COUNTER_MAX = 2**16 - 1
 """The fault counters stop here."""
 
+PERIOD = 4
+"""Counts of a period of A and B."""
+
 SPACING_MAX = 2**16 - 1
 """The spacing of edges is measured up to here, clocks."""
 
@@ -122,6 +125,45 @@ def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
     return _Events(step, up, a_changes & b_changes & valid, index)
 
 
+def _edges_lost(
+    levels: tuple[Ints, Ints],
+    filter_length: Ints,
+    seen: _Events,
+    settling: Bools,
+) -> Bools:
+    """Clocks in which the levels before the filter turn out to be a period ahead of the others.
+
+    ``levels``: A and B before the filter; ``settling``: clocks in which they are not looked at.
+    """
+    a, b = levels
+    a_before, b_before = _earlier(a), _earlier(b)
+    a_changes, b_changes = a != a_before, b != b_before
+    moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
+    still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
+    quiet = ~(a_changes | b_changes) & (still >= filter_length)
+    # One clock later they are summed up.
+    moved, breaks = _earlier(moves), _was(a_changes & b_changes)
+    filtered_moved, filtered_breaks = _earlier(seen.step), _was(seen.illegal)
+    starts_anew = settling | _was(quiet)
+    last_start = latest(starts_anew).tolist()
+    event = ((moved != filtered_moved) | breaks | filtered_breaks) & ~starts_anew
+    lost = np.zeros(a.size, dtype=np.bool_)
+    ahead = hidden = before = 0
+    columns = (moved - filtered_moved, breaks, filtered_breaks)
+    clocks = np.flatnonzero(event)
+    rows = zip(clocks.tolist(), *(column[clocks].tolist() for column in columns), strict=True)
+    for clock, gained, is_broken, is_told in rows:
+        if last_start[clock] > before:
+            ahead = hidden = 0
+        before = clock
+        ahead += gained
+        hidden = 0 if is_told else hidden + is_broken
+        if abs(ahead) >= PERIOD or hidden == PERIOD:
+            lost[clock] = True
+            ahead = hidden = 0
+    return lost
+
+
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
     """Flag and counter after each clock; an event in the clock of a clear is kept."""
     total = np.cumsum(event)
@@ -154,14 +196,8 @@ def quadrature_decoder(
     since_reset = clocks - _clock_before(last_reset)
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages
-    a, b, z = (
-        glitch_filter(
-            input_synchroniser(column[pin], synchroniser_stages),
-            column["filter_length"],
-            filter_reset,
-        )[:-1]
-        for pin in ("a", "b", "z")
-    )
+    levels = [input_synchroniser(column[pin], synchroniser_stages) for pin in ("a", "b", "z")]
+    a, b, z = (glitch_filter(pin, column["filter_length"], filter_reset)[:-1] for pin in levels)
     seen = _events(a, b, z, preload, reset)
 
     taken_over = reset | preload | rearm
@@ -215,7 +251,9 @@ def quadrature_decoder(
     too_near = moves & (spacing < column["minimum_edge_spacing"])
 
     illegal, illegal_count = _sticky(_was(seen.illegal) & ~reset, clear, reset)
-    overspeed, overspeed_count = _sticky(_was(too_near) & ~reset, clear, reset)
+    edges_lost = _edges_lost((levels[0], levels[1]), column["filter_length"], seen, filter_reset)
+    too_fast = _was((too_near | edges_lost) & ~reset) & ~reset
+    overspeed, overspeed_count = _sticky(too_fast, clear, reset)
     index_error, index_error_count = _sticky(_was(misplaced & ~reset) & ~reset, clear, reset)
 
     direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))

@@ -17,6 +17,7 @@ from tb.decoder.quadrature_decoder_scenarios import (
 
 from arctrue.gateware.quadrature_decoder import (
     COUNTER_MAX,
+    PERIOD,
     DecoderInputs,
     DecoderTrace,
     latency_clocks,
@@ -278,6 +279,52 @@ def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
     assert trace.overspeed.tolist() == [int(count > 0) for count in expected]
     assert {5, 6, 1} <= set(distances[too_near].tolist())
     assert trace.position.max() == given.count[-1] - scenario.start
+
+
+def test_edges_that_the_filter_swallows_are_told() -> None:
+    _, given, trace = played("faster_than_the_filter")
+    too_fast = np.flatnonzero(np.diff(given.count) != 0)
+    too_fast = too_fast[too_fast >= 3 + 20 + 180]
+    # At the fifth count too many of the levels before the filter, through the synchroniser.
+    told = int(np.argmax(trace.overspeed))
+    assert too_fast[0] < told <= too_fast[5] + latency_clocks()
+    assert not trace.illegal.any()
+    cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
+    assert not trace.overspeed[cleared + 1 : cleared + 20].any()
+    assert trace.overspeed[-1]
+    # Periods told are those lost, but for the one under way when the levels came to rest.
+    lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
+    assert lost >= 8
+    assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
+
+
+def test_order_broken_where_the_filter_shows_nothing_is_told() -> None:
+    _, _, trace = played("two_counts_a_clock_behind_the_filter")
+    assert not trace.step.any()
+    assert not trace.illegal.any()
+    assert trace.overspeed[-1]
+
+
+@pytest.mark.parametrize("name", ["glitches_are_filtered", "long_filter", "jitter"])
+def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
+    _, _, trace = played(name)
+    assert not trace.overspeed.any()
+
+
+@pytest.mark.parametrize("pulse", range(1, 9))
+def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
+    """At any place between the edges of the other pin, twelve clocks apart."""
+    clock = np.arange(400)
+    count = clock // 12
+    for at in range(150, 198):
+        a, b = np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3))
+        spoilt = (clock >= at) & (clock < at + pulse)
+        edges = np.flatnonzero(np.diff(b) != 0) + 1
+        inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
+        trace = quadrature_decoder(inputs)
+        # Where B changes within the pulse, or in its first clock, it looks like a period.
+        if not ((edges >= at) & (edges <= at + pulse)).any():
+            assert not trace.overspeed.any(), at
 
 
 def test_spacing_up_to_its_end() -> None:
