@@ -166,8 +166,8 @@ PROOFS = (
         breaks=(
             Break(
                 "it counts backwards",
-                "        up              := filtered(2) xor before(1);\n",
-                "        up              := filtered(1) xor before(2);\n",
+                "        up            := filtered(2) xor before(1);\n",
+                "        up            := filtered(1) xor before(2);\n",
             ),
             Break(
                 "the filter lets a level through a clock too early",

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.gateware.glitch_filter import glitch_filter
 from arctrue.gateware.input_synchroniser import STAGES_DEFAULT, input_synchroniser
 from arctrue.gateware.latest import latest, value_at
+from arctrue.generated.number_formats import INDEX_SKEW
 
 COUNTER_MAX = 2**16 - 1
 """The fault counters stop here."""
@@ -90,6 +91,10 @@ class _Events:
     up: Bools
     illegal: Bools
     index: Bools
+    """Told in this clock, of the step before."""
+    index_up: Bools
+    index_offset: Ints
+    """From the position behind the last step to the zero, counts."""
 
 
 def _wrapped(value: Ints) -> Ints:
@@ -112,7 +117,7 @@ def _was(event: Bools) -> Bools:
 
 
 def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
-    a_before, b_before, z_before = _earlier(a), _earlier(b), _earlier(z)
+    a_before, b_before = _earlier(a), _earlier(b)
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
     moves = (a_changes != b_changes) & valid
@@ -121,8 +126,40 @@ def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
     last_move = latest(moves)
     known = last_move > latest(reset)
     up = ~known | (value_at(last_move, step, 1) > 0)
-    index = (z != z_before) & ((z == 1) == up) & known & valid
-    return _Events(step, up, a_changes & b_changes & valid, index)
+    return _Events(step, up, a_changes & b_changes & valid, *_index(z, step, ~valid))
+
+
+def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
+    """The passages of the index, the ways, and where their zeros lie; each (clocks,)."""
+    clocks = z.size
+    index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
+    offset = np.zeros(clocks, dtype=np.int64)
+    at = np.flatnonzero(step)
+    if not at.size:
+        return index, index_up, offset
+    # The level of a step: so many clocks later, or just before the next step.
+    following = np.append(at[1:], clocks + INDEX_SKEW)
+    is_cut = following <= at + INDEX_SKEW
+    told = np.where(is_cut, following, at + INDEX_SKEW)
+    level = z[np.minimum(np.where(is_cut, following - 1, told), clocks - 1)]
+    # That of the step before, or of the last clock of a reset between them.
+    last_unsettled = latest(unsettled)
+    begun = last_unsettled[at]
+    is_first = begun > np.append(-1, at[:-1])
+    before = np.where(is_first, z[begun], np.append(0, level[:-1]))
+    settled = np.where(is_first, begun, np.append(-1, told[:-1]))
+    # What it was in the count before the step, where that lasted long enough.
+    stays = at - settled > INDEX_SKEW
+    within = np.where(stays, z[at - INDEX_SKEW - 1], before)
+    up = step[at] > 0
+    is_inside = (within != before) & ((within == 1) == up)
+    whole = (told < clocks) & (last_unsettled[np.minimum(told, clocks - 1)] < at)
+    passed = whole & (is_inside | ((level != within) & ((level == 1) == up)))
+    clock = told[passed]
+    index[clock] = True
+    index_up[clock] = up[passed]
+    offset[clock] = np.where(up, -is_inside.astype(np.int64), 1)[passed]
+    return index, index_up, offset
 
 
 def _edges_lost(
@@ -220,9 +257,9 @@ def quadrature_decoder(
     # The zero: where the last reset or rearm was, or the first index after it.
     forgotten = reset | rearm
     index = _was(seen.index) & ~forgotten
-    index_up = _was(seen.up)
-    # Upwards the zero lies behind this clock's step, downwards before it.
-    behind_zero = np.where(index & ~index_up, moved, 0)
+    index_up = _was(seen.index_up)
+    # From the zero to the position: the step of this clock is behind it.
+    behind_zero = np.where(index, moved - _earlier(seen.index_offset), 0)
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
     first_index = index & (index_number == 1)
