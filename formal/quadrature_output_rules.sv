@@ -2,11 +2,13 @@
 //
 // quadrature_output: A and B never change together, and two edges keep the minimum spacing that was
 // asked for when the first of them was decided, whatever comes in at any time. A reset, which sets
-// both low, is excepted. Source: the entity's header, "Edges".
+// both low, is excepted. Z never rises on an angle without reference. Source: the entity's header,
+// "Edges" and "Z".
 
 module quadrature_output_rules (
     input clock, input reset, input enable, input clear,
-    input [31:0] corrected_position, input [23:0] corrected_angle, input [24:0] counts_per_rev,
+    input [31:0] corrected_position, input [23:0] corrected_angle, input referenced,
+    input [24:0] counts_per_rev,
     input [15:0] minimum_spacing, input [15:0] following_limit
 );
 
@@ -47,12 +49,21 @@ module quadrature_output_rules (
         end
     end
 
+    // Z is made of the angle of two clocks ago.
+    reg [1:0] referenced_then = 0;
+    reg z_before;
+    always @(posedge clock) begin
+        referenced_then <= {referenced_then[0], referenced};
+        z_before <= z;
+    end
+
     // The same counted from the decisions, some of which become no edge because of `enable`. It
     // ties the claim to the entity's registers, so that the induction closes.
     wire [1:0] probe_up, probe_down;
     wire [15:0] probe_spacing;
     wire probe_may_step;
     wire [1:0] probe_phase, probe_phase_then;
+    wire probe_referenced_then;
 
     wire decided = probe_up[0] || probe_down[0];
     reg [16:0] since_decision [0:WAY];
@@ -89,7 +100,10 @@ module quadrature_output_rules (
             never_together: assert (a == a_before || b == b_before);
             keeps_spacing: assert (!edge_now || since >= asked);
 
+            needs_a_reference: assert (!z || z_before || referenced_then[1]);
+
             // Lemmas.
+            assert (probe_referenced_then == referenced_then[0]);
             assert (probe_may_step ? since_now + 1 >= asked_now || since_now == LONG_AGO
                     : probe_spacing >= 2 && since_now < asked_now
                       && probe_spacing == asked_now - since_now);

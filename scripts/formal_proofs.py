@@ -45,6 +45,7 @@ PROOFS = (
         claims=(
             "A and B never change together, whatever comes in",
             "two edges keep `minimum_spacing`, any value that may change in any clock",
+            "Z never rises while the angle does not count from an index",
         ),
         depth=5,
         cover_depth=16,
@@ -55,8 +56,14 @@ PROOFS = (
             "probe_may_step": "edges.follow_may_step",
             "probe_phase": "edges.follow_phase",
             "probe_phase_then": "edges.follow_phase_then",
+            "probe_referenced_then": "edges.follow_referenced_then",
         },
         breaks=(
+            Break(
+                "Z rises on an angle without reference",
+                "      referenced_then := referenced;\n",
+                "      referenced_then := referenced or referenced_then;\n",
+            ),
             Break(
                 "B follows the wrong bit of the phase",
                 "      b <= phase_then(1);\n",
@@ -159,8 +166,8 @@ PROOFS = (
         breaks=(
             Break(
                 "it counts backwards",
-                "        up              := filtered(2) xor before(1);\n",
-                "        up              := filtered(1) xor before(2);\n",
+                "        up            := filtered(2) xor before(1);\n",
+                "        up            := filtered(1) xor before(2);\n",
             ),
             Break(
                 "the filter lets a level through a clock too early",

@@ -19,8 +19,8 @@
 -- position. `correction` shows the total cut off to 11 fraction bits.
 --
 -- **Apply.** With `apply` low ε counts as 0. A change of `apply` is a marker of the ramp just as
--- a swap is. `apply`, `swap_marker`, `angle` and `position` belong to the angle whose pair sums
--- arrive in the same clock.
+-- a swap is. `apply`, `swap_marker`, `referenced`, `angle` and `position` belong to the angle whose pair
+-- sums arrive in the same clock. `referenced` comes out with the corrected angle, as it went in.
 --
 -- **Limit.** The total is clipped to whole counts strictly below half a turn, at
 -- ±min(floor((counts_per_rev − 1) / 2), 2¹⁹ − 1) counts; `correction_limited` is high with each
@@ -55,12 +55,14 @@ entity error_compensation is
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
     apply              : in    std_ulogic;                                                     -- '0': correct by nothing
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
+    referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
     last_sums          : in    std_ulogic                               := '1';                -- with the last ones
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');    -- counts
+    corrected_referenced : out   std_ulogic                               := '0';                -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0)  := (others => '0');    -- counts, s19.11
     correction_limited : out   std_ulogic                               := '0';                -- this output was clipped
     ramp_busy          : out   std_ulogic                               := '0';                -- this output is held or has a remainder
@@ -107,6 +109,7 @@ begin
     variable marker_1       : std_ulogic                                           := '0';
     variable half_turn      : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)          := (others => '0');
     variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
+    variable referenced_1_to_3 : std_ulogic_vector(1 to 3)                         := (others => '0');
     variable angle_1_to_2   : angles                                               := (others => (others => '0'));
     variable position_1_to_3 : positions                                           := (others => (others => '0'));
     -- The reading, and a turn more and less
@@ -151,6 +154,7 @@ begin
         round_up
       );
       correction         <= total(total'high downto PAIR_FRACTION - CORRECTION_FRACTION);
+      corrected_referenced <= referenced_1_to_3(3);
       correction_limited <= limited;
       ramp_busy          <= busy;
       swap_done          <= swap_1_to_3(3);
@@ -163,6 +167,7 @@ begin
 
       swap_1_to_3(3)     := swap_1_to_3(2);
       position_1_to_3(3) := position_1_to_3(2);
+      referenced_1_to_3(3) := referenced_1_to_3(2);
 
       -- Second clock: one number from the groups.
       for g in 0 to GROUPS - 1 loop
@@ -193,6 +198,7 @@ begin
         swap_1_to_3(2)     := swap_1_to_3(1);
         angle_1_to_2(2)    := angle_1_to_2(1);
         position_1_to_3(2) := position_1_to_3(1);
+        referenced_1_to_3(2) := referenced_1_to_3(1);
       end if;
 
       -- First clock: neighbours into the same group.
@@ -217,6 +223,7 @@ begin
         swap_1_to_3(1)     := swap_marker;
         angle_1_to_2(1)    := angle;
         position_1_to_3(1) := position;
+        referenced_1_to_3(1) := referenced;
       end if;
       last_1 := last_sums;
 

@@ -149,6 +149,7 @@ architecture rtl of arctrue_core is
   signal apply              : std_ulogic;
   signal corrected_angle    : angle_count;
   signal corrected_position : position_count;
+  signal corrected_referenced : std_ulogic;
   signal correction         : u_signed(CORRECTION_WIDTH - 1 downto 0);
   signal correction_limited : std_ulogic;
   signal ramp_busy          : std_ulogic;
@@ -275,6 +276,7 @@ begin
       angle              => heads(1).angle,
       position           => heads(1).position,
       apply              => apply,
+      referenced         => heads(1).index_seen,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
       write_enable       => coefficient_write,
@@ -289,6 +291,7 @@ begin
       swap_busy          => open,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
+      corrected_referenced => corrected_referenced,
       correction         => correction,
       correction_limited => correction_limited,
       ramp_busy          => ramp_busy,
@@ -303,6 +306,7 @@ begin
       clear              => hwif_out.command.clear_output.value,
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
+      referenced         => corrected_referenced,
       counts_per_rev     => counts_per_rev,
       minimum_spacing    => u_unsigned(hwif_out.output_spacing.value.value),
       following_limit    => u_unsigned(hwif_out.following_limit.value.value),

@@ -25,6 +25,9 @@
 -- as 0; a change of it starts the ramp, so neither switching on nor off steps the output. A swap
 -- starts the ramp too.
 --
+-- **Referenced.** `referenced` says that the angle of its clock counts from an index mark. It travels with the
+-- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one.
 --
@@ -54,6 +57,7 @@ entity compensation_pipeline is
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
+    referenced         : in    std_ulogic;                                    -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
     write_enable       : in    std_ulogic;                                    -- pulse: write a word of a lane
@@ -68,6 +72,7 @@ entity compensation_pipeline is
     swap_busy          : out   std_ulogic;                                    -- parts of a bank are still to be copied
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
+    corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
     correction         : out   u_signed(CORRECTION_WIDTH - 1 downto 0);       -- counts, s19.11
     correction_limited : out   std_ulogic;                                    -- this output was clipped
     ramp_busy          : out   std_ulogic;                                    -- this output is held or has a remainder
@@ -98,7 +103,7 @@ architecture rtl of compensation_pipeline is
   constant BUILT         : positive := built_lanes;
   constant PAIRS         : positive := (BUILT + 1) / 2;
   constant READING_DELAY : positive := DELAY_LINE_LATENCY + FOLD - 1;
-  constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 2;
+  constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 3;
 
   signal slot            : u_unsigned(2 downto 0);
   signal last_slot       : std_ulogic;
@@ -247,7 +252,7 @@ begin
       pair_sums  => pair_sums
     );
 
-  reading <= swap_marker & apply & std_ulogic_vector(position) & std_ulogic_vector(angle);
+  reading <= referenced & swap_marker & apply & std_ulogic_vector(position) & std_ulogic_vector(angle);
 
   delay : entity work.delay_line
     generic map (
@@ -272,14 +277,16 @@ begin
       offset             => offset,
       angle              => u_unsigned(delayed_reading(ANGLE_WIDTH - 1 downto 0)),
       position           => u_signed(delayed_reading(ANGLE_WIDTH + POSITION_WIDTH - 1 downto ANGLE_WIDTH)),
-      apply              => delayed_reading(READING_WIDTH - 2),
-      swap_marker        => delayed_reading(READING_WIDTH - 1),
+      apply              => delayed_reading(READING_WIDTH - 3),
+      swap_marker        => delayed_reading(READING_WIDTH - 2),
+      referenced         => delayed_reading(READING_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
       first_sums         => first_sums,
       last_sums          => last_sums,
       corrected_angle    => corrected_angle,
       corrected_position => corrected_position,
+      corrected_referenced => corrected_referenced,
       correction         => correction,
       correction_limited => correction_limited,
       ramp_busy          => ramp_busy,

@@ -8,10 +8,11 @@
 -- figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
--- 5 with the filter off. position, angle, turn_position, index_seen, direction, step, step_up,
--- last_edge_time, illegal and illegal_count belong to one clock. index_strobe, index_position,
--- index_direction, index_interval, overspeed and overspeed_count follow 1 clock after it,
--- index_error and index_error_count 4 clocks after it.
+-- 5 with the filter off. position, angle, turn_position, direction, step, step_up,
+-- last_edge_time, illegal and illegal_count belong to one clock; overspeed and overspeed_count follow 1
+-- clock after it. index_seen, with the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
+-- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
+-- follow 1 clock after that, index_error and index_error_count 4 clocks.
 --
 -- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts;
 -- angle u24.0 counts; counts_per_rev u25.0 counts; filter_length u8.0 and minimum_edge_spacing
@@ -25,23 +26,34 @@
 -- turn_position modulo counts_per_rev in every clock, before the first index too.
 --
 -- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
--- while counting down. Up, the position after that clock's step is latched, down the one before
--- it, so both directions give the same count. Without a step in the same clock the direction is
--- that of the last step. The first index after reset or rearm defines the zero of angle and
+-- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
+-- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
+-- the next one, and compared with that of the step before. Up, the position behind the step is
+-- latched, down the one before it, so both directions give the same count. Where Z changes within a
+-- count, further from both its edges, the step that leaves the count decides the direction, and that
+-- count is latched; a reversal within it leaves no trace. Hence the direction is never that of a motion long past, and
+-- neither skewed pins nor a tremble beside either edge of the mark take one edge of it for the other, as
+-- long as two steps in opposite directions are further apart than Z is from its step. `filter_length` above
+-- INDEX_SKEW sees to that. The first index after reset or rearm defines the zero of angle and
 -- turn_position; later ones do not change them. Each later index must lie 0 or
 -- +-counts_per_rev from the one before it, within +-`index_tolerance`, otherwise `index_error`: counts
 -- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
 -- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
 -- than two.
--- Pins are caught one by one: where Z is meant to change with A or B, catch them a clock apart and
--- the index is one count off, once. Where Z changes between two edges of A and B, a reversal
--- between them is not seen, and beside the other edge of Z it can pass for an index.
--- A Z edge before the first step after reset is ignored, since its direction is unknown.
+-- Where Z is meant to change within a count and comes near its edge at one speed only, the index is one
+-- count off then.
+-- A Z edge before the first step after reset counts with that step.
 --
 -- **Faults.** `illegal`: A and B changed in one clock; nothing is counted, since the direction is
 -- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
 -- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
 -- An illegal transition is no edge in this sense, nor in that of last_edge_time.
+-- Edges that the filter swallows are over-speed too: the levels before the filter are decoded as well, and
+-- `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
+-- behind it, or have broken the order 4 times where the filter shows nothing. Once the pins have
+-- been quiet for filter_length clocks this starts anew. A pulse on one pin that is shorter than the
+-- filter leaves no trace here either, unless another pin changes within it: then it
+-- cannot be told from a period that was lost. Latency SYNCHRONISER_STAGES + 4 clocks from the pins.
 --
 -- **Clear semantics.** index_error, illegal and overspeed stay set, and their counters stop at
 -- 65,535, until `clear` or reset. A fault in the very clock of a clear is kept: flag set, counter 1.
@@ -116,6 +128,9 @@ end entity quadrature_decoder;
 architecture rtl of quadrature_decoder is
 
   constant LARGEST : positive := 2 ** 16 - 1;
+  constant PERIOD  : positive := 4; -- counts of a period of A and B
+
+  constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
   signal pins     : std_ulogic_vector(2 downto 0);
   signal levels   : std_ulogic_vector(2 downto 0);
@@ -161,6 +176,19 @@ architecture rtl of quadrature_decoder is
     return '0';
 
   end function is_within;
+
+  -- A step in counts.
+  function step_of (moves, up : std_ulogic) return integer is
+  begin
+
+    if (moves = '0') then
+      return 0;
+    elsif (up = '1') then
+      return 1;
+    end if;
+    return -1;
+
+  end function step_of;
 
   function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
   begin
@@ -210,17 +238,44 @@ begin
     -- Stage 1: what the levels say. `up` stays until the next step.
     variable moves           : std_ulogic                              := '0';
     variable up              : std_ulogic                              := '1';
-    variable direction_known : std_ulogic                              := '0';
     variable breaks_order    : std_ulogic                              := '0';
+    -- Z: the level that is taken as that of the last step, or of the count before it; the clocks until
+    -- that of the step in hand is taken; the clocks since that
+    variable index_level     : std_ulogic                              := '0';
+    variable until_settled   : natural range 0 to INDEX_SKEW           := 0;
+    variable since_settled   : natural range 0 to INDEX_SKEW + 1       := 0;
+    variable settled_level   : std_ulogic;
+    variable settles         : std_ulogic;
+    -- Levels of the clocks before, the youngest in the low bit
+    variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
+    -- Z changed within the count that the step in hand left.
+    variable was_inside      : std_ulogic                              := '0';
     variable meets_index     : std_ulogic                              := '0';
+    variable meets_up        : std_ulogic                              := '1';
+    variable meets_inside    : std_ulogic                              := '0';
+    -- A and B before the filter, one clock ago, and what they say
+    variable raw_before      : std_ulogic_vector(1 downto 0)           := (others => '0');
+    variable raw_changes     : std_ulogic_vector(1 downto 0);
+    variable raw_moves       : std_ulogic                              := '0';
+    variable raw_up          : std_ulogic                              := '0';
+    variable raw_breaks      : std_ulogic                              := '0';
+    -- Clocks since they changed, less one
+    variable still           : u_unsigned(7 downto 0)                  := (others => '0');
+    variable is_quiet        : std_ulogic                              := '0';
+    -- Counts by which they are ahead of the filtered ones, and breaks of the order that the filter hides
+    variable ahead           : integer range -8 to 7                   := 0;
+    variable hidden_breaks   : natural range 0 to 7                    := 0;
+    variable edges_lost      : std_ulogic                              := '0';
     -- Stage 2: position, beside the registers of the ports
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable last_but_one    : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable from_zero       : integer range -2 to 2;
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
     variable spacing         : natural range 0 to LARGEST              := LARGEST;
     variable too_near        : std_ulogic                              := '0';
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
-    -- Where an index passed in this clock lies: behind a step up, before a step down
+    -- Where an index told in this clock lies: behind its step up, before its step down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     -- Stage 3: index
     variable index_before    : std_ulogic                              := '0';
@@ -236,19 +291,21 @@ begin
     variable judged          : std_ulogic                              := '0';
     -- The index is not where it ought to be.
     variable misplaced       : std_ulogic;
+    variable too_fast        : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
+      too_fast  := too_near or edges_lost;
       if (clear = '1') then
         index_error       <= misplaced;
         index_error_count <= (0 => misplaced, others => '0');
         illegal           <= breaks_order;
         illegal_count     <= (0 => breaks_order, others => '0');
-        overspeed         <= too_near;
-        overspeed_count   <= (0 => too_near, others => '0');
+        overspeed         <= too_fast;
+        overspeed_count   <= (0 => too_fast, others => '0');
       else
         if (misplaced = '1') then
           index_error       <= '1';
@@ -258,7 +315,7 @@ begin
           illegal       <= '1';
           illegal_count <= saturating_increment(illegal_count);
         end if;
-        if (too_near = '1') then
+        if (too_fast = '1') then
           overspeed       <= '1';
           overspeed_count <= saturating_increment(overspeed_count);
         end if;
@@ -289,7 +346,7 @@ begin
       end if;
 
       -- Stage 2: take the step.
-      zero_now  := add_with_carry(position, (position'range => '0'), moves and up);
+      zero_now  := add_with_carry(position, (position'range => meets_up and meets_inside), not meets_up);
       direction <= up;
       step      <= moves;
       step_up   <= moves and up;
@@ -315,37 +372,112 @@ begin
       end if;
 
       passed_index := meets_index;
-      passed_up    := up;
+      passed_up    := meets_up;
+      -- From the zero to where the step of this clock leads.
+      from_zero := step_of(moves, up) + step_of(meets_inside or not meets_up, meets_up);
       if (meets_index = '1' and index_seen = '0') then
         index_seen    <= '1';
-        angle         <= (others => '0');
-        turn_position <= (others => '0');
-        -- The zero lies before a step down.
-        if (moves = '1' and up = '0') then
-          angle         <= last_angle;
-          turn_position <= (others => '1');
+        turn_position <= to_signed(from_zero, POSITION_WIDTH);
+        if (from_zero = -1) then
+          angle <= last_angle;
+        elsif (from_zero = -2) then
+          angle <= last_but_one;
+        else
+          angle <= to_unsigned(from_zero, ANGLE_WIDTH);
         end if;
       end if;
+
+      -- What the filter swallows: steps of the clock before, before it and behind it.
+      edges_lost := '0';
+      if (settling(settling'high - 1) = '1' or is_quiet = '1') then
+        ahead         := 0;
+        hidden_breaks := 0;
+      else
+        ahead := ahead + step_of(raw_moves, raw_up) - step_of(moves, up);
+        if (breaks_order = '1') then
+          hidden_breaks := 0;
+        elsif (raw_breaks = '1') then
+          hidden_breaks := hidden_breaks + 1;
+        end if;
+        if (ahead >= PERIOD or ahead <= -PERIOD or hidden_breaks = PERIOD) then
+          edges_lost    := '1';
+          ahead         := 0;
+          hidden_breaks := 0;
+        end if;
+      end if;
+
+      raw_changes := levels(2 downto 1) xor raw_before;
+      raw_moves   := raw_changes(1) xor raw_changes(0);
+      raw_breaks  := raw_changes(1) and raw_changes(0);
+      raw_up      := levels(2) xor raw_before(0);
+      is_quiet    := '0';
+      if (raw_changes /= "00") then
+        still := (others => '0');
+      else
+        is_quiet := still ?>= filter_length;
+        if (still /= LONGEST_FILTER) then
+          still := still + 1;
+        end if;
+      end if;
+      raw_before := levels(2 downto 1);
 
       -- Stage 1: compare the levels with those of the clock before.
       a_changes    := filtered(2) xor before(2);
       b_changes    := filtered(1) xor before(1);
       breaks_order := a_changes and b_changes and not preload;
       moves        := (a_changes xor b_changes) and not preload;
-      if (moves = '1') then
-        up              := filtered(2) xor before(1);
-        direction_known := '1';
+
+      -- Z of the step before: when the pins had time to settle, or the last level before this step.
+      settled_level := filtered(0);
+      settles       := '0';
+      if (until_settled /= 0) then
+        if (moves = '1') then
+          settled_level := before(0);
+          settles       := '1';
+        elsif (until_settled = 1) then
+          settles := '1';
+        end if;
+        until_settled := until_settled - 1;
       end if;
+
+      if (since_settled <= INDEX_SKEW) then
+        since_settled := since_settled + 1;
+      end if;
+
       meets_index := '0';
-      if (filtered(0) /= before(0) and filtered(0) = up) then
-        meets_index := direction_known and not preload;
+      if (settles = '1') then
+        meets_inside  := was_inside and (index_level xnor up);
+        meets_index   := meets_inside or ((settled_level xor index_level) and (settled_level xnor up));
+        meets_up      := up;
+        index_level   := settled_level;
+        until_settled := 0;
+        since_settled := 0;
       end if;
-      before := filtered;
+
+      if (preload = '1') then
+        meets_index   := '0';
+        until_settled := 0;
+        since_settled := 0;
+        index_level   := filtered(0);
+      end if;
+
+      if (moves = '1') then
+        up            := filtered(2) xor before(1);
+        until_settled := INDEX_SKEW;
+        was_inside    := '0';
+        if (since_settled > INDEX_SKEW) then
+          was_inside  := earlier_levels(INDEX_SKEW) xor index_level;
+          index_level := earlier_levels(INDEX_SKEW);
+        end if;
+      end if;
+      earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & filtered(0);
+      before         := filtered;
 
       -- Only where nothing counts by them.
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn       := signed(resize(counts_per_rev, POSITION_WIDTH));
         last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);
+        last_but_one := resize(counts_per_rev - 2, ANGLE_WIDTH);
       end if;
 
       if (rearm = '1') then
@@ -360,11 +492,12 @@ begin
       if (reset = '1') then
         moves             := '0';
         up                := '1';
-        direction_known   := '0';
+        until_settled     := 0;
         breaks_order      := '0';
         meets_index       := '0';
         spacing           := LARGEST;
         too_near          := '0';
+        edges_lost        := '0';
         passed_index      := '0';
         index_before      := '0';
         repeats           := '0';

@@ -54,6 +54,9 @@ package number_formats_pkg is
   -- Clocks from a phase at the harmonic unit to its amplitude there: it is needed when the cosine is.
   constant AMPLITUDE_CLOCK            : positive := 16;
 
+  -- Clocks by which Z may change before or after the edge of A or B that it belongs to.
+  constant INDEX_SKEW                 : positive := 3;
+
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
 

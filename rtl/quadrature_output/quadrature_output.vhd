@@ -26,7 +26,8 @@
 -- zero. When corrected_angle jumps against corrected_position (first index), Z follows the new
 -- angle at once and A and B make no edge. Z needs a following error below two turns; beyond, it is
 -- low. (A turn of 4 counts at an edge every clock stays below: 4 counts are under way, 1 is held.)
--- Before the first index of the head the angle, and so Z, has no reference to the table.
+-- While `referenced` is low the angle has no zero on the table, and Z is low: before the first index of
+-- the head, and from a re-arm to the next one.
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
 -- come within 3 clocks) and the output forgets how far it is behind; when it rises, the output
@@ -58,6 +59,7 @@ entity quadrature_output is
     clear              : in    std_ulogic;                                    -- pulse: clears cannot_keep_up
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
+    referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     minimum_spacing    : in    u_unsigned(15 downto 0);                       -- clocks
     following_limit    : in    u_unsigned(15 downto 0);                       -- counts
@@ -141,6 +143,7 @@ begin
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
     variable angles      : angle_turns                              := (others => (others => '0'));
+    variable referenced_then : std_ulogic                           := '0';
     variable given_up    : u_signed(1 downto 0);
     -- following_limit, or what is less: two turns without a count
     variable limit       : u_signed(WIDE_ANGLE_WIDTH - 1 downto 0)  := (others => '0');
@@ -163,7 +166,7 @@ begin
         z <= '0';
         for turns in angles'range loop
           if lag = resize(angles(turns), POSITION_WIDTH) then
-            z <= '1';
+            z <= referenced_then;
           end if;
         end loop;
       end if;
@@ -241,6 +244,7 @@ begin
       angles(1)   := angles(0) + signed("00" & counts_per_rev);
       angles(-1)  := angles(0) - signed("00" & counts_per_rev);
       angles(-2)  := angles(0) - signed('0' & counts_per_rev & '0');
+      referenced_then := referenced;
       given_up    := lag(lag'high downto lag'high - 1);
       lag         := corrected_position - output;
       if following = '0' then

@@ -25,7 +25,7 @@ OFFSET_MAX = 2**24 - 1
 
 async def start(dut: Any, counts_per_rev: int, ramp_rate: int) -> None:
     dut.reset.value = 1
-    for name in ("pair_sums", "offset", "angle", "position", "apply", "swap_marker"):
+    for name in ("pair_sums", "offset", "angle", "position", "apply", "swap_marker", "referenced"):
         getattr(dut, name).value = 0
     dut.counts_per_rev.value = counts_per_rev
     dut.ramp_rate.value = ramp_rate
@@ -169,6 +169,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
     position = rng.integers(-(2**31), 2**31, angles)
     apply = np.cumsum(rng.random(angles) < 0.03) % 2 == 0
     marker = rng.random(angles) < 0.1
+    referenced = rng.random(angles) < 0.5
     ramp_rate = 2**31 + 4321
     await start(dut, counts_per_rev, ramp_rate)
     latency = COMPENSATION_LATENCY + fold - 1
@@ -185,6 +186,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.position.value = int(position[now]) if last else 0
         dut.apply.value = int(apply[now]) if last else slot % 2
         dut.swap_marker.value = int(marker[now]) if last else 1
+        dut.referenced.value = int(referenced[now]) if last else slot % 2
         await RisingEdge(dut.clock)
         seen.append(
             (
@@ -193,6 +195,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
                 dut.correction.value.to_signed(),
                 int(dut.ramp_busy.value),
                 int(dut.swap_done.value),
+                int(dut.corrected_referenced.value),
             )
         )
     held = np.repeat(np.arange(angles), fold)
@@ -207,7 +210,7 @@ async def folded_sums(dut: Any, fold: int) -> None:
         counts_per_rev,
         ramp_rate,
     )
-    columns = (*model[:3], model.ramp_busy, marker[held] & first)
+    columns = (*model[:3], model.ramp_busy, marker[held] & first, referenced[held])
     expected = list(zip(*(column.astype(np.int64).tolist() for column in columns), strict=True))
     for clock, found in enumerate(seen[latency:]):
         assert found == expected[clock], f"clock {clock}: {found}, expected {expected[clock]}"

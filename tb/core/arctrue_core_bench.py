@@ -44,6 +44,7 @@ class Machine:
         self.reading: list[tuple[int, int]] = []
         self.corrected: list[int] = []
         self.output: list[int] = []
+        self.z: list[int] = []
         self.first_time = -1
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
@@ -72,6 +73,7 @@ class Machine:
             self.output.append(self.output[-1] + step)
         else:
             self.output.append(phase)
+        self.z.append(int(self.dut.out_z.value))
         self.corrected.append(self.dut.corrected_position.value.to_signed())
 
 
@@ -308,6 +310,38 @@ async def correction_waits_for_the_index(dut):
     snapshot = await names.snapshot()
     assert (snapshot.correction, snapshot.corrected_position) == (0, snapshot.head1_position)
     await clear_coefficients(machine)
+
+
+@cocotb.test()
+async def z_waits_for_the_index(dut):
+    """No Z before the first index and none in a re-arm while turning; then one a turn, at zero."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("control", output_enable=1)
+    motion = table.motion(3.4, CLOCKS_PER_COUNT)
+    of_head1 = table.readings(motion)[:, 0]
+    # The index is passed at reading 0; the output follows within 60 clocks.
+    first_index = int(np.argmax(of_head1 >= 0))
+    begun = len(machine.z)
+    turning = cocotb.start_soon(machine.turn(motion))
+    await ClockCycles(dut.clock, first_index + int(table.COUNTS_PER_REV * CLOCKS_PER_COUNT * 1.5))
+    rearmed = len(machine.z) - begun
+    await names.command("rearm")
+    await turning
+    z = np.array(machine.z[begun:])
+    output = np.array(machine.output[begun:])
+    rises = np.flatnonzero(np.diff(z) == 1)
+    second = int(np.argmax(of_head1 >= 2 * table.COUNTS_PER_REV))
+    assert rearmed < second, "the re-arm comes before the second index"
+    assert not z[: first_index - 1].any(), "Z before the first index"
+    assert not z[rearmed + 60 : second - 1].any(), "Z between the re-arm and the next index"
+    assert [(output[at + 1] - output[rises[0] + 1]) for at in rises] == [
+        0,
+        table.COUNTS_PER_REV,
+        2 * table.COUNTS_PER_REV,
+        3 * table.COUNTS_PER_REV,
+    ][: len(rises)]
+    assert len(rises) == 4
 
 
 @cocotb.test()

@@ -46,6 +46,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
         "angle",
         "position",
         "apply",
+        "referenced",
         "write_enable",
         "write_offset",
         "write_address",
@@ -218,6 +219,7 @@ async def latencies_of_table_1(dut: Any) -> None:
         "delayed_reading": dut.delayed_reading,
         "corrected_position": dut.corrected_position,
         "corrected_angle": dut.corrected_angle,
+        "corrected_referenced": dut.corrected_referenced,
         "correction": dut.correction,
     }
     if FOLD == 1:  # else they change with the lane
@@ -226,6 +228,7 @@ async def latencies_of_table_1(dut: Any) -> None:
     before = {name: signal.value for name, signal in watched.items()}
     dut.angle.value = COUNTS_PER_REV // 3
     dut.position.value = COUNTS_PER_REV // 3
+    dut.referenced.value = 1
     changed: dict[str, int] = {}
     for clock in range(2 * LATENCY):
         await RisingEdge(dut.clock)
@@ -237,6 +240,7 @@ async def latencies_of_table_1(dut: Any) -> None:
         "delayed_reading": 25 + FOLD - 1,
         "corrected_position": 29 + FOLD - 1,
         "corrected_angle": 29 + FOLD - 1,
+        "corrected_referenced": 29 + FOLD - 1,
         "correction": 29 + FOLD - 1,
     }
     if FOLD == 1:

@@ -157,11 +157,11 @@ async def long_turn_at_an_edge_every_clock(dut) -> None:
         dut.z.value = 1
         await RisingEdge(dut.index_strobe)
         await FallingEdge(dut.clock)
-        # The position shows one step more than the latched one.
+        # Told with the next step; the position shows one more than that.
         seen.append(dut.index_position.value.to_signed())
-        assert dut.position.value.to_signed() == seen[-1] + 1
-        assert dut.angle.value.to_unsigned() == 1
+        assert dut.position.value.to_signed() == seen[-1] + 2
+        assert dut.angle.value.to_unsigned() == 2
         dut.z.value = 0
-        await wait(turn - 5 - 1)
+        await wait(turn - 6 - 1)
     assert np.diff(seen).tolist() == [turn, turn]
     assert dut.index_error.value == 0

@@ -56,6 +56,8 @@ class Scenario:
     """Z is high for so many counts."""
     index_scatter: int = 0
     """Each time it comes by, the index lies up to so many whole counts from its place."""
+    skew_clocks: tuple[int, int, int] = (0, 0, 0)
+    """A, B and Z come so much later."""
     first_timestamp: int = 0
     seed: int = 1
 
@@ -112,7 +114,7 @@ LOSSLESS: dict[str, Scenario] = {
     "largest_turn": Scenario(_there_and_back(1, 70), 2**24, start=-30),
     "largest_odd_turn_at_3_clocks": Scenario(_there_and_back(3, 50), 2**24 - 1, start=25),
     "index_inside_a_count": Scenario(
-        _there_and_back(6, 60), 37, start=-3, index_at=HALF, index_width=Fraction(7, 10)
+        _there_and_back(10, 60), 37, start=-3, index_at=HALF, index_width=Fraction(7, 10)
     ),
     "index_inside_a_count_filtered": Scenario(
         _there_and_back(10, 60, filter_length=6), 23, index_at=Fraction(1, 10), start=5
@@ -174,7 +176,7 @@ SCATTERED: dict[str, Scenario] = {
         seed=5,
     ),
     "index_repeats_to_3_counts_at_half_counts": Scenario(
-        _there_and_back(4, 230, index_tolerance=6),
+        _there_and_back(10, 230, index_tolerance=6),
         51,
         start=-20,
         index_at=HALF,
@@ -273,6 +275,31 @@ FAULTY: dict[str, Scenario] = {
         1000,
         start=200,
     ),
+    "faster_than_the_filter": Scenario(
+        [
+            RESET,
+            Segment(20, filter_length=16),
+            # Levels last 18 clocks, then 14 and 10: the filter shows nothing of them any more.
+            Segment(180, 9, filter_length=16),
+            Segment(280, 7, filter_length=16),
+            Segment(60, filter_length=16),
+            Segment(1, filter_length=16, clear=True),
+            Segment(200, 5, filter_length=16, down=True),
+            Segment(60, filter_length=16),
+        ],
+        1000,
+        start=200,
+    ),
+    "two_counts_a_clock_behind_the_filter": Scenario(
+        [
+            RESET,
+            Segment(9, filter_length=3),
+            *[Segment(1, filter_length=3, jump=2)] * 30,
+            Segment(20, filter_length=3),
+        ],
+        1000,
+        start=200,
+    ),
     "glitches_are_counted_without_filter": Scenario(
         _there_and_back(40, 25, glitch_clocks=2), 11, start=-4
     ),
@@ -330,10 +357,42 @@ RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)
 """Pins and settings at random: only for the comparison of model and VHDL."""
 
 
+def skewed(skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4) -> Scenario:
+    """Passages of a mark and a tremble by one count on both its edges, from both sides.
+
+    ``dwell``: half counts of eight clocks for which it stays before it turns back.
+    """
+
+    def way(half_counts: int) -> Segment:
+        return Segment(8 * abs(half_counts), 16, down=half_counts < 0)
+
+    def tremble(first: int) -> list[Segment]:
+        return [way(first * sign) for sign in (1, -1) * 6]
+
+    segments = [way(5), *tremble(dwell)]  # from -2 to the middle of count 0, where the mark begins
+    segments += [way(2 * width), *tremble(-dwell), *tremble(dwell)]
+    segments += [way(30), way(-30), *tremble(dwell), *tremble(-dwell)]
+    segments += [way(-2 * width), *tremble(-dwell), way(-8)]
+    return Scenario(
+        [RESET, Segment(10), *segments, Segment(40)],
+        1000,
+        start=-2,
+        index_width=Fraction(width),
+        skew_clocks=skew_clocks,
+    )
+
+
+SKEWED: dict[str, Scenario] = {
+    f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
+    for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
+}
+"""Pins that change up to three clocks apart where they ought to change together."""
+
+
 def scenarios_to_run(default_generics: bool) -> list[str]:
     """Names for a bench: with other generics only those that show the difference."""
     if default_generics:
-        return [*LOSSLESS, *SCATTERED, *FAULTY, *RANDOM_SEEDS]
+        return [*LOSSLESS, *SCATTERED, *FAULTY, *SKEWED, *RANDOM_SEEDS]
     return [
         "edge_every_clock_turn_of_7",
         "wanders_turn_of_100",
@@ -385,7 +444,7 @@ def _glitches(
     return turned_over
 
 
-def _from_scenario(scenario: Scenario) -> Stimuli:
+def stimuli_of(scenario: Scenario) -> Stimuli:
     random = np.random.default_rng(scenario.seed)
     segments = scenario.segments
     lengths = [segment.clocks for segment in segments]
@@ -412,6 +471,8 @@ def _from_scenario(scenario: Scenario) -> Stimuli:
             in_turn < int(scenario.index_width * UNITS),
         ]
     ).astype(np.int64)
+    for pin, skew in enumerate(scenario.skew_clocks):
+        pins[skew:, pin] = pins[: len(pins) - skew, pin].copy()
     pins ^= _glitches(pins, scenario, random)
 
     def each_clock(values: list[int]) -> NDArray[np.int64]:
@@ -472,4 +533,4 @@ def stimuli(name: str) -> Stimuli:
     """The inputs of a scenario or of random pins, and the true place of the disc."""
     if name in RANDOM_SEEDS:
         return _at_random(RANDOM_SEEDS[name])
-    return _from_scenario((LOSSLESS | SCATTERED | FAULTY)[name])
+    return stimuli_of((LOSSLESS | SCATTERED | FAULTY | SKEWED)[name])

@@ -114,6 +114,7 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "position": bits(random, 32, clocks),
         "apply": held(pulses(random, 0.7, clocks // 30), 30),
         "swap_marker": pulses(random, 0.02, clocks),
+        "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
         "first_sums": [1] * clocks,
@@ -125,7 +126,7 @@ def folded_error_compensation(random: np.random.Generator) -> Stimulus:
     """The pair sums of an angle arrive in FOLD clocks; its reading stands still meanwhile."""
     given = error_compensation(random)
     clocks = len(given["reset"])
-    for name in ("angle", "position", "apply", "swap_marker"):
+    for name in ("angle", "position", "apply", "swap_marker", "referenced"):
         given[name] = held(given[name][::FOLD], FOLD)
     given["first_sums"] = [int(clock % FOLD == 0) for clock in range(clocks)]
     given["last_sums"] = [int(clock % FOLD == FOLD - 1) for clock in range(clocks)]
@@ -167,6 +168,7 @@ def quadrature_output(random: np.random.Generator) -> Stimulus:
         "clear": pulses(random, 0.005, clocks),
         "corrected_position": (position % 2**32).tolist(),
         "corrected_angle": (position % turn).tolist(),
+        "referenced": held(pulses(random, 0.8, clocks // 50), 50),
         "counts_per_rev": [turn] * clocks,
         "minimum_spacing": held([0, 1, 2, 3, 1, 7, 0, 1], clocks // 8),
         "following_limit": held([100, 4, 2, 60000], clocks // 4),

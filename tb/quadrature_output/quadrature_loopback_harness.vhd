@@ -45,6 +45,7 @@ begin
       clear              => '0',
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
+      referenced         => '1',
       counts_per_rev     => counts_per_rev,
       minimum_spacing    => minimum_spacing,
       following_limit    => to_unsigned(100, 16),

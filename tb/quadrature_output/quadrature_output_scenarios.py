@@ -20,6 +20,8 @@ class Segment:
     """Counts by which the position jumps at the start, the angle with it."""
     angle_jump: int = 0
     """Counts by which the angle alone jumps at the start: the first index."""
+    referenced: bool = True
+    """The angle counts from an index."""
     enable: bool = True
     reset: bool = False
     clear: bool = False
@@ -190,6 +192,20 @@ SCENARIOS: dict[str, Scenario] = {
         ],
         counts_per_rev=41,
     ),
+    "no_reference_before_the_index_and_in_a_rearm": Scenario(
+        [
+            Segment(200, 1, referenced=False),
+            Segment(200, 1, angle_jump=13),
+            # At zero the reference is lost; the angle stands at zero as a re-arm holds it.
+            Segment(100, 2, down=True, referenced=False),
+            Segment(100, 2, down=True, angle_jump=5),
+            Segment(40, enable=False, referenced=False),
+            Segment(60, 1, referenced=False),
+            Segment(60, 1),
+        ],
+        counts_per_rev=23,
+        keeps_up=False,
+    ),
     "reset_in_between": Scenario(
         [
             Segment(101, 1),
@@ -218,6 +234,7 @@ def random_scenario(seed: int) -> Scenario:
             angle_jump=int(random.choice([0, 0, 3])),
             enable=random.random() < 0.9,
             clear=random.random() < 0.3,
+            referenced=random.random() < 0.8,
             reset=random.random() < 0.02,
             minimum_spacing=int(random.choice([0, 1, 1, 2, 3, 4, 11])),
             following_limit=int(random.integers(0, 40)),
@@ -259,7 +276,7 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))
-    names = ("enable", "reset", "minimum_spacing", "following_limit")
+    names = ("enable", "reset", "referenced", "minimum_spacing", "following_limit")
     columns = {
         name: np.repeat([int(getattr(s, name)) for s in scenario.segments], lengths)
         for name in names

@@ -13,9 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from arctrue.gateware.glitch_filter import glitch_filter
 from arctrue.gateware.input_synchroniser import STAGES_DEFAULT, input_synchroniser
 from arctrue.gateware.latest import latest, value_at
+from arctrue.generated.number_formats import INDEX_SKEW
 
 COUNTER_MAX = 2**16 - 1
 """The fault counters stop here."""
+
+PERIOD = 4
+"""Counts of a period of A and B."""
 
 SPACING_MAX = 2**16 - 1
 """The spacing of edges is measured up to here, clocks."""
@@ -87,6 +91,10 @@ class _Events:
     up: Bools
     illegal: Bools
     index: Bools
+    """Told in this clock, of the step before."""
+    index_up: Bools
+    index_offset: Ints
+    """From the position behind the last step to the zero, counts."""
 
 
 def _wrapped(value: Ints) -> Ints:
@@ -109,7 +117,7 @@ def _was(event: Bools) -> Bools:
 
 
 def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
-    a_before, b_before, z_before = _earlier(a), _earlier(b), _earlier(z)
+    a_before, b_before = _earlier(a), _earlier(b)
     valid = ~preload & ~reset
     a_changes, b_changes = a != a_before, b != b_before
     moves = (a_changes != b_changes) & valid
@@ -118,8 +126,79 @@ def _events(a: Ints, b: Ints, z: Ints, preload: Bools, reset: Bools) -> _Events:
     last_move = latest(moves)
     known = last_move > latest(reset)
     up = ~known | (value_at(last_move, step, 1) > 0)
-    index = (z != z_before) & ((z == 1) == up) & known & valid
-    return _Events(step, up, a_changes & b_changes & valid, index)
+    return _Events(step, up, a_changes & b_changes & valid, *_index(z, step, ~valid))
+
+
+def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
+    """The passages of the index, the ways, and where their zeros lie; each (clocks,)."""
+    clocks = z.size
+    index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
+    offset = np.zeros(clocks, dtype=np.int64)
+    at = np.flatnonzero(step)
+    if not at.size:
+        return index, index_up, offset
+    # The level of a step: so many clocks later, or just before the next step.
+    following = np.append(at[1:], clocks + INDEX_SKEW)
+    is_cut = following <= at + INDEX_SKEW
+    told = np.where(is_cut, following, at + INDEX_SKEW)
+    level = z[np.minimum(np.where(is_cut, following - 1, told), clocks - 1)]
+    # That of the step before, or of the last clock of a reset between them.
+    last_unsettled = latest(unsettled)
+    begun = last_unsettled[at]
+    is_first = begun > np.append(-1, at[:-1])
+    before = np.where(is_first, z[begun], np.append(0, level[:-1]))
+    settled = np.where(is_first, begun, np.append(-1, told[:-1]))
+    # What it was in the count before the step, where that lasted long enough.
+    stays = at - settled > INDEX_SKEW
+    within = np.where(stays, z[at - INDEX_SKEW - 1], before)
+    up = step[at] > 0
+    is_inside = (within != before) & ((within == 1) == up)
+    whole = (told < clocks) & (last_unsettled[np.minimum(told, clocks - 1)] < at)
+    passed = whole & (is_inside | ((level != within) & ((level == 1) == up)))
+    clock = told[passed]
+    index[clock] = True
+    index_up[clock] = up[passed]
+    offset[clock] = np.where(up, -is_inside.astype(np.int64), 1)[passed]
+    return index, index_up, offset
+
+
+def _edges_lost(
+    levels: tuple[Ints, Ints],
+    filter_length: Ints,
+    seen: _Events,
+    settling: Bools,
+) -> Bools:
+    """Clocks in which the levels before the filter turn out to be a period ahead of the others.
+
+    ``levels``: A and B before the filter; ``settling``: clocks in which they are not looked at.
+    """
+    a, b = levels
+    a_before, b_before = _earlier(a), _earlier(b)
+    a_changes, b_changes = a != a_before, b != b_before
+    moves = np.where(a_changes != b_changes, np.where(a != b_before, 1, -1), 0)
+    still = np.minimum(np.arange(a.size) - latest(a_changes | b_changes) - 1, 255)
+    quiet = ~(a_changes | b_changes) & (still >= filter_length)
+    # One clock later they are summed up.
+    moved, breaks = _earlier(moves), _was(a_changes & b_changes)
+    filtered_moved, filtered_breaks = _earlier(seen.step), _was(seen.illegal)
+    starts_anew = settling | _was(quiet)
+    last_start = latest(starts_anew).tolist()
+    event = ((moved != filtered_moved) | breaks | filtered_breaks) & ~starts_anew
+    lost = np.zeros(a.size, dtype=np.bool_)
+    ahead = hidden = before = 0
+    columns = (moved - filtered_moved, breaks, filtered_breaks)
+    clocks = np.flatnonzero(event)
+    rows = zip(clocks.tolist(), *(column[clocks].tolist() for column in columns), strict=True)
+    for clock, gained, is_broken, is_told in rows:
+        if last_start[clock] > before:
+            ahead = hidden = 0
+        before = clock
+        ahead += gained
+        hidden = 0 if is_told else hidden + is_broken
+        if abs(ahead) >= PERIOD or hidden == PERIOD:
+            lost[clock] = True
+            ahead = hidden = 0
+    return lost
 
 
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
@@ -154,14 +233,8 @@ def quadrature_decoder(
     since_reset = clocks - _clock_before(last_reset)
     preload = since_reset <= synchroniser_stages + 1
     filter_reset = since_reset <= synchroniser_stages
-    a, b, z = (
-        glitch_filter(
-            input_synchroniser(column[pin], synchroniser_stages),
-            column["filter_length"],
-            filter_reset,
-        )[:-1]
-        for pin in ("a", "b", "z")
-    )
+    levels = [input_synchroniser(column[pin], synchroniser_stages) for pin in ("a", "b", "z")]
+    a, b, z = (glitch_filter(pin, column["filter_length"], filter_reset)[:-1] for pin in levels)
     seen = _events(a, b, z, preload, reset)
 
     taken_over = reset | preload | rearm
@@ -184,9 +257,9 @@ def quadrature_decoder(
     # The zero: where the last reset or rearm was, or the first index after it.
     forgotten = reset | rearm
     index = _was(seen.index) & ~forgotten
-    index_up = _was(seen.up)
-    # Upwards the zero lies behind this clock's step, downwards before it.
-    behind_zero = np.where(index & ~index_up, moved, 0)
+    index_up = _was(seen.index_up)
+    # From the zero to the position: the step of this clock is behind it.
+    behind_zero = np.where(index, moved - _earlier(seen.index_offset), 0)
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
     first_index = index & (index_number == 1)
@@ -215,7 +288,9 @@ def quadrature_decoder(
     too_near = moves & (spacing < column["minimum_edge_spacing"])
 
     illegal, illegal_count = _sticky(_was(seen.illegal) & ~reset, clear, reset)
-    overspeed, overspeed_count = _sticky(_was(too_near) & ~reset, clear, reset)
+    edges_lost = _edges_lost((levels[0], levels[1]), column["filter_length"], seen, filter_reset)
+    too_fast = _was((too_near | edges_lost) & ~reset) & ~reset
+    overspeed, overspeed_count = _sticky(too_fast, clear, reset)
     index_error, index_error_count = _sticky(_was(misplaced & ~reset) & ~reset, clear, reset)
 
     direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))

@@ -35,6 +35,8 @@ class OutputInputs:
     """Counts."""
     minimum_spacing: ArrayLike = 1
     """Clocks."""
+    referenced: ArrayLike = True
+    """corrected_angle counts from an index mark."""
     following_limit: ArrayLike = 2**16 - 1
     """Counts."""
     enable: ArrayLike = True
@@ -63,7 +65,7 @@ class _Follower:
     def __init__(self) -> None:
         self.output = self.lag = self.near_lag = 0
         self.limit = self.turn_limit = 0
-        self.turns_are_less = False
+        self.turns_are_less = self.referenced_then = False
         self.angle_then = self.counts_per_rev_then = 0
         self.spacing = 0
         self.restart()
@@ -86,7 +88,7 @@ class _Follower:
         if any(self.enabled):
             turn = self.counts_per_rev_then
             zeros = (self.angle_then + turns * turn for turns in range(-2, 2))
-            self.pins[2] = int(self.lag in zeros)
+            self.pins[2] = int(self.referenced_then and self.lag in zeros)
         self.cannot_keep_up = int(self.too_far or (self.cannot_keep_up and not clear))
         self.following_error = 0
         self.too_far = False
@@ -144,11 +146,13 @@ def quadrature_output(inputs: OutputInputs) -> OutputTrace:
     follower.output = int(columns[0][0])
     outputs = np.zeros((columns[0].size + 1, 5), dtype=np.int64)
     rows = zip(*(column.tolist() for column in columns), strict=True)
-    for clock, (position, angle, turn, spacing, limit, enable, clear, reset) in enumerate(rows):
+    for clock, row in enumerate(rows):
+        position, angle, turn, spacing, referenced, limit, enable, clear, reset = row
         follower.show(clear, limit, turn)
         step = follower.decide(spacing)
         follower.move(position)
         follower.angle_then, follower.counts_per_rev_then = angle, turn
+        follower.referenced_then = bool(referenced)
         following = follower.following
         follower.steps = [step, *follower.steps[:-1]] if following else [0] * _STEPS_UNDER_WAY
         follower.enabled = (following, follower.enabled[0])

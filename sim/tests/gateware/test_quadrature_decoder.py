@@ -12,16 +12,20 @@ from tb.decoder.quadrature_decoder_scenarios import (
     UNITS,
     Scenario,
     Stimuli,
+    skewed,
     stimuli,
+    stimuli_of,
 )
 
 from arctrue.gateware.quadrature_decoder import (
     COUNTER_MAX,
+    PERIOD,
     DecoderInputs,
     DecoderTrace,
     latency_clocks,
     quadrature_decoder,
 )
+from arctrue.generated.number_formats import INDEX_SKEW
 
 
 def played(name: str) -> tuple[Scenario, Stimuli, DecoderTrace]:
@@ -42,6 +46,14 @@ def true_marks(scenario: Scenario, given: Stimuli) -> tuple[np.ndarray, np.ndarr
     passed = np.diff(turns)
     clocks = np.flatnonzero(passed) + 1
     return clocks, passed[clocks - 1]
+
+
+def told_within(given: Stimuli, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and last clock for each mark to be told: with a step, or so much after it."""
+    steps = np.append(np.flatnonzero(np.diff(given.count)) + 1, 2 * len(given.count))
+    step = np.searchsorted(steps, marks)
+    settled = np.minimum(steps[step] + INDEX_SKEW, steps[np.minimum(step + 1, len(steps) - 1)])
+    return marks + latency(given), settled + latency(given)
 
 
 @pytest.mark.parametrize("name", LOSSLESS)
@@ -75,12 +87,14 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
     # From the start before the first index, from the index (in count 0) after it.
     before = (given.count - given.count[2]) % turn
     after = given.count % turn
-    expected = np.where(np.arange(len(after)) < marks[0], before, after)[2:-delay]
+    seen = int(np.argmax(trace.index_seen))
+    earliest, latest = told_within(given, marks)
+    assert earliest[0] <= seen <= latest[0]
+    assert trace.index_seen[seen:].all()
+    expected = np.where(np.arange(len(after)) < seen - delay, before, after)[2:-delay]
     assert trace.angle[2 + delay : -1].tolist() == expected.tolist()
-    seen = np.arange(len(after))[2:-delay] >= marks[0]
-    assert trace.index_seen[2 + delay : -1].tolist() == seen.astype(int).tolist()
     # turn_position is the same without the modulo; its zero is one zero of the disc.
-    zeros = (given.count[:-delay] - trace.turn_position[delay:-1])[marks[0] :]
+    zeros = (given.count[:-delay] - trace.turn_position[delay:-1])[seen - delay :]
     assert len(set(zeros.tolist())) == 1
     assert zeros[0] % turn == 0
 
@@ -88,11 +102,12 @@ def test_angle_is_that_of_the_disc_modulo_its_turn(name: str) -> None:
 @pytest.mark.parametrize("name", LOSSLESS)
 def test_index_is_one_place_of_the_disc_in_both_directions(name: str) -> None:
     scenario, given, trace = played(name)
-    delay = latency(given)
     marks, ways = true_marks(scenario, given)
-    marks, ways = marks[marks + delay + 1 < len(trace.step)], ways[: len(marks)]
-    assert np.flatnonzero(trace.index_strobe).tolist() == (marks + delay + 1).tolist()
-    at = marks + delay + 1
+    at = np.flatnonzero(trace.index_strobe)
+    earliest, latest = told_within(given, marks)
+    assert len(at) == (latest + 1 < len(trace.step)).sum()
+    assert (at >= earliest[: len(at)] + 1).all()
+    assert (at <= latest[: len(at)] + 1).all()
     assert trace.index_direction[at].tolist() == (ways[: len(at)] > 0).astype(int).tolist()
     place = trace.index_position[at] + given.count[2]
     assert (place % scenario.counts_per_rev == 0).all()
@@ -237,7 +252,7 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
     assert off.max() == 2 * scenario.index_scatter
     # Judged in the clock behind the strobe.
-    tolerance = given.columns["index_tolerance"][at[1:]]
+    tolerance = given.columns["index_tolerance"][at[1:] + 1]
     wrong = off > tolerance
     assert trace.index_error_count[-1] == wrong.sum()
     if name == "tolerance_changes_with_every_clock":
@@ -278,6 +293,52 @@ def test_overspeed_is_an_edge_nearer_than_the_spacing() -> None:
     assert trace.overspeed.tolist() == [int(count > 0) for count in expected]
     assert {5, 6, 1} <= set(distances[too_near].tolist())
     assert trace.position.max() == given.count[-1] - scenario.start
+
+
+def test_edges_that_the_filter_swallows_are_told() -> None:
+    _, given, trace = played("faster_than_the_filter")
+    too_fast = np.flatnonzero(np.diff(given.count) != 0)
+    too_fast = too_fast[too_fast >= 3 + 20 + 180]
+    # At the fifth count too many of the levels before the filter, through the synchroniser.
+    told = int(np.argmax(trace.overspeed))
+    assert too_fast[0] < told <= too_fast[5] + latency_clocks()
+    assert not trace.illegal.any()
+    cleared = int(np.flatnonzero(given.columns["clear"])[0]) + 1
+    assert not trace.overspeed[cleared + 1 : cleared + 20].any()
+    assert trace.overspeed[-1]
+    # Periods told are those lost, but for the one under way when the levels came to rest.
+    lost = abs(int(given.count[cleared] - given.count[2] - trace.position[cleared])) // PERIOD
+    assert lost >= 8
+    assert abs(int(trace.overspeed_count[cleared - 1]) - lost) <= 1
+
+
+def test_order_broken_where_the_filter_shows_nothing_is_told() -> None:
+    _, _, trace = played("two_counts_a_clock_behind_the_filter")
+    assert not trace.step.any()
+    assert not trace.illegal.any()
+    assert trace.overspeed[-1]
+
+
+@pytest.mark.parametrize("name", ["glitches_are_filtered", "long_filter", "jitter"])
+def test_what_the_filter_is_for_is_no_overspeed(name: str) -> None:
+    _, _, trace = played(name)
+    assert not trace.overspeed.any()
+
+
+@pytest.mark.parametrize("pulse", range(1, 9))
+def test_a_pulse_on_one_pin_is_no_overspeed(pulse: int) -> None:
+    """At any place between the edges of the other pin, twelve clocks apart."""
+    clock = np.arange(400)
+    count = clock // 12
+    for at in range(150, 198):
+        a, b = np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3))
+        spoilt = (clock >= at) & (clock < at + pulse)
+        edges = np.flatnonzero(np.diff(b) != 0) + 1
+        inputs = DecoderInputs(a ^ spoilt, b, filter_length=9, reset=clock < 3)
+        trace = quadrature_decoder(inputs)
+        # Where B changes within the pulse, or in its first clock, it looks like a period.
+        if not ((edges >= at) & (edges <= at + pulse)).any():
+            assert not trace.overspeed.any(), at
 
 
 def test_spacing_up_to_its_end() -> None:
@@ -361,13 +422,57 @@ def test_clear_and_rearm_leave_each_other_alone() -> None:
         assert (getattr(rearm, output) == getattr(base, output)).all(), output
 
 
-def test_z_before_the_first_step_is_no_index() -> None:
+def test_z_without_a_step_is_no_index() -> None:
     clock = np.arange(60)
     z = (clock > 20) & (clock < 30)
     still = quadrature_decoder(DecoderInputs(0, 0, z, reset=clock < 3))
     assert not still.index_seen.any()
-    moved = quadrature_decoder(DecoderInputs(clock > 10, 0, z, reset=clock < 3))
+    stopped = quadrature_decoder(DecoderInputs(clock > 10, 0, z, reset=clock < 3))
+    assert not stopped.index_seen.any()
+    moved = quadrature_decoder(DecoderInputs(clock > 25, 0, clock > 20, reset=clock < 3))
     assert moved.index_seen[-1] == 1
+
+
+@pytest.mark.parametrize("width", [1, 2, 17])
+def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
+    """Every order of A, B and Z within three clocks; trembles on both edges of a mark."""
+    for skew in itertools.product(range(4), repeat=3):
+        given = stimuli_of(skewed(skew, width))
+        trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
+        at = np.flatnonzero(trace.index_strobe)
+        places = trace.index_position[at] + given.count[2]
+        assert len(at) >= 10
+        assert set(places.tolist()) == {0}, skew
+        assert (trace.angle[-1] - given.count[-1]) % 1000 == 0
+        assert not trace.index_error.any()
+
+
+@pytest.mark.parametrize("z_early", [0, 1])
+def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
+    """Up through a mark of 6 counts, back by one, on: the far edge is not the zero."""
+    ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5
+    count = np.repeat(np.concatenate([[0], np.cumsum(ways)]), 20)
+    mark = np.roll((count >= 10) & (count < 16), -z_early)
+    clock = np.arange(count.size)
+    pins = (np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3)), mark)
+    trace = quadrature_decoder(DecoderInputs(*pins, counts_per_rev=1000, reset=clock < 3))
+    at = np.flatnonzero(trace.index_strobe)
+    assert trace.index_position[at].tolist() == [10]
+
+
+def test_a_reversal_within_a_count_leaves_no_trace() -> None:
+    """Z changes within a count; the table turns back there, on both edges of the mark."""
+    half_counts = [*range(40), *range(39, 37, -1), *range(39, 60), *range(59, 10, -1)]
+    half_counts = np.repeat(half_counts, 12)
+    count = half_counts // 2
+    # From the middle of count 5 to the middle of count 19.
+    mark = (half_counts >= 11) & (half_counts < 39)
+    pins = (np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3)), mark)
+    trace = quadrature_decoder(
+        DecoderInputs(*pins, counts_per_rev=1000, reset=np.arange(count.size) < 3)
+    )
+    at = np.flatnonzero(trace.index_strobe)
+    assert trace.index_position[at].tolist() == [5]
 
 
 def test_position_wraps_and_its_readers_do_not() -> None:

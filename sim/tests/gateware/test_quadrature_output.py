@@ -91,6 +91,7 @@ def test_z_is_high_exactly_at_the_zero_of_the_output_angle(name: str) -> None:
     angle = (columns["corrected_angle"][: len(shown)] - behind) % scenario.counts_per_rev
     expected = (angle == 0) & (behind >= -2 * scenario.counts_per_rev)
     expected &= behind < 2 * scenario.counts_per_rev
+    expected &= columns["referenced"][: len(shown)] == 1
     # The first clock enabled after the reset is not shown yet.
     assert trace.z[3:].tolist() == expected[1:].astype(int).tolist()
     assert expected.any() or scenario.counts_per_rev >= 1000
