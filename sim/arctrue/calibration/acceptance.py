@@ -51,11 +51,14 @@ def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
     return []
 
 
-def of_estimate(estimate: Estimate, coefficients: Coefficients) -> list[str]:
+def of_estimate(
+    estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
+) -> list[str]:
     """The firmware's ``not_better``: the error expected with the coefficients against none.
 
-    Of an order that is not applied |x|² − 2u² is expected to be there, of one that is applied
-    2u² and what quantising adds. An amplitude A has the mean square A²/2.
+    |x − a|² of an estimate x is 2u² too large in the mean where a does not come from x; where it
+    does, the error of x is all of the error, and what quantising adds. An amplitude A has the mean
+    square A²/2.
     """
     seen = np.isfinite(estimate.noise_gain)
     if not (coefficients.amplitudes != 0).any():
@@ -73,10 +76,11 @@ def of_estimate(estimate: Estimate, coefficients: Coefficients) -> list[str]:
     unit = arcsec_per_count(coefficients.counts_per_rev)
     applied = np.array([held.get(order, 0.0) * unit for order in estimate.orders[seen].tolist()])
     before = np.maximum(np.abs(value) ** 2 - twice_variance, 0.0)
+    apart = np.abs(value - applied) ** 2
     after = np.where(
-        applied != 0.0,
-        np.abs(value - applied) ** 2 + twice_variance,
-        before,
+        made_of_estimate & (applied != 0.0),
+        apart + twice_variance,
+        np.maximum(apart - twice_variance, 0.0),
     )
     if after.sum() < before.sum():
         return []

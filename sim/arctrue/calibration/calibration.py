@@ -114,6 +114,31 @@ def calibrate(
     )
 
 
+def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[str]:
+    """Why coefficients that come from elsewhere should not be written for this set's table.
+
+    The reference run decides where there is one, else what the two heads see; a capture that
+    cannot be used says nothing.
+    """
+    table, capture, reference = measurement.table, measurement.capture, measurement.reference
+    found = []
+    if reference is not None:
+        found += acceptance.of_comparison(compare(reference, coefficients))
+    if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
+        return found
+    settings = CalibrationSettings(separation="measured")
+    try:
+        turns = whole_turns(capture, table.counts_per_rev, None, settings.most_order)
+        estimate, _, _ = _estimated(replace(measurement, reference=None), turns, settings)
+    except CaptureRefusedError:
+        return found
+    nominal_rad = float(np.radians(table.head_separation_deg))
+    found += acceptance.of_separation(nominal_rad, estimate.measured_separation_rad)
+    if reference is None:
+        found += acceptance.of_estimate(estimate, coefficients, made_of_estimate=False)
+    return found
+
+
 def _estimated(
     measurement: MeasurementSet, turns: Sequence[WholeTurns], settings: CalibrationSettings
 ) -> tuple[Estimate, dict[Choice, Separation], list[str]]:
