@@ -71,6 +71,15 @@ def test_head_separation_from_the_mean_over_readings() -> None:
     assert abs(offset) * ARCSEC == pytest.approx(0.017, abs=5e-4)
 
 
+def test_an_eccentric_polygon_is_no_eccentric_encoder() -> None:
+    flatness, width = 0.03e-6, 10e-3
+    by_equation_14 = 8 * 1e-6 * flatness / width**2 * ARCSEC
+    assert by_equation_14 == pytest.approx(0.0005, abs=5e-6)
+    assert 0.3 * by_equation_14 == pytest.approx(0.00015, abs=2e-6)
+    assert 0.3e-6 / 30e-3 * ARCSEC == pytest.approx(2.06, abs=5e-3)
+    assert 8.0 * math.sin(math.radians(1.0)) == pytest.approx(0.14, abs=5e-4)
+
+
 def test_uncertainty_with_the_deviation_of_the_mean() -> None:
     u3 = 0.2 / math.sqrt(10)
     assert round(u3, 3) == 0.063
