@@ -76,7 +76,7 @@ def test_an_eccentric_polygon_is_no_eccentric_encoder() -> None:
     by_equation_14 = 8 * 1e-6 * flatness / width**2 * ARCSEC
     assert by_equation_14 == pytest.approx(0.0005, abs=5e-6)
     assert 0.3 * by_equation_14 == pytest.approx(0.00015, abs=2e-6)
-    assert 0.3e-6 / 30e-3 * ARCSEC == pytest.approx(2.06, abs=5e-3)
+    assert pytest.approx(2.06, abs=5e-3) == 0.3e-6 / 30e-3 * ARCSEC
     assert 8.0 * math.sin(math.radians(1.0)) == pytest.approx(0.14, abs=5e-4)
 
 

@@ -95,7 +95,7 @@ def _high_order(size: float, random: Random, _: Experiment) -> list[PhysicalEffe
 
 
 def _head_angle(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
-    # Head 2 stands at −α; a larger separation is a turn the other way.
+    # A larger α turns head 2 the other way: docs/architecture.md, "Head geometry".
     return [BracketTurn(1, HEADS[1], -_sign(random) * size * RAD_PER_ARCSEC)]
 
 
