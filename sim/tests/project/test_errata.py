@@ -93,6 +93,23 @@ def test_share_of_the_uncertainty() -> None:
     assert pytest.approx(0.29, abs=5e-3) == 0.46 / 1.6
 
 
+@pytest.mark.parametrize(("order", "amplitude", "u"), [(1, 95.0, 185.0), (11, 12.0, 12.0)])
+def test_head_separation_by_one_order(order: int, amplitude: float, u: float) -> None:
+    """Figures of docs/calibration.md: u(α) of a reference good to 0.15″."""
+    factor = abs(np.exp(1j * order * math.radians(33)) - 1)
+    assert 0.15 * factor / (order * amplitude) * ARCSEC == pytest.approx(u, rel=0.03)
+
+
+def test_what_an_unknown_head_separation_does_to_order_1() -> None:
+    """docs/calibration.md: ±50″ is 28.9″ of u(α), and 0.022″ along 95″ of order 1."""
+    u_alpha = 50 / math.sqrt(3)
+    assert u_alpha == pytest.approx(28.9, abs=0.05)
+    # The part of dE/dα along E: −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
+    assert 95.0 * 0.5 / math.tan(math.radians(16.5)) * u_alpha / ARCSEC == pytest.approx(
+        0.022, abs=5e-4
+    )
+
+
 @pytest.mark.parametrize(("order", "gain"), [(1, 1.8), (11, 19), (109, 19)])
 def test_noise_gain(order: int, gain: float) -> None:
     factor = abs(np.exp(1j * order * math.radians(33)) - 1)
