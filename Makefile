@@ -45,10 +45,11 @@ test: generate lint ## every check and test; JUnit report in build/reports/
 	@mkdir -p build/reports
 	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
 
-lint: generate ## style and types: ruff, mypy, vsg; and documents that are out of date
+lint: generate ## style, types and order of imports: ruff, mypy, import-linter, vsg; documents out of date
 	$(VENV)/ruff check --quiet
 	$(VENV)/ruff format --check --quiet
 	$(VENV)/mypy --no-error-summary
+	@$(VENV)/lint-imports --no-cache >build/import_order.txt || { cat build/import_order.txt; exit 1; }
 	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
 	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)
 	$(VENV)/python -m scripts.make_docs --check

@@ -43,7 +43,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:
-        from arctrue.studies.scenario.picture import plot_scenario
+        from arctrue.report.scenario_figure import plot_scenario
 
         out.mkdir(parents=True, exist_ok=True)
         picture = out / f"{scenario_file.stem}.svg"
