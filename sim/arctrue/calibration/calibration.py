@@ -27,7 +27,7 @@ from arctrue.calibration.separation_by_harmonics import separation_by_harmonics
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.measurement.measurement_set import Capture, MeasurementSet
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
+from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count, rad_per_count
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0
@@ -121,22 +121,25 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     cannot be used says nothing.
     """
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
+    counts_per_rev = table.counts_per_rev
     found = []
     if reference is not None:
         found += acceptance.of_comparison(compare(reference, coefficients))
-    if capture is None or table.counts_per_rev is None or table.head_separation_deg is None:
+    if capture is None or counts_per_rev is None or table.head_separation_deg is None:
+        return found
+    apart_counts = float(np.mean(capture.head2_counts - capture.head1_counts))
+    found += acceptance.of_separation(
+        float(np.radians(table.head_separation_deg)), apart_counts * rad_per_count(counts_per_rev)
+    )
+    if reference is not None:
         return found
     settings = CalibrationSettings(separation="measured")
     try:
-        turns = whole_turns(capture, table.counts_per_rev, None, settings.most_order)
-        estimate, _, _ = _estimated(replace(measurement, reference=None), turns, settings)
+        turns = whole_turns(capture, counts_per_rev, None, settings.most_order)
+        estimate, _, _ = _estimated(measurement, turns, settings)
     except CaptureRefusedError:
         return found
-    nominal_rad = float(np.radians(table.head_separation_deg))
-    found += acceptance.of_separation(nominal_rad, estimate.measured_separation_rad)
-    if reference is None:
-        found += acceptance.of_estimate(estimate, coefficients, made_of_estimate=False)
-    return found
+    return found + acceptance.of_estimate(estimate, coefficients, made_of_estimate=False)
 
 
 def _estimated(

@@ -88,6 +88,13 @@ def test_which_differences_of_tables_count() -> None:
     assert len(table.differences(ModelTable(3_600_000, -33.0))) == 2
 
 
+def test_a_set_without_heads_does_not_make_the_model_forget_them() -> None:
+    table = ModelTable(1 << 24, 33.0)
+    assert ModelTable(1 << 24, None).completed(table) == table
+    assert ModelTable(None, 32.0).completed(table) == ModelTable(1 << 24, 32.0)
+    assert table.completed(None) == table
+
+
 @settings(max_examples=200, deadline=None)
 @given(data=st.binary(max_size=200))
 def test_any_bytes_give_a_model_or_a_sentence(

@@ -84,7 +84,7 @@ def fitted(
         reference_temperature_c=observations.reference_temperature_c
         if observations.has_temperature
         else model.reference_temperature_c,
-        table=table_of(observations),
+        table=table_of(observations).completed(model.table),
     )
     return grown, solution
 

@@ -56,6 +56,17 @@ class ModelTable:
     counts_per_rev: int | None = None
     head_separation_deg: float | None = None
 
+    def completed(self, other: ModelTable | None) -> ModelTable:
+        """What this one does not say, as ``other`` has it."""
+        if other is None:
+            return self
+        return ModelTable(
+            self.counts_per_rev if self.counts_per_rev is not None else other.counts_per_rev,
+            self.head_separation_deg
+            if self.head_separation_deg is not None
+            else other.head_separation_deg,
+        )
+
     def differences(self, other: ModelTable) -> list[str]:
         """What both know and differ in, in words; separations within the mounting are alike."""
         found = []
