@@ -33,10 +33,11 @@ What can be missing from a model of a rotary table with two heads on one disc. O
 declare, and so is `arctrue effects show NAME`. An effect of your own uses the same interface:
 [how to write one](own-effect.md).
 
-θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for head 2),
-ω the speed, d the direction (±1), T the temperature, R the reading of a head. *Capture*: both heads
-over time, which shows R₂ − R₁. *Reference run*: head 1 against a polygon or another reference,
-which shows ε. 1 µm at the disc is 3.82″.
+θ is the angle of the table, ψ the angle of the disc under a head (θ for head 1, θ + α for
+head 2: [head geometry](architecture.md#head-geometry)), ω the speed, d the direction (±1), T the
+temperature, R the reading of a head. *Capture*: both heads over time, which shows R₂ − R₁.
+*Reference run*: head 1 against a polygon or another reference, which shows ε. 1 µm at the disc
+is 3.82″.
 
 """
 

@@ -3,8 +3,8 @@
 -- # encoder_source
 --
 -- A table that turns steadily, as its two read heads would show it: for the bench, where a second board
--- stands in for the encoder. Both heads read the same disc, head 2 from HEAD_SEPARATION counts
--- further round, so that calibration finds ε of equation (8) with the two orders given here.
+-- stands in for the encoder. Both heads read the same disc, head 2 HEAD_SEPARATION counts ahead
+-- (docs/architecture.md, "Head geometry"), so that calibration finds ε of equation (8) with the two orders given here.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --

@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from arctrue.calibration import acceptance
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns
 from arctrue.calibration.combine import LEAST_LINE_ARCSEC
 from arctrue.calibration.comparison import Comparison, compare
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.fourier import fourier
 from arctrue.calibration.harmonics import as_function_of_reading
-from arctrue.calibration.head_separation import Choice
+from arctrue.calibration.head_separation import (
+    U_DETECTION_DEFAULT_ARCSEC,
+    U_NOMINAL_RAD,
+    Choice,
+    Separation,
+)
 from arctrue.calibration.least_squares import least_squares
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT, Verdict, select_orders
+from arctrue.calibration.separation_by_harmonics import separation_by_harmonics
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.measurement.measurement_set import Capture, MeasurementSet
-from arctrue.units import arcsec_per_count
+from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count, rad_per_count
 
 Method = Literal["fourier", "least_squares"]
+APART_U = 4.0
+"""So many standard uncertainties apart, two values of α are told to contradict each other."""
+ROUNDS_MOST = 4
+SETTLED_U = 0.05
+"""What a further round would still change of α by the harmonics, in standard uncertainties."""
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 
 
@@ -31,7 +43,8 @@ class CalibrationSettings:
     """How to calibrate; the defaults are those of the command line.
 
     ``most_order``: orders 1 … most_order are fitted; ``runs``: None: those at the lowest speed;
-    ``separation``: None: measured, where the index is to be believed.
+    ``separation``: None: measured by the index where it is to be believed, else nominal, and by
+    the harmonics where their standard uncertainty is less than that of either.
     """
 
     method: Method = "least_squares"
@@ -51,6 +64,10 @@ class Calibration:
     coefficients: Coefficients
     turns: tuple[WholeTurns, ...]
     comparison: Comparison | None
+    separations: Mapping[Choice, Separation]
+    """α from every source that there is; ``estimate.separation_choice`` says which was used."""
+    objections: tuple[str, ...]
+    """Why these coefficients should not be written, one sentence each."""
     warnings: tuple[str, ...]
 
 
@@ -69,33 +86,136 @@ def calibrate(
     if table.counts_per_rev is None or table.head_separation_deg is None:
         raise ValueError("a capture needs table.counts_per_rev and table.head_separation_deg")
     turns = whole_turns(capture, table.counts_per_rev, settings.runs, settings.most_order)
-    estimate, warnings = METHODS[settings.method](
-        turns,
-        table.counts_per_rev,
-        float(np.radians(table.head_separation_deg)),
-        np.arange(1, settings.most_order + 1),
-        settings.separation,
-    )
-    if estimate.function_of == "angle":
-        # The step changes values by less than a thousandth: the covariance stays.
-        estimate = replace(
-            estimate,
-            function_of="reading",
-            values=as_function_of_reading(estimate.orders, estimate.values),
-        )
-    if not np.isfinite(estimate.values).all():
-        raise CaptureRefusedError("nan", "the fit has no finite solution")
+    estimate, separations, warnings = _estimated(measurement, turns, settings)
     verdicts = select_orders(estimate, settings.lanes, settings.gain_limit)
     coefficients = _quantised(estimate, verdicts, table.counts_per_rev, settings.lanes)
     reference = measurement.reference
+    comparison = None if reference is None else compare(reference, coefficients)
     return Calibration(
         estimate=estimate,
         verdicts=verdicts,
         coefficients=coefficients,
         turns=tuple(turns),
-        comparison=None if reference is None else compare(reference, coefficients),
-        warnings=(*warnings, *_disagreements(estimate, capture), *_lines(estimate)),
+        comparison=comparison,
+        separations=separations,
+        objections=(
+            *acceptance.of_separation(
+                float(np.radians(table.head_separation_deg)), estimate.measured_separation_rad
+            ),
+            *acceptance.of_estimate(estimate, coefficients),
+            *acceptance.of_comparison(comparison),
+        ),
+        warnings=(
+            *warnings,
+            *_separations_apart(estimate, separations),
+            *_disagreements(estimate, capture),
+            *_lines(estimate),
+        ),
     )
+
+
+def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[str]:
+    """Why coefficients that come from elsewhere should not be written for this set's table.
+
+    The reference run decides where there is one, else what the two heads see; a capture that
+    cannot be used says nothing.
+    """
+    table, capture, reference = measurement.table, measurement.capture, measurement.reference
+    counts_per_rev = table.counts_per_rev
+    found = []
+    if reference is not None:
+        found += acceptance.of_comparison(compare(reference, coefficients))
+    if capture is None or counts_per_rev is None or table.head_separation_deg is None:
+        return found
+    apart_counts = float(np.mean(capture.head2_counts - capture.head1_counts))
+    found += acceptance.of_separation(
+        float(np.radians(table.head_separation_deg)), apart_counts * rad_per_count(counts_per_rev)
+    )
+    if reference is not None:
+        return found
+    settings = CalibrationSettings(separation="measured")
+    try:
+        turns = whole_turns(capture, counts_per_rev, None, settings.most_order)
+        estimate, _, _ = _estimated(measurement, turns, settings)
+    except CaptureRefusedError:
+        return found
+    return found + acceptance.of_estimate(estimate, coefficients, made_of_estimate=False)
+
+
+def _estimated(
+    measurement: MeasurementSet, turns: Sequence[WholeTurns], settings: CalibrationSettings
+) -> tuple[Estimate, dict[Choice, Separation], list[str]]:
+    """The estimate as a function of the reading, α from every source, and warnings."""
+    table, reference = measurement.table, measurement.reference
+    assert table.counts_per_rev is not None
+    assert table.head_separation_deg is not None
+    nominal_rad = float(np.radians(table.head_separation_deg))
+    detection = table.index_detection_arcsec
+
+    def estimated(choice: Choice | None, fixed: Separation | None) -> tuple[Estimate, list[str]]:
+        assert table.counts_per_rev is not None
+        estimate, warnings = METHODS[settings.method](
+            turns,
+            table.counts_per_rev,
+            nominal_rad,
+            np.arange(1, settings.most_order + 1),
+            choice,
+            index_detection_arcsec=U_DETECTION_DEFAULT_ARCSEC if detection is None else detection,
+            by_harmonics=fixed,
+        )
+        if not np.isfinite(estimate.values).all():
+            raise CaptureRefusedError("nan", "the fit has no finite solution")
+        if estimate.function_of == "angle":
+            # The step changes values by less than a thousandth: the covariance stays.
+            values = as_function_of_reading(estimate.orders, estimate.values)
+            estimate = replace(estimate, function_of="reading", values=values)
+        return estimate, warnings
+
+    asked = settings.separation
+    estimate, warnings = estimated(None if asked == "harmonics" else asked, None)
+    if reference is None:
+        by_harmonics = Separation(np.nan, np.inf, "the set has no reference run")
+    else:
+        by_harmonics = separation_by_harmonics(estimate, reference, table.counts_per_rev)
+    better = by_harmonics.u_rad < min(
+        U_NOMINAL_RAD, estimate.u_measured_separation_rad, estimate.u_head_separation_rad
+    )
+    if asked == "harmonics" or (asked is None and better):
+        for _ in range(ROUNDS_MOST):
+            estimate, warnings = estimated("harmonics", by_harmonics)
+            assert reference is not None
+            # The slope is that of the α it was taken at.
+            again = separation_by_harmonics(estimate, reference, table.counts_per_rev)
+            settled = abs(again.value_rad - by_harmonics.value_rad) < SETTLED_U * again.u_rad
+            if settled or not np.isfinite(again.u_rad):
+                break
+            by_harmonics = again
+    return (
+        estimate,
+        {
+            "measured": Separation(
+                estimate.measured_separation_rad, estimate.u_measured_separation_rad
+            ),
+            "nominal": Separation(nominal_rad, U_NOMINAL_RAD),
+            "harmonics": by_harmonics,
+        },
+        warnings,
+    )
+
+
+def _separations_apart(estimate: Estimate, separations: Mapping[Choice, Separation]) -> list[str]:
+    """A warning where the α used and that of the harmonics are further apart than they may be."""
+    other = separations["harmonics"]
+    if estimate.separation_choice == "harmonics" or not np.isfinite(other.u_rad):
+        return []
+    apart = (other.value_rad - estimate.head_separation_rad) * ARCSEC_PER_RAD
+    u = float(np.hypot(other.u_rad, estimate.u_head_separation_rad)) * ARCSEC_PER_RAD
+    if abs(apart) < APART_U * u:
+        return []
+    return [
+        f"by the reference's harmonics the head separation is {apart:+.1f}″ from the one that is "
+        f"used, {abs(apart) / u:.1f} times its standard uncertainty of {u:.1f}″"
+    ]
 
 
 def _quantised(

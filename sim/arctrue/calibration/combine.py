@@ -13,7 +13,7 @@ from arctrue.calibration import head_separation
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.estimate import Estimate, RunFit
 from arctrue.calibration.noise import ResidualSpectrum
-from arctrue.calibration.transfer_function import noise_gain, transfer_function
+from arctrue.calibration.transfer_function import noise_gain, separation_slope
 from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
@@ -38,7 +38,8 @@ def combined_estimate(
     measured_separation_rad: float,
     separation_by_run_rad: Sequence[float],
     separation_choice: head_separation.Choice,
-    counts_per_rev: int,
+    u_used_separation_rad: float,
+    u_index_rad: float,
     iterations: int,
 ) -> Estimate:
     """Put the covariance together.
@@ -60,9 +61,7 @@ def combined_estimate(
     disagreement = _disagreement(values, by_run, information, sigmas, colour)
     stretch = np.tile(np.sqrt(colour * disagreement), 2)
     covariance *= np.outer(stretch, stretch)
-    covariance += _by_separation(
-        values, seen, used_separation_rad, _u_used(separation_choice, counts_per_rev)
-    )
+    covariance += _by_separation(values, seen, used_separation_rad, u_used_separation_rad)
 
     number = orders.size
     place = np.flatnonzero(np.isin(orders, seen))
@@ -76,7 +75,6 @@ def combined_estimate(
     disagree[place] = disagreement
     statistical = 1.0 / np.sqrt(sum(p.samples / s**2 for p, s in zip(turns, sigmas, strict=True)))
     colour_of_mean = float(spectrum.at(np.array([0]))[0])
-    u_index = head_separation.u_index_rad(counts_per_rev)
     rms = float(
         np.sqrt(np.average(np.square(residual_rms_by_run), weights=[p.samples for p in turns]))
     )
@@ -94,9 +92,11 @@ def combined_estimate(
             (order, a * typical) for order, a in spectrum.peaks() if a * typical > LEAST_LINE_ARCSEC
         ),
         head_separation_rad=used_separation_rad,
+        u_head_separation_rad=u_used_separation_rad,
+        separation_choice=separation_choice,
         measured_separation_rad=measured_separation_rad,
         u_measured_separation_rad=float(
-            np.hypot(statistical * np.sqrt(colour_of_mean) * RAD_PER_ARCSEC, u_index)
+            np.hypot(statistical * np.sqrt(colour_of_mean) * RAD_PER_ARCSEC, u_index_rad)
         ),
         runs=tuple(
             RunFit(part.run, part.turns, part.samples, r, a, v)
@@ -133,24 +133,11 @@ def _sum(information: Sequence[Float], sigmas: Float) -> Float:
     return total
 
 
-def _u_used(choice: head_separation.Choice, counts_per_rev: int) -> float:
-    if choice == "nominal":
-        return head_separation.U_NOMINAL_RAD
-    return head_separation.u_index_rad(counts_per_rev)
-
-
 def _by_separation(
     values: Float, orders: NDArray[np.int64], separation_rad: float, u_rad: float
 ) -> Float:
-    """What an error of α does to all orders together: dE_n/dα = −j·n·e^{jnα}·TF(n)·E_n."""
-    cosine, sine = np.split(values, 2)
-    slope = (
-        -1j
-        * orders
-        * np.exp(1j * orders * separation_rad)
-        * transfer_function(orders, separation_rad)
-        * (cosine - 1j * sine)
-    )
+    """What an error of α does to all orders together."""
+    slope = separation_slope(orders, values, separation_rad)
     direction = np.concatenate((slope.real, -slope.imag)) * u_rad
     return np.outer(direction, direction)
 

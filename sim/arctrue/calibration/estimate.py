@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.calibration.harmonics import error_arcsec
+from arctrue.calibration.head_separation import Choice
 
 Float = NDArray[np.float64]
 
@@ -50,8 +51,12 @@ class Estimate:
     """Lines that stand out in what is left: (order, amplitude in arcseconds), largest first."""
     head_separation_rad: float
     """The α that was used."""
+    u_head_separation_rad: float
+    """Its standard uncertainty; the covariance holds it with its coupling to every order."""
+    separation_choice: Choice
+    """Where the α that was used is from."""
     measured_separation_rad: float
-    """Mean of R₂ − R₁ over uniform true angle."""
+    """Mean of R₂ − R₁ over uniform true angle: α by the index marks."""
     u_measured_separation_rad: float
     runs: tuple[RunFit, ...]
     iterations: int

@@ -27,10 +27,14 @@ def fourier(
     nominal_separation_rad: float,
     orders: Sequence[int] | NDArray[np.int64],
     separation: head_separation.Choice | None = None,
+    *,
+    index_detection_arcsec: float = 0.0,
+    by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
     """ε(θ) of ``turns``, one transform a run, weighted by samples and noise; also returns warnings.
 
-    The check that neighbours differ by one step is that of ``whole_turns``.
+    The check that neighbours differ by one step is that of ``whole_turns``; the separation's
+    arguments are those of ``least_squares``.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)
@@ -58,8 +62,16 @@ def fourier(
         measured,
         counts_per_rev,
         separation,
+        index_detection_arcsec,
     )
-    used = measured if choice == "measured" else nominal_separation_rad
+    u_index = head_separation.u_index_rad(counts_per_rev, index_detection_arcsec)
+    alpha = head_separation.chosen(
+        choice,
+        nominal_separation_rad,
+        head_separation.Separation(measured, u_index),
+        by_harmonics,
+    )
+    used = alpha.value_rad
     gain = noise_gain(orders, used)
     visible = np.isfinite(gain)
     seen = orders[visible]
@@ -97,7 +109,8 @@ def fourier(
         measured_separation_rad=measured,
         separation_by_run_rad=[mean / ARCSEC_PER_RAD for mean in means],
         separation_choice=choice,
-        counts_per_rev=counts_per_rev,
+        u_used_separation_rad=alpha.u_rad,
+        u_index_rad=u_index,
         iterations=1,
     )
     return estimate, warnings

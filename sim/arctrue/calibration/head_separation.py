@@ -1,25 +1,31 @@
-"""α: what the capture says of it, and whether to believe that.
+"""α: what the capture says of it, how well, and whether to believe that.
 
-mean(R₂ − R₁) over uniform true angle is the true separation: both heads count from the same mark,
-and ε(θ + α) − ε(θ) has no mean. It is good to the index's repeatability, ± 1 count = 0.08″, where
-the nominal value is good to ± 50″. What can spoil it is an index that is not found at the same
-place by both heads (10 µm of difference at the disc are 38″, within the nominal tolerance still),
-or one that is not found at all; that shows as runs that disagree or a value far from nominal.
+mean(R₂ − R₁) over uniform true angle is the separation as the index marks show it: both heads
+count from the same mark, and ε(θ + α) − ε(θ) has no mean. It repeats to ± 1 count a head. What no
+repeat shows is a constant difference between the places where the heads detect the mark: it goes
+into α one to one (10 µm at the disc are 38″). A set states its standard uncertainty as
+``table.index_detection_arcsec``; without the key it is that of the heads' mounting, 50″/√3. An
+index that is not found at all shows as runs that disagree or a value far from nominal.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
 
-Choice = Literal["measured", "nominal"]
+Choice = Literal["measured", "nominal", "harmonics"]
+"""``measured``: by the index marks; ``harmonics``: by the reference, see separation_by_harmonics.
+"""
 
 NOMINAL_TOLERANCE_ARCSEC = 50.0
 U_NOMINAL_RAD = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0) * RAD_PER_ARCSEC
 """Rectangular distribution over the tolerance."""
+U_DETECTION_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / math.sqrt(3.0)
+"""Of ``table.index_detection_arcsec``: a sensor of the mark sits no better than its head."""
 INDEX_REPEATABILITY_COUNTS = 1.0
 BELIEVABLE_ARCSEC = 900.0
 """0.25°, 0.24 mm at the disc: no head is mounted so badly; the index is at fault."""
@@ -27,9 +33,43 @@ RUNS_AGREE_COUNTS = 4.0
 """± 1 count for each of two heads, between the two runs furthest apart."""
 
 
-def u_index_rad(counts_per_rev: int) -> float:
-    """Standard uncertainty by the index: rectangular over ± 1 count, the same for all runs."""
-    return INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0) * rad_per_count(counts_per_rev)
+@dataclass(frozen=True)
+class Separation:
+    """A value of α with its standard uncertainty; ``note`` says why there is none (u infinite)."""
+
+    value_rad: float
+    u_rad: float
+    note: str = ""
+
+
+def u_index_rad(counts_per_rev: int, index_detection_arcsec: float = 0.0) -> float:
+    """Standard uncertainty of α by the index, the same for all runs.
+
+    The index of each of the two heads repeats within ± 1 count, a rectangular distribution;
+    ``index_detection_arcsec`` is the standard uncertainty of the difference between the places
+    where the heads detect the mark.
+    """
+    of_a_head = INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0) * rad_per_count(counts_per_rev)
+    return math.hypot(math.sqrt(2.0) * of_a_head, index_detection_arcsec * RAD_PER_ARCSEC)
+
+
+def chosen(
+    choice: Choice,
+    nominal_rad: float,
+    measured: Separation,
+    by_harmonics: Separation | None,
+) -> Separation:
+    """The value of the ``choice``. Raises ValueError for harmonics that determine none."""
+    if choice == "measured":
+        return measured
+    if choice == "nominal":
+        return Separation(nominal_rad, U_NOMINAL_RAD)
+    if by_harmonics is None or not math.isfinite(by_harmonics.u_rad):
+        raise ValueError(
+            "the harmonics do not determine the head separation"
+            + (f": {by_harmonics.note}" if by_harmonics is not None else "")
+        )
+    return by_harmonics
 
 
 def doubts(nominal_rad: float, measured_rad: float) -> str | None:
@@ -53,8 +93,13 @@ def judge(
     measured_rad: float,
     counts_per_rev: int,
     asked: Choice | None,
+    index_detection_arcsec: float = 0.0,
 ) -> tuple[Choice, list[str]]:
-    """Which separation to use, and what a person should know about it."""
+    """Which separation to use, and what a person should know about it.
+
+    The index is used where it can be believed and its detection is known no worse than the
+    nominal value; else the nominal value.
+    """
     warnings = []
     trusted = True
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
@@ -74,7 +119,8 @@ def judge(
             f"the measured head separation is {off_arcsec:+.1f}″ from nominal, "
             f"outside the tolerance of ±{NOMINAL_TOLERANCE_ARCSEC:g}″"
         )
-    choice: Choice = asked or ("measured" if trusted else "nominal")
+    preferred = trusted and index_detection_arcsec * RAD_PER_ARCSEC <= U_NOMINAL_RAD * (1 + 1e-9)
+    choice: Choice = asked or ("measured" if preferred else "nominal")
     if not trusted and asked is None:
         warnings[-1] += " (the nominal value is used; --head-separation measured forces the other)"
     return choice, warnings

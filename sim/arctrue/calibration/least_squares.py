@@ -51,11 +51,16 @@ def least_squares(
     nominal_separation_rad: float,
     orders: Sequence[int] | NDArray[np.int64],
     separation: head_separation.Choice | None = None,
+    *,
+    index_detection_arcsec: float = 0.0,
+    by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
     """Fit g at the readings of all ``turns`` together; also returns warnings.
 
     ``separation``: which α head 2's zero is set by; None: measured, where the index is to be
-    believed. Runs are weighted by the noise that each leaves.
+    believed; "harmonics" needs ``by_harmonics``. ``index_detection_arcsec``: standard uncertainty
+    of the difference between the places where the heads detect the index mark. Runs are weighted
+    by the noise that each leaves.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)
@@ -71,6 +76,7 @@ def least_squares(
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
     shifts = np.zeros(len(turns))
+    u_index = head_separation.u_index_rad(counts_per_rev, index_detection_arcsec)
     choice: head_separation.Choice = separation or "measured"
     warnings: list[str] = []
     iterations = 0
@@ -94,8 +100,15 @@ def least_squares(
                 (nominal + measured) / ARCSEC_PER_RAD,
                 counts_per_rev,
                 separation,
+                index_detection_arcsec,
             )
-        used = measured if choice == "measured" else 0.0
+        alpha = head_separation.chosen(
+            choice,
+            nominal_separation_rad,
+            head_separation.Separation((nominal + measured) / ARCSEC_PER_RAD, u_index),
+            by_harmonics,
+        )
+        used = alpha.value_rad * ARCSEC_PER_RAD - nominal
         moved = constants - used - shifts
         slope = np.hypot(*np.split(values, 2)) @ seen / ARCSEC_PER_RAD
         if np.max(np.abs(moved)) * slope < CONVERGED_ARCSEC or iterations == ROUNDS_MOST:
@@ -119,11 +132,12 @@ def least_squares(
         by_run=[own[:-1] for own in by_run],
         own_residuals=own_residuals,
         residual_rms_by_run=common_rms,
-        used_separation_rad=(nominal + used) / ARCSEC_PER_RAD,
+        used_separation_rad=alpha.value_rad,
         measured_separation_rad=(nominal + measured) / ARCSEC_PER_RAD,
         separation_by_run_rad=[(nominal + float(c)) / ARCSEC_PER_RAD for c in constants],
         separation_choice=choice,
-        counts_per_rev=counts_per_rev,
+        u_used_separation_rad=alpha.u_rad,
+        u_index_rad=u_index,
         iterations=iterations,
     )
     return estimate, warnings

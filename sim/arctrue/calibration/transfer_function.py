@@ -20,6 +20,19 @@ def transfer_function(orders: ArrayLike, head_separation_rad: float) -> NDArray[
     return transfer
 
 
+def separation_slope(
+    orders: NDArray[np.int64], values: NDArray[np.float64], head_separation_rad: float
+) -> NDArray[np.complex128]:
+    """dE_n/dα = −j·n·e^{jnα}·TF(n)·E_n, arcseconds a radian: what an error of α does to an order.
+
+    ``values``: (2·orders,) in arcseconds, cosines before sines; E_n here is cosine − j·sine.
+    """
+    cosine, sine = np.split(values, 2)
+    turned = np.exp(1j * orders * head_separation_rad)
+    gain = transfer_function(orders, head_separation_rad)
+    return np.asarray(-1j * orders * turned * gain * (cosine - 1j * sine))
+
+
 def noise_gain(orders: ArrayLike, head_separation_rad: float) -> NDArray[np.float64]:
     """|TF(n)|: noise of ε over noise of δ₂₁, for each order; inf where it cannot be seen."""
     gain = np.abs(transfer_function(orders, head_separation_rad))

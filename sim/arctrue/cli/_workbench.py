@@ -20,7 +20,7 @@ from arctrue.cli._progress import Progress
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import EffectFileError, EffectNotFoundError, catalogue
-from arctrue.workbench.model.growth import AlreadyThereError, NotTestableError
+from arctrue.workbench.model.growth import AlreadyThereError, NotTestableError, table_of
 from arctrue.workbench.model.model import Model, default_model
 from arctrue.workbench.model.model_file import ModelFileError, read_model
 from arctrue.workbench.observations import Observations
@@ -52,6 +52,7 @@ class Workbench:
     model: Model
     effects: dict[str, type[Effect]]
     measurement: str
+    measurement_set: MeasurementSet
 
 
 def set_argument(function: Callable[..., None]) -> Callable[..., None]:
@@ -67,7 +68,7 @@ def _remember_outliers(context: click.Context, _: click.Parameter, value: bool) 
 
 
 def common_options(function: Callable[..., None]) -> Callable[..., None]:
-    """--model, --effects, --json, --out, --seed, --keep-outliers."""
+    """--model, --effects, --json, --out, --seed, --keep-outliers, --other-table."""
     for option in (
         click.option(
             "--keep-outliers",
@@ -75,6 +76,13 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
             expose_value=False,
             callback=_remember_outliers,
             help="Use rows that look like outliers too.",
+        ),
+        click.option(
+            "--other-table",
+            is_flag=True,
+            expose_value=False,
+            callback=_remember_other_table,
+            help="Take the model although it is of another table.",
         ),
         click.option(
             "--seed",
@@ -98,6 +106,14 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
     ):
         function = option(function)
     return function
+
+
+_OTHER_TABLE = "arctrue.other_table"
+
+
+def _remember_other_table(context: click.Context, _: click.Parameter, given: bool) -> None:
+    """Keep the flag for :func:`load`, the only one that asks for it."""
+    context.meta[_OTHER_TABLE] = given
 
 
 def for_people(function: Callable[..., None]) -> Callable[..., None]:
@@ -159,10 +175,30 @@ def load(
             reference_temperature_c=model.reference_temperature_c,
             mask_outliers=not keep_outliers,
         )
-    for warning in (*measurement.warnings, *_doubts(measurement)):
+    of_table = _table_warnings(model, model_file, observations)
+    for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
         click.echo(f"warning: {warning}", err=True)
     _tell_masked(observations)
-    return Workbench(observations, model, effects, measurement.title or measurement_set.name)
+    title = measurement.title or measurement_set.name
+    return Workbench(observations, model, effects, title, measurement)
+
+
+def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:
+    """What is to be said of the model's table. Raises ValueError for another one than the set's."""
+    if model_file is None or not model_file.exists():
+        return []
+    if model.table is None:
+        return [
+            f"{model_file}: does not say which table it is of (an earlier version wrote it); "
+            "the next add or drop writes that"
+        ]
+    differences = model.table.differences(table_of(observations))
+    if not differences:
+        return []
+    said = f"{model_file}: is a model of another table: {'; '.join(differences)}"
+    if click.get_current_context().meta[_OTHER_TABLE]:
+        return [said]
+    raise ValueError(f"{said}; --other-table takes it all the same")
 
 
 def _tell_masked(observations: Observations) -> None:

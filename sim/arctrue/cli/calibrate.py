@@ -17,6 +17,7 @@ from arctrue.calibration import calibration as calibration_module
 from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSettings
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.comparison import Comparison, Extent, extent
+from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
 from arctrue.gateware.coefficient_file import write_coefficient_file
@@ -24,6 +25,7 @@ from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, read_measurement_set
 from arctrue.units import ARCSEC_PER_RAD
 
+NOT_WRITTEN = 1
 BAD_INPUT = 2
 REFUSED = 3
 _REFUSED_FAULTS = ("not_a_number", "empty")
@@ -87,9 +89,15 @@ class _ManyRuns(click.Command):
 @click.option(
     "--head-separation",
     "separation",
-    type=click.Choice(["measured", "nominal"]),
-    help="Which angle between the heads to use.  [default: measured, unless the index cannot be "
-    "believed]",
+    type=click.Choice(["measured", "nominal", "harmonics"]),
+    help="Which angle between the heads to use: measured by the index, nominal, or by the "
+    "harmonics that the reference run shows.  [default: measured, nominal where the index cannot "
+    "be believed, harmonics where they are known best]",
+)
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write the coefficients although the reference run or the firmware would refuse them.",
 )
 @click.option(
     "--json",
@@ -110,14 +118,16 @@ def calibrate(
     lanes: int,
     gain_limit: float,
     separation: Any,
+    force: bool,
     json_file: Path | None,
     out: Path | None,
 ) -> None:
     """Calibrate from the capture of the measurement set SET.
 
     Prints the orders and, where SET has a reference run, the error before and after through the
-    bit-true gateware. Exit code 2: the set or an option is wrong; 3: the capture cannot be used,
-    and an earlier coefficient file stays as it is.
+    bit-true gateware. Exit code 1: the coefficients are refused (--force writes them); 2: the set
+    or an option is wrong; 3: the capture cannot be used. In each of these cases an earlier
+    coefficient file stays as it is.
     """
     settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
     try:
@@ -134,16 +144,24 @@ def calibrate(
         _end(BAD_INPUT, f"{folder}: {error}")
     name = folder.resolve().name
     out = out or Path("build") / "calibration" / name
-    for warning in (*measurement.warnings, *calibration.warnings):
+    warnings = (*measurement.warnings, *calibration.warnings)
+    for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
     console = _console()
-    _print_summary(
-        console, calibration, method, math.radians(measurement.table.head_separation_deg or 0)
-    )
+    _print_summary(console, calibration, method)
     _print_orders(console, calibration)
     if calibration.comparison is not None:
         _print_comparison(console, calibration.comparison)
     try:
+        if json_file is not None:
+            write_text(
+                json_file, json.dumps(_figures(calibration, method, warnings), indent=1) + "\n"
+            )
+            click.echo(f"Figures: {json_file}")
+        for objection in calibration.objections:
+            click.echo(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
+        if calibration.objections and not force:
+            _end(NOT_WRITTEN, f"no coefficients written to {out}; --force writes them")
         out.mkdir(parents=True, exist_ok=True)
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
@@ -152,9 +170,6 @@ def calibrate(
 
         save_plot(calibration, measurement.title or name, picture)
         click.echo(f"\nCoefficients: {coefficients}\nPlot: {picture}")
-        if json_file is not None:
-            write_text(json_file, json.dumps(_figures(calibration), indent=1) + "\n")
-            click.echo(f"Figures: {json_file}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
@@ -179,9 +194,7 @@ def _console() -> Console:
     return console if console.is_terminal else Console(highlight=False, width=110)
 
 
-def _print_summary(
-    console: Console, calibration: Calibration, method: str, nominal_rad: float
-) -> None:
+def _print_summary(console: Console, calibration: Calibration, method: str) -> None:
     estimate = calibration.estimate
     parts = ", ".join(
         f"{p.run} ({p.turns} turn{'s' if p.turns > 1 else ''} "
@@ -194,16 +207,21 @@ def _print_summary(
         f"{estimate.residual_rms_arcsec:.3f}″ RMS left in R₂ − R₁",
         soft_wrap=True,
     )
-    off = (estimate.measured_separation_rad - nominal_rad) * ARCSEC_PER_RAD
-    u = estimate.u_measured_separation_rad * ARCSEC_PER_RAD
-    used = (
-        "measured"
-        if estimate.head_separation_rad == estimate.measured_separation_rad
-        else "nominal"
-    )
+    of = calibration.separations
+    nominal = of["nominal"]
+
+    def told(separation: Separation) -> str:
+        if not math.isfinite(separation.u_rad):
+            return f"not determined ({separation.note})"
+        off = (separation.value_rad - nominal.value_rad) * ARCSEC_PER_RAD
+        return f"{off:+.2f}″ (u = {separation.u_rad * ARCSEC_PER_RAD:.2f}″)"
+
     console.print(
-        f"head separation: {math.degrees(estimate.measured_separation_rad):.6f}° measured "
-        f"({off:+.3f}″ from nominal, u = {u:.3f}″ by index and noise); {used} used",
+        f"head separation: {math.degrees(estimate.head_separation_rad):.6f}°, "
+        f"{estimate.separation_choice} used. From the nominal "
+        f"{math.degrees(nominal.value_rad):.6f}° (u = {nominal.u_rad * ARCSEC_PER_RAD:.2f}″): "
+        f"measured by the index {told(of['measured'])}, "
+        f"by the reference's harmonics {told(of['harmonics'])}",
         soft_wrap=True,
     )
 
@@ -265,7 +283,7 @@ def _print_comparison(console: Console, comparison: Comparison) -> None:
     console.print(table)
 
 
-def _figures(calibration: Calibration) -> dict[str, Any]:
+def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -> dict[str, Any]:
     estimate, comparison = calibration.estimate, calibration.comparison
     before = after = None
     if comparison is not None:
@@ -274,6 +292,34 @@ def _figures(calibration: Calibration) -> dict[str, Any]:
             for of in (extent(comparison.before_arcsec), extent(comparison.after_arcsec))
         )
     return {
+        "method": method,
+        "runs": [
+            {
+                "run": part.run,
+                "turns": part.turns,
+                "direction": 1 if part.step_counts > 0 else -1,
+                "samples": part.samples,
+                "residual_rms_arcsec": fit.residual_rms_arcsec,
+                "head_separation_deg": math.degrees(fit.head_separation_rad),
+            }
+            for part, fit in zip(calibration.turns, estimate.runs, strict=True)
+        ],
+        "warnings": list(warnings),
+        "refused": list(calibration.objections),
+        "residual_rms_arcsec": estimate.residual_rms_arcsec,
+        "alpha": {
+            "value_deg": math.degrees(estimate.head_separation_rad),
+            "u_arcsec": estimate.u_head_separation_rad * ARCSEC_PER_RAD,
+            "from": estimate.separation_choice,
+            "sources": {
+                name: {
+                    "value_deg": _finite(math.degrees(separation.value_rad)),
+                    "u_arcsec": _finite(separation.u_rad * ARCSEC_PER_RAD),
+                    "note": separation.note,
+                }
+                for name, separation in calibration.separations.items()
+            },
+        },
         "before_arcsec": before,
         "after_arcsec": after,
         "head_separation_deg": math.degrees(estimate.measured_separation_rad),

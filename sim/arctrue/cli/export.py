@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from rich.table import Table
 
+from arctrue.calibration.calibration import objections
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
@@ -21,6 +22,8 @@ from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted
+
+NOT_WRITTEN = 1
 
 
 @click.command("export", short_help="Write a model as coefficients of the gateware.")
@@ -42,6 +45,11 @@ from arctrue.workbench.model.growth import fitted
     show_default=True,
     help="File to write.",
 )
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write the coefficients although the reference run or the firmware would refuse them.",
+)
 @for_people
 def export(
     measurement_set: Path,
@@ -53,10 +61,13 @@ def export(
     lanes: int,
     temperature: float | None,
     coefficient_file: Path,
+    force: bool,
 ) -> None:
     """Write the model as coefficients of the gateware, and say what lanes cannot correct.
 
-    What has no values yet is fitted to SET. With --out the file goes into that folder.
+    What has no values yet is fitted to SET. With --out the file goes into that folder. Exit code
+    1: SET says that these coefficients make the error larger, and nothing was written (--force
+    writes them).
     """
     bench = load(measurement_set, model_file, folders)
     model = bench.model
@@ -67,8 +78,15 @@ def export(
         model, bench.observations, bench.effects, lanes=lanes, temperature_c=temperature
     )
     path = coefficient_file if out is None else out / coefficient_file.name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_coefficient_file(path, result.coefficients, title=bench.measurement)
+    refused = objections(bench.measurement_set, result.coefficients)
+    for warning in result.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    for objection in refused:
+        click.echo(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
+    written = force or not refused
+    if written:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_coefficient_file(path, result.coefficients, title=bench.measurement)
     table = Table(title=f"Lanes, {len(result.orders)} of {lanes} in use")
     table.add_column("order", justify="right")
     table.add_column("amplitude ″", justify="right")
@@ -77,12 +95,14 @@ def export(
     console.print(table)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
-    console.print(f"wrote {path}")
+    if written:
+        console.print(f"wrote {path}")
     write_json(
         json_file,
         {
             "schema": 1,
-            "file": str(path),
+            "file": str(path) if written else None,
+            "refused": refused,
             "lanes": [
                 {"order": order, "amplitude_arcsec": amplitude}
                 for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True)
@@ -90,3 +110,6 @@ def export(
             "not_corrected": result.left_out,
         },
     )
+    if not written:
+        click.echo(f"export: {path} was not written; --force writes it", err=True)
+        raise SystemExit(NOT_WRITTEN)

@@ -37,6 +37,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "grating_lines": Key("whole", low=1),
         "disc_diameter_mm": Key("number", low=0, closed=False),
         "head_separation_deg": Key("number", low=-360, high=360, closed=False),
+        "index_detection_arcsec": Key("number", low=0, high=3600),
         "drive_gear_teeth": Key("whole", low=1),
         "faces": Key("whole", low=1),
         "index_repeatability_counts": Key("number", low=0),

@@ -40,6 +40,8 @@ class Table:
     grating_lines: int | None = None
     disc_diameter_mm: float | None = None
     head_separation_deg: float | None = None
+    index_detection_arcsec: float | None = None
+    """Standard uncertainty of how far apart the heads detect the same index mark."""
     drive_gear_teeth: int | None = None
     faces: int | None = None
     index_repeatability_counts: float | None = None

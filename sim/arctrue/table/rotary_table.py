@@ -15,7 +15,7 @@ from arctrue.table.state import TableState
 DISC_RADIUS_M = 107.95e-3 / 2
 """MicroE PurePrecision disc (section 4 of the paper)."""
 HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
-"""α of the paper; head 2 stands at β₂ = −α."""
+"""α of docs/architecture.md, "Head geometry"."""
 
 TURN_RAD = 2 * np.pi
 
@@ -23,7 +23,7 @@ TURN_RAD = 2 * np.pi
 def two_heads(
     radius_m: float = DISC_RADIUS_M, separation_rad: float = HEAD_SEPARATION_RAD
 ) -> tuple[Head, Head]:
-    """Head 1 at the stator angle 0 and head 2 at −α, as the sign convention wants them."""
+    """Head 1 at the stator angle 0 and head 2 at −α: docs/architecture.md, "Head geometry"."""
     return Head.on_circle(radius_m, 0.0), Head.on_circle(radius_m, -separation_rad)
 
 
@@ -33,8 +33,8 @@ class RotaryTable:
 
     At the true angle θ the disc centre is at C = axis + e^{jθ}·disc shift. The ray from C
     through a head at H meets the graduation at the disc angle g = θ − arg(H − C); the lines
-    there say g + γ(g). Each head counts from the index mark on the disc. With β₁ = 0 and
-    β₂ = −α this gives R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α).
+    there say g + γ(g). Each head counts from the index mark on the disc. With the heads of
+    :func:`two_heads` this gives R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α).
 
     The interpolator counts ``counts_per_rev`` a turn; a count changes where the reading passes
     a whole number (``"floor"``) or a half (``"nearest"``). ``noise_rad`` is the standard

@@ -112,7 +112,9 @@ def test_head_separation_is_measured(method) -> None:
     off_arcsec = (found.measured_separation_rad - np.radians(disc.alpha_deg)) / ARCSEC
     assert abs(off_arcsec) < 0.01
     assert found.head_separation_rad == found.measured_separation_rad
-    assert 1.0 / np.sqrt(3.0) * 0.0772 < found.u_measured_separation_rad / ARCSEC < 0.06
+    # A rectangle of ± 1 count for each of the two heads, and the noise of the mean.
+    by_index = np.sqrt(2.0 / 3.0) * 0.0772
+    assert by_index < found.u_measured_separation_rad / ARCSEC < 1.1 * by_index
     assert not warnings
 
 

@@ -54,6 +54,7 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
 
     data = json.loads(figures.read_text())
     assert set(data) == {
+        "method", "runs", "warnings", "refused", "residual_rms_arcsec", "alpha",
         "before_arcsec", "after_arcsec",
         "head_separation_deg", "u_head_separation_arcsec", "orders",
     }  # fmt: skip
@@ -62,8 +63,21 @@ def test_table_files_and_figures(folder: Path, tmp_path: Path) -> None:
     assert data["before_arcsec"]["max"] == pytest.approx(95.0, abs=2.0)
     assert data["after_arcsec"]["rms"] == pytest.approx(0.15, abs=0.03)
     assert data["head_separation_deg"] == pytest.approx(33.0, abs=1e-5)
-    # The index of a count, 0.077″, rectangular over ±1 count; noise is far below it.
-    assert data["u_head_separation_arcsec"] == pytest.approx(0.0772 / 3**0.5, rel=0.05)
+    # Where the heads detect the mark: known no better than their mounting, ±50″.
+    assert data["u_head_separation_arcsec"] == pytest.approx(50.0 / 3**0.5, rel=1e-3)
+    alpha = data["alpha"]
+    assert (alpha["from"], alpha["u_arcsec"]) == (
+        "measured",
+        pytest.approx(50.0 / 3**0.5, rel=1e-3),
+    )
+    assert alpha["value_deg"] == data["head_separation_deg"]
+    assert set(alpha["sources"]) == {"measured", "nominal", "harmonics"}
+    assert alpha["sources"]["harmonics"]["value_deg"] is None
+    assert "standard_uncertainty_arcsec" in alpha["sources"]["harmonics"]["note"]
+    assert (data["method"], data["refused"], data["warnings"]) == ("least_squares", [], [])
+    assert [(r["run"], r["turns"], r["direction"]) for r in data["runs"]] == [(0, 2, 1), (1, 2, -1)]
+    # Noise of two heads, 0.1″ each, and their rounding to counts.
+    assert data["residual_rms_arcsec"] == pytest.approx(0.145, abs=0.003)
     assert set(data["orders"][0]) == {
         "order", "amplitude_arcsec", "phase_deg", "u_amplitude_arcsec", "u_phase_deg", "noise_gain",
         "applied",
@@ -137,6 +151,24 @@ def test_refused_capture(folder: Path, tmp_path: Path, change, words: str) -> No
     assert answer.stdout == ""
     # The last good coefficients stay.
     assert (out / "coefficients.toml").read_bytes() == before
+
+
+def test_coefficients_that_would_double_the_error(folder: Path, tmp_path: Path) -> None:
+    """The heads' columns exchanged in the header: 67″ RMS would become 130″."""
+    out, figures = tmp_path / "out", tmp_path / "figures.json"
+    assert run(folder, "--out", out).exit_code == 0
+    before = (out / "coefficients.toml").read_bytes()
+    edit(folder, lambda lines: ["run,time_s,head2_counts,head1_counts", *lines[1:]])
+    answer = run(folder, "--out", out, "--json", figures)
+    assert answer.exit_code == 1, answer.output
+    assert "rises from 67" in answer.stderr
+    assert "--force" in answer.stderr
+    assert (out / "coefficients.toml").read_bytes() == before
+    assert len(json.loads(figures.read_text())["refused"]) == 2
+    answer = run(folder, "--out", out, "--force")
+    assert answer.exit_code == 0, answer.output
+    assert "rises from 67" in answer.stderr
+    assert (out / "coefficients.toml").read_bytes() != before
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,15 @@ def test_head_separation_from_the_mean_over_readings() -> None:
     assert abs(offset) * ARCSEC == pytest.approx(0.017, abs=5e-4)
 
 
+def test_an_eccentric_polygon_is_no_eccentric_encoder() -> None:
+    flatness, width = 0.03e-6, 10e-3
+    by_equation_14 = 8 * 1e-6 * flatness / width**2 * ARCSEC
+    assert by_equation_14 == pytest.approx(0.0005, abs=5e-6)
+    assert 0.3 * by_equation_14 == pytest.approx(0.00015, abs=2e-6)
+    assert pytest.approx(2.06, abs=5e-3) == 0.3e-6 / 30e-3 * ARCSEC
+    assert 8.0 * math.sin(math.radians(1.0)) == pytest.approx(0.14, abs=5e-4)
+
+
 def test_uncertainty_with_the_deviation_of_the_mean() -> None:
     u3 = 0.2 / math.sqrt(10)
     assert round(u3, 3) == 0.063
@@ -82,6 +91,23 @@ def test_share_of_the_uncertainty() -> None:
     combined = 2 * math.sqrt(0.1**2 + 0.05**2 + 0.2**2 + 0.0005**2 + 0.0001**2)
     assert combined == pytest.approx(0.46, abs=5e-3)
     assert pytest.approx(0.29, abs=5e-3) == 0.46 / 1.6
+
+
+@pytest.mark.parametrize(("order", "amplitude", "u"), [(1, 95.0, 185.0), (11, 12.0, 12.0)])
+def test_head_separation_by_one_order(order: int, amplitude: float, u: float) -> None:
+    """Figures of docs/calibration.md: u(α) of a reference good to 0.15″."""
+    factor = abs(np.exp(1j * order * math.radians(33)) - 1)
+    assert 0.15 * factor / (order * amplitude) * ARCSEC == pytest.approx(u, rel=0.03)
+
+
+def test_what_an_unknown_head_separation_does_to_order_1() -> None:
+    """docs/calibration.md: ±50″ is 28.9″ of u(α), and 0.022″ along 95″ of order 1."""
+    u_alpha = 50 / math.sqrt(3)
+    assert u_alpha == pytest.approx(28.9, abs=0.05)
+    # The part of dE/dα along E: −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
+    assert 95.0 * 0.5 / math.tan(math.radians(16.5)) * u_alpha / ARCSEC == pytest.approx(
+        0.022, abs=5e-4
+    )
 
 
 @pytest.mark.parametrize(("order", "gain"), [(1, 1.8), (11, 19), (109, 19)])

@@ -15,6 +15,7 @@ from arctrue.table import (
     TableState,
     two_heads,
 )
+from arctrue.table.causes.graduation_bump import GraduationBump
 
 ANGLES = np.linspace(-7.0, 11.0, 5003)
 STATE = TableState.at_rest(ANGLES)
@@ -46,6 +47,22 @@ def test_small_angle_formula_holds_to_its_own_order(offset_m: float) -> None:
     missing = np.abs(error - ratio * np.sin(ANGLES + 0.7)).max()
     # Next term of the series is (e/R)²/2·sin 2x: it must be there, and nothing larger.
     assert missing == pytest.approx(ratio**2 / 2, rel=2 * ratio + 1e-4)
+
+
+def test_a_line_of_the_disc_passes_head_2_first_while_the_readings_rise() -> None:
+    """docs/architecture.md, "Head geometry": head 2 reads the disc α ahead, also in the mean."""
+    theta = np.linspace(-1.0, 1.0, 20_001)
+    table = RotaryTable(two_heads(), (GraduationBump(50 * ARCSEC, 0.2, 0.01),))
+    plain = RotaryTable(two_heads())
+    state = TableState.at_rest(theta)
+    seen = [
+        theta[np.argmax(table.reading_rad(head, state) - plain.reading_rad(head, state))]
+        for head in (0, 1)
+    ]
+    assert seen[0] == pytest.approx(0.2, abs=1e-3)
+    assert seen[1] == pytest.approx(0.2 - HEAD_SEPARATION_RAD, abs=1e-3)
+    apart = plain.reading_rad(1, state) - plain.reading_rad(0, state)
+    np.testing.assert_allclose(apart, HEAD_SEPARATION_RAD, rtol=0, atol=1e-12)
 
 
 def test_second_order_is_the_known_one() -> None:

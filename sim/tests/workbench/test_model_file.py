@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arctrue.workbench.effects.base import Parameter
-from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect
+from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 from arctrue.workbench.model.model_file import ModelFileError, read_model, write_model
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
@@ -34,7 +34,9 @@ def models(draw: st.DrawFn) -> Model:
             )
         )
     step = HistoryStep("add", "x", "set", *(draw(CHANNELS) for _ in range(4)))
-    return Model(effects, draw(st.lists(NAMES)), [step], draw(NUMBERS))
+    counts = draw(st.none() | st.integers(4, 2**40))
+    table = draw(st.none() | st.builds(ModelTable, st.just(counts), st.none() | NUMBERS))
+    return Model(effects, draw(st.lists(NAMES)), [step], draw(NUMBERS), table=table)
 
 
 @settings(max_examples=60, deadline=None)
@@ -61,6 +63,9 @@ BAD = {
     f"schema = 1\n{EFFECT}[effect.search]\norder = true": "expected a number",
     f"schema = 1\neffect_folders = 3\n{EFFECT}": "list of texts",
     f"schema = 1\nhistory = 3\n{EFFECT}": "history",
+    f"schema = 1\ntable = 3\n{EFFECT}": "table: expected a section",
+    f"schema = 1\n[table]\ncounts_per_rev = 1.5\n{EFFECT}": "table.counts_per_rev: expected",
+    f"schema = 1\n[table]\nhead_separation_deg = 'x'\n{EFFECT}": "table.head_separation_deg",
 }
 
 
@@ -71,6 +76,23 @@ def test_what_is_wrong_is_said_with_the_file(tmp_path: Path, text: str, said: st
     with pytest.raises(ModelFileError, match=said) as caught:
         read_model(path)
     assert str(path) in str(caught.value)
+
+
+def test_which_differences_of_tables_count() -> None:
+    """± 50″ is the mounting of the heads; what a set does not say cannot differ."""
+    table = ModelTable(1 << 24, 33.0)
+    assert table.differences(table) == []
+    assert table.differences(ModelTable()) == []
+    assert table.differences(ModelTable(1 << 24, 33.0 + 49 / 3600)) == []
+    assert len(table.differences(ModelTable(1 << 24, 33.0 - 51 / 3600))) == 1
+    assert len(table.differences(ModelTable(3_600_000, -33.0))) == 2
+
+
+def test_a_set_without_heads_does_not_make_the_model_forget_them() -> None:
+    table = ModelTable(1 << 24, 33.0)
+    assert ModelTable(1 << 24, None).completed(table) == table
+    assert ModelTable(None, 32.0).completed(table) == ModelTable(1 << 24, 32.0)
+    assert table.completed(None) == table
 
 
 @settings(max_examples=200, deadline=None)

@@ -24,8 +24,8 @@ from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.causes.instrument_drift import InstrumentDrift
-from arctrue.table.causes.instrument_eccentricity import InstrumentEccentricity
 from arctrue.table.causes.polygon_faces import PolygonFaces
+from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
@@ -191,10 +191,13 @@ def _faces(section: Section, _: int) -> PhysicalEffect:
     return PolygonFaces(tuple(np.multiply(section.numbers("arcsec"), RAD_PER_ARCSEC).tolist()))
 
 
-def _polygon_centre(section: Section, _: int) -> PhysicalEffect:
-    return InstrumentEccentricity(
+def _polygon_mounting(section: Section, _: int) -> PhysicalEffect:
+    return PolygonMounting(
         section.number("um") * MICROMETRE_M,
-        section.number("radius_mm", above=0) * 1e-3,
+        section.number("flatness_um") * MICROMETRE_M,
+        section.number("face_mm", above=0) * 1e-3,
+        _arcsec(section, "tilt_arcsec"),
+        float(np.deg2rad(section.number("roll_deg"))),
         _phase(section),
     )
 
@@ -223,7 +226,7 @@ _ALL = (
     CauseName("graduation_bump", "graduation_defect", _bump),
     CauseName("gear_mesh", "drive_gear_error", _gear),
     CauseName("polygon_faces", "polygon_face_error", _faces, True),
-    CauseName("instrument_eccentricity", "polygon_eccentricity", _polygon_centre, True),
+    CauseName("polygon_mounting", "polygon_eccentricity", _polygon_mounting, True),
     CauseName("autocollimator_scale", "autocollimator_gain", _gain, True),
     CauseName("instrument_drift", "reference_drift", _drift, True),
     CauseName("belt_half_order", "", _belt),

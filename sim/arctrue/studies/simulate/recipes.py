@@ -25,9 +25,9 @@ from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.causes.instrument_drift import InstrumentDrift
-from arctrue.table.causes.instrument_eccentricity import InstrumentEccentricity
 from arctrue.table.causes.lost_counts import LostCounts
 from arctrue.table.causes.polygon_faces import PolygonFaces
+from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
@@ -46,7 +46,10 @@ Build = Callable[[float, Random, Experiment], list[PhysicalEffect]]
 HEADS = two_heads()
 MICROMETRE_M = 1e-6
 POLYGON_FACES = 24
-POLYGON_RADIUS_M = 30e-3
+POLYGON_OFFSET_M = 1e-6
+POLYGON_FLATNESS_M = 0.03e-6
+POLYGON_FACE_WIDTH_M = 10e-3
+AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 GEAR_TEETH = (62, 90, 100, 180, 225)
 """None a multiple of the faces: such a gear could not be seen on the polygon."""
 
@@ -92,7 +95,7 @@ def _high_order(size: float, random: Random, _: Experiment) -> list[PhysicalEffe
 
 
 def _head_angle(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
-    # Head 2 stands at −α; a larger separation is a turn the other way.
+    # A larger α turns head 2 the other way: docs/architecture.md, "Head geometry".
     return [BracketTurn(1, HEADS[1], -_sign(random) * size * RAD_PER_ARCSEC)]
 
 
@@ -178,9 +181,18 @@ def _faces(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
     return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
 
 
-def _polygon_centre(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
-    offset = POLYGON_RADIUS_M * size * RAD_PER_ARCSEC
-    return [InstrumentEccentricity(offset, POLYGON_RADIUS_M, _angle(random))]
+def _polygon_mounting(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
+    tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
+    return [
+        PolygonMounting(
+            POLYGON_OFFSET_M,
+            POLYGON_FLATNESS_M,
+            POLYGON_FACE_WIDTH_M,
+            float(tilt),
+            AUTOCOLLIMATOR_ROLL_RAD,
+            _angle(random),
+        )
+    ]
 
 
 def _gain(size: float, random: Random, _: Experiment) -> list[PhysicalEffect]:
@@ -230,7 +242,7 @@ _ALL = (
     Recipe("graduation_defect", "arcsec", 0.5, 5.0, _defect),
     Recipe("drive_gear_error", "arcsec", 0.3, 3.0, _gear),
     Recipe("polygon_face_error", "arcsec", 0.1, 0.5, _faces),
-    Recipe("polygon_eccentricity", "arcsec", 0.1, 1.0, _polygon_centre),
+    Recipe("polygon_eccentricity", "arcsec", 0.1, 1.0, _polygon_mounting),
     Recipe("autocollimator_gain", "percent", 0.1, 1.0, _gain),
     Recipe("reference_drift", "arcsec/h", 0.3, 3.0, _drift),
     Recipe("warm_ovality", "arcsec/K", 0.1, 0.5, _warm, False, ("temperature", "order:2", "disc")),

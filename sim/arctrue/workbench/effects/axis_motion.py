@@ -16,8 +16,8 @@ ARCSEC_PER_RAD = 648_000.0 / np.pi
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
     """x columns, then y columns.
 
-    Head 1 at stator angle 0 sees y; head 2 at −α sees x·sin α + y·cos α; their difference is
-    x·sin α + y·(cos α − 1), all as displacement over the radius, in arcseconds.
+    Head 1 sees y and head 2 x·sin α + y·cos α (docs/architecture.md, "Head geometry"); their
+    difference is x·sin α + y·(cos α − 1), all as displacement over the radius, in arcseconds.
     """
     waves = harmonic_columns(rows.angle_rad, orders)
     alpha = rows.head_separation_rad

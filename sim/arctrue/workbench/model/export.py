@@ -6,13 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.calibration.harmonics import as_function_of_reading
+from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
 from arctrue.units import arcsec_per_count
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.model.model import Model
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
+
+Float = NDArray[np.float64]
 
 LOW_ORDERS = 200
 """Up to here an order of the true angle and of the reading differ: above, the reading is used.
@@ -29,6 +34,47 @@ class Export:
     orders: list[int]
     amplitudes_arcsec: list[float]
     left_out: list[str]
+    warnings: list[str]
+
+
+@dataclass(frozen=True)
+class _Lanes:
+    """Effects that lanes correct, as harmonics."""
+
+    entries: list[tuple[int, ModelEffect, Effect]]
+    """Place in the model, entry, effect."""
+    observations: Observations
+    temperature_c: float | None
+
+    def components(self, place: int, coefficients: Float) -> dict[int, Float]:
+        """Cosine and sine of every order, (2,), of the entry at ``place`` of ``entries``."""
+        _, entry, effect = self.entries[place]
+        found: dict[int, Float] = {}
+        for lane in effect.lanes(coefficients, entry.search, self.observations, self.temperature_c):
+            pair = np.array([lane.cosine_arcsec, lane.sine_arcsec])
+            found[lane.order] = found.get(lane.order, np.zeros(2)) + pair
+        return found
+
+    def total(self) -> dict[int, Float]:
+        """Cosine and sine of every order, all effects together."""
+        total: dict[int, Float] = {}
+        for place, (_, entry, _) in enumerate(self.entries):
+            for order, pair in self.components(place, np.array(entry.coefficients)).items():
+                total[order] = total.get(order, np.zeros(2)) + pair
+        return total
+
+    def uncertainty(self, covariances: Float, parts: list[slice]) -> dict[int, float]:
+        """Standard uncertainty of a component of every order: lanes are linear in coefficients."""
+        slopes: dict[int, Float] = {}
+        for place, (index, entry, _) in enumerate(self.entries):
+            for column, unit in enumerate(np.eye(len(entry.coefficients))):
+                for order, pair in self.components(place, unit).items():
+                    slope = slopes.setdefault(order, np.zeros((2, covariances.shape[0])))
+                    slope[:, parts[index].start + column] += pair
+        return {
+            order: float(np.sqrt(np.trace(slope @ covariances @ slope.T) / 2.0))
+            for order, slope in slopes.items()
+        }
 
 
 def export_model(
@@ -41,13 +87,16 @@ def export_model(
 ) -> Export:
     """Quantise a fitted model for the gateware.
 
+    An order has a lane where it is significant: the covariance is that of a fit of the model to
+    ``observations``, the limit that of the calibration.
+
     Raises ValueError for a model without coefficients, or more harmonics than lanes.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
-    by_order: dict[int, np.ndarray[tuple[int], np.dtype[np.float64]]] = {}
     left_out: list[str] = []
-    for entry in model.effects:
+    entries = []
+    for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
         if effect.compensation != "lanes":
             note = effect.compensation_note or "lanes cannot correct it"
@@ -55,30 +104,60 @@ def export_model(
             continue
         if not entry.coefficients:
             raise ValueError(f"{entry.name}: has no coefficients; fit the model first")
-        for lane in effect.lanes(
-            np.array(entry.coefficients), entry.search, observations, temperature_c
-        ):
-            if lane.order > ORDER_MAX:
-                left_out.append(f"{entry.name}: order {lane.order} is above {ORDER_MAX}")
-                continue
-            pair = np.array([lane.cosine_arcsec, lane.sine_arcsec])
-            by_order[lane.order] = by_order.get(lane.order, np.zeros(2)) + pair
+        entries.append((index, entry, effect))
+    correctable = _Lanes(entries, observations, temperature_c)
+    by_order = correctable.total()
+    for order in [order for order in by_order if order > ORDER_MAX]:
+        del by_order[order]
+        left_out.append(f"order {order} is above {ORDER_MAX}")
     low = sorted(order for order in by_order if order <= LOW_ORDERS)
     if low:
         values = np.array([by_order[order] for order in low]).T.ravel()
         read = as_function_of_reading(np.array(low, dtype=np.int64), values).reshape(2, -1).T
         for order, pair in zip(low, read, strict=True):
             by_order[order] = pair
-    orders = sorted(by_order, key=lambda order: -float(np.hypot(*by_order[order])))
-    count = arcsec_per_count(observations.counts_per_rev)
-    kept = orders[:lanes]
+    amplitude = {order: float(np.hypot(*pair)) for order, pair in by_order.items()}
+    warnings: list[str] = []
+    lacking = _cannot_be_judged(model, observations, effects)
+    if lacking:
+        warnings.append(f"not judged whether the lanes are significant: {lacking}")
+        quiet: list[int] = []
+    else:
+        terms = model.terms(effects)
+        solution = fit(terms, observations)
+        u = correctable.uncertainty(
+            solution.covariance, [solution.part(index) for index in range(len(terms))]
+        )
+        factor = significance_factor(len(by_order))
+        quiet = sorted(order for order in by_order if amplitude[order] <= factor * u[order])
+        if quiet:
+            named = ", ".join(map(str, quiet))
+            one = "order" if len(quiet) == 1 else "orders"
+            left_out.append(f"{one} {named}: not significant, below {factor:.1f} u")
+    orders = sorted(set(by_order) - set(quiet), key=lambda order: -amplitude[order])
     for order in orders[lanes:]:
-        size = float(np.hypot(*by_order[order]))
-        left_out.append(f"order {order} ({size:.3f}″): no lane left, {lanes} are there")
-    kept.sort()
-    amplitudes = [float(np.hypot(*by_order[order])) for order in kept]
+        left_out.append(f"order {order} ({amplitude[order]:.3f}″): no lane left, {lanes} are there")
+    kept = sorted(orders[:lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
+    sizes = [amplitude[order] for order in kept]
+    count = arcsec_per_count(observations.counts_per_rev)
     coefficients = Coefficients.from_harmonics(
-        kept, np.array(amplitudes) / count, phases, observations.counts_per_rev, lanes
+        kept, np.array(sizes) / count, phases, observations.counts_per_rev, lanes
     )
-    return Export(coefficients, kept, amplitudes, left_out)
+    return Export(coefficients, kept, sizes, left_out, warnings)
+
+
+def _cannot_be_judged(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> str:
+    """What keeps the model from being fitted to this set; empty: nothing."""
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        lacking = effect.missing(observations)
+        if lacking:
+            return f"{entry.name} cannot be fitted to this set, which lacks {'; '.join(lacking)}"
+        if set(entry.search) != {item.name for item in effect.search}:
+            return f"{entry.name} has no place yet; fit the model first"
+        if entry.coefficients and entry.columns != effect.column_names(observations):
+            return f"{entry.name} was stored for other columns than this set has"
+    return ""

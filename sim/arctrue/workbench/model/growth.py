@@ -16,7 +16,7 @@ from arctrue.workbench.inference.normal import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
-from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect
+from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
 from arctrue.workbench.observations import Observations
 
 
@@ -84,8 +84,17 @@ def fitted(
         reference_temperature_c=observations.reference_temperature_c
         if observations.has_temperature
         else model.reference_temperature_c,
+        table=table_of(observations).completed(model.table),
     )
     return grown, solution
+
+
+def table_of(observations: Observations) -> ModelTable:
+    """The table that was measured; a set without a capture says nothing of the separation."""
+    separation = observations.head_separation_rad
+    return ModelTable(
+        observations.counts_per_rev, float(np.degrees(separation)) if separation else None
+    )
 
 
 def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:

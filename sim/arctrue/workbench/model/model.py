@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.normal import Term
@@ -47,6 +49,38 @@ class HistoryStep:
     noise_arcsec: Channels
 
 
+@dataclass(frozen=True)
+class ModelTable:
+    """Which table a model is of: its coefficients mean nothing on another."""
+
+    counts_per_rev: int | None = None
+    head_separation_deg: float | None = None
+
+    def completed(self, other: ModelTable | None) -> ModelTable:
+        """What this one does not say, as ``other`` has it."""
+        if other is None:
+            return self
+        return ModelTable(
+            self.counts_per_rev if self.counts_per_rev is not None else other.counts_per_rev,
+            self.head_separation_deg
+            if self.head_separation_deg is not None
+            else other.head_separation_deg,
+        )
+
+    def differences(self, other: ModelTable) -> list[str]:
+        """What both know and differ in, in words; separations within the mounting are alike."""
+        found = []
+        ours, theirs = self.counts_per_rev, other.counts_per_rev
+        if ours is not None and theirs is not None and ours != theirs:
+            found.append(f"{ours} counts a turn, the set {theirs}")
+        here, there = self.head_separation_deg, other.head_separation_deg
+        if here is not None and there is not None:
+            apart_arcsec = abs(math.remainder(here - there, 360.0)) * 3600.0
+            if apart_arcsec > NOMINAL_TOLERANCE_ARCSEC:
+                found.append(f"{here:g}° between the heads, the set {there:g}°")
+        return found
+
+
 @dataclass
 class Model:
     """Effects, where further ones are found, and the history."""
@@ -58,6 +92,8 @@ class Model:
     reference_offset_arcsec: float = 0.0
     reference_temperature_c: float | None = None
     """T₀ that the coefficients belong to; None before a fit to a set with temperatures."""
+    table: ModelTable | None = None
+    """The table that the coefficients belong to; None before a fit, and in old files."""
 
     def names(self) -> list[str]:
         """Names of the effects, in order."""

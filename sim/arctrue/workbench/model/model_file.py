@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import sys
 import tomllib
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
 from arctrue.workbench.effects.base import Parameter
-from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect
+from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 
 SCHEMA = 1
 
@@ -55,6 +56,7 @@ def read_model(path: Path) -> Model:
         steps,
         _number(path, "reference_offset_arcsec", offset),
         None if warmth is None else _number(path, "reference_temperature_c", warmth),
+        _table(path, data["table"]) if "table" in data else None,
     )
 
 
@@ -66,6 +68,10 @@ def write_model(path: Path, model: Model) -> None:
     data["reference_offset_arcsec"] = model.reference_offset_arcsec
     if model.reference_temperature_c is not None:
         data["reference_temperature_c"] = model.reference_temperature_c
+    if model.table is not None:
+        data["table"] = {
+            key: value for key, value in asdict(model.table).items() if value is not None
+        }
     data["effect"] = [_effect_entry(effect) for effect in model.effects]
     data["history"] = [
         {
@@ -84,6 +90,21 @@ def write_model(path: Path, model: Model) -> None:
     waiting = path.with_name(path.name + ".new")
     waiting.write_text(text, encoding="utf-8")
     waiting.replace(path)
+
+
+def _table(path: Path, entry: object) -> ModelTable:
+    if not isinstance(entry, dict):
+        raise ModelFileError(f"{path}: table: expected a section [table], found {entry!r}")
+    counts, separation = entry.get("counts_per_rev"), entry.get("head_separation_deg")
+    whole = isinstance(counts, int) and not isinstance(counts, bool) and counts > 0
+    if counts is not None and not whole:
+        raise ModelFileError(
+            f"{path}: table.counts_per_rev: expected a whole number above 0, found {counts!r}"
+        )
+    return ModelTable(
+        counts,
+        None if separation is None else _number(path, "table.head_separation_deg", separation),
+    )
 
 
 def _effect_entry(effect: ModelEffect) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from arctrue.studies.scenario.turns import BINS, TurnError, turn_errors
 from arctrue.table import TableState, two_heads
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.base import PhysicalEffect
-from arctrue.table.causes.instrument_eccentricity import InstrumentEccentricity
+from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
@@ -108,12 +108,23 @@ def test_a_gain_of_the_autocollimator() -> None:
     assert np.isfinite(seen.bins_arcsec).sum() == 24
 
 
-def test_a_polygon_beside_the_axis() -> None:
-    scenario = _scenario(InstrumentEccentricity(0.3e-6, 30e-3, 0.0))
+@pytest.mark.parametrize(
+    ("offset_m", "tilt_arcsec", "amplitude_arcsec"),
+    [
+        # Equation (14) of the paper, where an encoder beside its axis would have 2.06″.
+        (0.3e-6, 0.0, 8 * 0.3e-6 * 0.03e-6 / 10e-3**2 * 206_265),
+        (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
+    ],
+)
+def test_a_polygon_beside_the_axis_and_one_that_leans(
+    offset_m: float, tilt_arcsec: float, amplitude_arcsec: float
+) -> None:
+    tilt_rad = np.deg2rad(tilt_arcsec / 3600)
+    roll_rad = 0.0 if offset_m else np.deg2rad(2.0)
+    scenario = _scenario(PolygonMounting(offset_m, 0.03e-6, 10e-3, tilt_rad, roll_rad, 0.0))
     seen = seen_by_reference(scenario, scenario.course(), 1, _wave(0.0, 1))
     assert seen is not None
-    expected_arcsec = np.rad2deg(0.3e-6 / 30e-3) * 3600 / np.sqrt(2)
-    assert seen.rms_arcsec == pytest.approx(expected_arcsec, rel=1e-4)
+    assert seen.rms_arcsec == pytest.approx(amplitude_arcsec / np.sqrt(2), rel=1e-4)
 
 
 def test_without_an_effect_of_the_reference_nothing_is_shown() -> None:

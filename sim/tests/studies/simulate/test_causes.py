@@ -23,9 +23,9 @@ from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
 from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.instrument_drift import InstrumentDrift
-from arctrue.table.causes.instrument_eccentricity import InstrumentEccentricity
 from arctrue.table.causes.lost_counts import LostCounts
 from arctrue.table.causes.polygon_faces import PolygonFaces
+from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
@@ -242,9 +242,36 @@ def test_errors_of_the_instrument() -> None:
     np.testing.assert_allclose(
         InstrumentDrift(2e-9).instrument_error_rad(stations, deviation), 2e-9 * state.time_s
     )
-    # The centre at e·(cos, sin)(θ + 0.4): the ray to the reading point at R turns by −e/R·sin.
-    beside = InstrumentEccentricity(0.1e-6, 30e-3, 0.4)
-    expected = -0.1e-6 / 30e-3 * np.sin(ANGLE + 0.4)
-    np.testing.assert_allclose(
-        beside.instrument_error_rad(stations, deviation), expected, atol=2 * (0.1e-6 / 30e-3) ** 2
+
+
+def test_a_polygon_before_a_rolled_autocollimator_by_the_law_of_reflection() -> None:
+    """Beam, face and sensor as vectors; what the cause leaves out is of second order."""
+    deviation = np.sin(ANGLE) * 50 * ARCSEC
+    tilt, roll, phase = 60 * ARCSEC, np.deg2rad(2.0), 0.4
+    offset, flatness, width = 0.5e-3, 0.03e-6, 10e-3
+    # A hollow mirror is a parabola of depth h over the width H: z = 4h(x/H)², slope 8hx/H².
+    x = offset * np.cos(ANGLE + phase)
+    step = 1e-6
+    parabola = 4.0 * flatness * ((x + step) ** 2 - (x - step) ** 2) / width**2
+    direction = deviation + parabola / (2.0 * step)
+    lean = -tilt * np.sin(ANGLE + phase)
+    normal = np.stack(
+        [np.cos(lean) * np.cos(direction), np.cos(lean) * np.sin(direction), np.sin(lean)]
     )
+    beam = np.array([-1.0, 0.0, 0.0])[:, np.newaxis]
+    back = beam - 2.0 * np.sum(beam * normal, axis=0) * normal
+    # The sensor turns about the line of sight; a mirror doubles the angle.
+    along = back[1] * np.cos(roll) + back[2] * np.sin(roll)
+    expected = np.arctan2(along, back[0]) / 2.0 - deviation
+    cause = PolygonMounting(offset, flatness, width, tilt, float(roll), phase)
+    made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), deviation)
+    assert np.abs(made - expected).max() < (tilt + 50 * ARCSEC) ** 2
+    assert np.abs(made).max() > 2 * ARCSEC
+
+
+def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> None:
+    """0.3 µm: 8sh/H²·ρ = 0.00015″ by equation (14), not the 2.06″ of an encoder."""
+    cause = PolygonMounting(0.3e-6, 0.03e-6, 10e-3, 0.0, np.deg2rad(1.0), 0.0)
+    still = np.zeros(ANGLE.size)
+    made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)
+    assert np.abs(made).max() / ARCSEC == pytest.approx(0.00015, abs=2e-6)

@@ -25,7 +25,7 @@ class GraduationHarmonics(Effect):
     name = "graduation_harmonics"
     physics = (
         "The disc sits off the axis (order 1), is oval or tilted (2), is clamped (3 to 8), or its "
-        "lines are not evenly spaced. All this turns with the disc, so head 2 sees it α later."
+        "lines are not evenly spaced. All this turns with the disc, so head 2 sees it α ahead."
     )
     equation = "ε(ψ) = Σ cₙ cos nψ + sₙ sin nψ; R₂ − R₁ − α = ε(θ + α) − ε(θ)"
     source = "paper, equations (4), (5) and (8)"

@@ -14,8 +14,9 @@ class HeadAngleError(Effect):
 
     name = "head_angle_error"
     physics = (
-        "Head 2 is mounted at α + Δα. The transfer function is then wrong at every order, most at "
-        "the weak ones (210 Δα at order 11), and the mean of R₂ − R₁ shows Δα itself."
+        "Head 2 stands Δα further from head 1 than α. The transfer function is then wrong at every "
+        "order, most at the weak ones (210 Δα at order 11), and the mean of R₂ − R₁ shows Δα "
+        "itself."
     )
     equation = "δ₂₁ = Δα·(1 + ε′(θ + α)) + ε(θ + α) − ε(θ), first order in Δα"
     source = "equation (3) with α + Δα"

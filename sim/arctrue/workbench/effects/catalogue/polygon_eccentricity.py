@@ -22,16 +22,19 @@ class PolygonEccentricity(Effect):
 
     name = "polygon_eccentricity"
     physics = (
-        "The polygon sits off the axis and its faces are not quite flat, so the autocollimator "
-        "meets each face at another place. The reference then has a first order of its own."
+        "The polygon leans, so that its faces nod once a turn, and an autocollimator that is "
+        "rolled by ρ about its line of sight takes tilt·sin ρ of that for an angle; an encoder as "
+        "the reference may sit off the axis by s and has s/r. A polygon off the axis is hardly "
+        "seen: the beam meets its faces off their middle, and one that is hollow by h over its "
+        "width H makes 8sh/H² of it, 0.0005″ a µm."
     )
     equation = "ε = c cos θ + s sin θ, reference only"
-    source = "paper, equation (14) and Fig. 11 b"
+    source = "paper, equation (14) for the offset; law of reflection for the tilt"
     capture_sees = "nothing"
     reference_sees = "order 1"
     told_apart_by = "two heads and the reference disagree at order 1"
     next_measurement = "a reference run with the polygon re-indexed by some faces"
-    plausible = "0.05 to 1″"
+    plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ a µm by the offset"
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}
     compensation_note = "an error of the reference, not of the table"
 

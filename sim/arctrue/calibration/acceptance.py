@@ -1,0 +1,90 @@
+"""Whether coefficients may be written: what the reference or the firmware would refuse.
+
+Each function gives objections, one sentence each; none: the coefficients may be written.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from arctrue.calibration.comparison import Comparison, extent
+from arctrue.calibration.estimate import Estimate
+from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
+
+
+def of_comparison(comparison: Comparison | None) -> list[str]:
+    """The set's own reference run: the correction must not make the error larger.
+
+    The RMS may rise by what the scatter of the rows explains: √2 standard errors of a mean square,
+    twice, where nothing was there to be corrected.
+    """
+    if comparison is None:
+        return []
+    before, after = extent(comparison.before_arcsec), extent(comparison.after_arcsec)
+    change = comparison.after_arcsec**2 - comparison.before_arcsec**2
+    rows = change.size
+    error = float(change.std()) / math.sqrt(rows) if rows > 1 else 0.0
+    if after.rms**2 - before.rms**2 <= 2.0 * error:
+        return []
+    return [
+        f"against the set's own reference run the error rises from {before.rms:.3f}″ to "
+        f"{after.rms:.3f}″ RMS; are the heads swapped, or do capture and reference belong together?"
+    ]
+
+
+def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:
+    """The firmware's ``heads_exchanged``: each head sees what the other should."""
+
+    def far(off_rad: float) -> bool:
+        return abs(math.remainder(off_rad, math.tau)) * ARCSEC_PER_RAD > BELIEVABLE_ARCSEC
+
+    if far(measured_rad - nominal_rad) and not far(measured_rad + nominal_rad):
+        return [
+            f"R₂ − R₁ is {math.degrees(measured_rad):.4f}° where "
+            f"{math.degrees(nominal_rad):.4f}° is expected: head1_counts and head2_counts are "
+            "swapped"
+        ]
+    return []
+
+
+def of_estimate(
+    estimate: Estimate, coefficients: Coefficients, *, made_of_estimate: bool = True
+) -> list[str]:
+    """The firmware's ``not_better``: the error expected with the coefficients against none.
+
+    |x − a|² of an estimate x is 2u² too large in the mean where a does not come from x; where it
+    does, the error of x is all of the error, and what quantising adds. An amplitude A has the mean
+    square A²/2.
+    """
+    seen = np.isfinite(estimate.noise_gain)
+    if not (coefficients.amplitudes != 0).any():
+        return []
+    number = estimate.orders.size
+    value = (estimate.values[:number] - 1j * estimate.values[number:])[seen]
+    twice_variance = 2.0 * estimate.u_component_arcsec[seen] ** 2
+    held = dict(
+        zip(
+            coefficients.orders.tolist(),
+            coefficients.amplitudes_counts * np.exp(1j * coefficients.phases_rad),
+            strict=True,
+        )
+    )
+    unit = arcsec_per_count(coefficients.counts_per_rev)
+    applied = np.array([held.get(order, 0.0) * unit for order in estimate.orders[seen].tolist()])
+    before = np.maximum(np.abs(value) ** 2 - twice_variance, 0.0)
+    apart = np.abs(value - applied) ** 2
+    after = np.where(
+        made_of_estimate & (applied != 0.0),
+        apart + twice_variance,
+        np.maximum(apart - twice_variance, 0.0),
+    )
+    if after.sum() < before.sum():
+        return []
+    return [
+        f"the error expected with these coefficients, {math.sqrt(after.sum() / 2.0):.3f}″ RMS, is "
+        f"not less than without, {math.sqrt(before.sum() / 2.0):.3f}″"
+    ]

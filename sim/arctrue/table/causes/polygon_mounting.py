@@ -1,0 +1,44 @@
+"""The polygon sits beside the axis and leans, before an autocollimator that is not level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.causes.cause import Cause, Stations
+
+
+@dataclass(frozen=True, slots=True)
+class PolygonMounting(Cause):
+    """A first order of the reference, by how the polygon is mounted.
+
+    An autocollimator sees the direction of a face, not its place: a polygon that is ``offset_m``
+    off the axis only moves the beam sideways over the face. A face that is hollow by ``flatness_m``
+    over ``width_m`` has another slope there, 8·offset·flatness/width² (equation (14) of the paper:
+    0.0005″ for 1 µm, 0.03 µm and 10 mm). The polygon's axis leans by ``tilt_rad``, so that its
+    faces nod once a turn; an autocollimator that is rolled by ``roll_rad`` about its line of sight
+    takes tilt·sin(roll) of that for a turn of the table.
+    """
+
+    offset_m: float
+    flatness_m: float
+    width_m: float
+    tilt_rad: float
+    roll_rad: float
+    phase_rad: float
+    """Where angle + phase is 0 the polygon's centre is furthest to the side, and no face nods."""
+
+    def instrument_error_rad(
+        self, stations: Stations, deviation_rad: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """What the autocollimator reads too much, shape ``(n,)``."""
+        own_angle = stations.conditions.angle_rad - stations.turned_rad + self.phase_rad
+        sideways_m = self.offset_m * np.cos(own_angle)
+        slope = 8.0 * self.flatness_m * sideways_m / self.width_m**2
+        nod = -self.tilt_rad * np.sin(own_angle)
+        across = deviation_rad + slope
+        return np.asarray(
+            across * np.cos(self.roll_rad) + nod * np.sin(self.roll_rad) - deviation_rad
+        )

@@ -1,0 +1,174 @@
+"""Where α is from, how well it is known, and what that does to every order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from arctrue.calibration import CalibrationSettings, acceptance, calibrate
+from arctrue.measurement import Capture, MeasurementSet
+
+from .synthetic import ARCSEC, COUNTS, Disc, capture_of, polygon_of, set_of, turn_angles
+
+MOVED_COUNTS = 492
+"""10 µm at a radius of 53.975 mm: 38.2″ of 2²⁴ counts."""
+DISC = Disc({1: (95.0, -1.9), 2: (0.8, 2.0), 8: (0.3, 1.0), 11: (0.6, 0.7)})
+STRONG = Disc({1: (95.0, -1.9), 11: (12.0, 0.7)})
+"""An order 11 of 12″: the weak orders tell α best."""
+
+
+def measured(disc: Disc, *, stated_arcsec: float | None = None, moved: int = 0) -> MeasurementSet:
+    random = np.random.default_rng(5)
+    heads = disc.heads(turn_angles(6000, 2), 0.05, random)
+    heads[1] += moved
+    made = set_of(disc, capture_of([heads]), polygon_of(disc, 0.05, random))
+    assert made.reference is not None
+    return replace(
+        made,
+        table=replace(made.table, index_detection_arcsec=stated_arcsec),
+        reference=replace(made.reference, standard_uncertainty_arcsec=0.15),
+    )
+
+
+def complex_orders(values: np.ndarray) -> np.ndarray:
+    cosine, sine = np.split(values, 2)
+    return cosine - 1j * sine
+
+
+@pytest.mark.parametrize("method", ["least_squares", "fourier"])
+@pytest.mark.parametrize("stated_arcsec", [None, 19.0])
+def test_a_shifted_index_is_within_the_uncertainty(method, stated_arcsec) -> None:
+    """38″ of detection moves every order by |E_n(α + 38″) − E_n(α)|; u of the order holds it.
+
+    Independent: E_n = D_n/(e^{jnα} − 1) worked out at both α.
+    """
+    settings = CalibrationSettings(method=method, most_order=12)
+    plain = calibrate(measured(DISC, stated_arcsec=stated_arcsec), settings).estimate
+    shifted = calibrate(
+        measured(DISC, stated_arcsec=stated_arcsec, moved=MOVED_COUNTS), settings
+    ).estimate
+    apart = np.abs(complex_orders(shifted.values) - complex_orders(plain.values))
+    order = np.arange(1, 13)
+    alpha, off = np.radians(33.0), MOVED_COUNTS * 2.0 * np.pi / COUNTS
+    truth = np.abs(complex_orders(plain.values))
+    expected = truth * np.abs(
+        (np.exp(1j * order * alpha) - 1.0) / (np.exp(1j * order * (alpha + off)) - 1.0) - 1.0
+    )
+    strong = np.array([0, 1, 7])
+    assert apart[strong] == pytest.approx(expected[strong], rel=0.05)
+    assert apart[0] > 0.02
+    # A component of an order has 1/√2 of its standard uncertainty.
+    u_alpha = stated_arcsec or 50.0 / np.sqrt(3.0)
+    assert plain.u_head_separation_rad / ARCSEC == pytest.approx(u_alpha, rel=1e-4)
+    by_alpha = expected * u_alpha / (off / ARCSEC) / np.sqrt(2.0)
+    assert plain.u_component_arcsec[0] == pytest.approx(by_alpha[0], rel=0.02)
+    assert (plain.u_component_arcsec > by_alpha).all()
+
+
+def test_two_heads_repeat_as_two_rectangles() -> None:
+    """Stated to detect alike, what is left is ± 1 count for either head: √2/√3 counts."""
+    estimate = calibrate(measured(DISC, stated_arcsec=0.0)).estimate
+    two = np.sqrt(2.0 / 3.0) * 2.0 * np.pi / COUNTS
+    assert estimate.u_head_separation_rad == pytest.approx(two, rel=1e-9)
+    assert estimate.u_measured_separation_rad == pytest.approx(two, rel=0.05)
+
+
+def test_the_harmonics_determine_alpha_where_they_are_strong() -> None:
+    """12″ of order 11: u(α) = 0.15″·|e^{j11α} − 1|/(11·12″) = 12″, less than the index's 29″."""
+    shifted = measured(STRONG, moved=MOVED_COUNTS)
+    found = calibrate(shifted)
+    assert found.estimate.separation_choice == "harmonics"
+    source = found.separations["harmonics"]
+    of_order_11 = 0.15 * abs(np.exp(11j * np.radians(33.0)) - 1.0) / (11 * 12.0) / ARCSEC
+    assert 0.9 * of_order_11 < source.u_rad / ARCSEC < 1.05 * of_order_11
+    assert found.estimate.head_separation_rad == source.value_rad
+    # What the reference's noise of 0.05″ over 240 rows leaves of it is a tenth of its u.
+    assert abs(source.value_rad - np.radians(33.0)) < 0.3 * source.u_rad
+    assert found.comparison is not None
+    by_index = calibrate(shifted, CalibrationSettings(separation="measured"))
+    assert by_index.estimate.separation_choice == "measured"
+    assert by_index.comparison is not None
+    # At order 11 the 38″ of the index make 210·38″ = 3.9 % of 12″.
+    rms = [np.sqrt(np.mean(c.comparison.after_arcsec**2)) for c in (found, by_index)]
+    assert rms[0] < 0.07
+    assert rms[1] == pytest.approx(np.hypot(0.039 * 12.0 / np.sqrt(2.0), 0.055), rel=0.1)
+
+
+def test_the_index_is_used_where_the_harmonics_tell_less() -> None:
+    found = calibrate(measured(DISC))
+    assert found.estimate.separation_choice == "measured"
+    assert 28.87 < found.separations["harmonics"].u_rad / ARCSEC < 200.0
+    # A detection known less well than the mounting: the nominal value is the better one.
+    assert calibrate(measured(DISC, stated_arcsec=60.0)).estimate.separation_choice == "nominal"
+
+
+def test_a_first_order_of_the_reference_alone_does_not_pass_for_alpha() -> None:
+    """0.3″ that only the reference has: 370″ of α by order 1, whose u covers it."""
+    made = measured(DISC)
+    assert made.reference is not None
+    only = 0.3 * np.cos(np.radians(made.reference.target_deg) + 1.0)
+    found = calibrate(
+        replace(
+            made, reference=replace(made.reference, error_arcsec=made.reference.error_arcsec + only)
+        )
+    )
+    assert found.estimate.separation_choice == "measured"
+    assert not [text for text in found.warnings if "harmonics" in text]
+
+
+def test_harmonics_that_are_asked_for_and_not_there() -> None:
+    made = measured(DISC)
+    settings = CalibrationSettings(separation="harmonics")
+    with pytest.raises(ValueError, match="the set has no reference run"):
+        calibrate(replace(made, reference=None), settings)
+    assert made.reference is not None
+    unstated = replace(made, reference=replace(made.reference, standard_uncertainty_arcsec=None))
+    with pytest.raises(ValueError, match="standard_uncertainty_arcsec is not given"):
+        calibrate(unstated, settings)
+    few = made.reference
+    one_face = few.target_deg % 360.0 < 40.0
+    part = replace(
+        few,
+        target_deg=few.target_deg[one_face],
+        error_arcsec=few.error_arcsec[one_face],
+        direction=None,
+        head1_counts=None,
+    )
+    with pytest.raises(ValueError, match="all round the turn"):
+        calibrate(replace(made, reference=part), settings)
+
+
+def exchanged(capture: Capture) -> Capture:
+    return replace(capture, head1_counts=capture.head2_counts, head2_counts=capture.head1_counts)
+
+
+def test_what_the_reference_or_the_firmware_would_refuse() -> None:
+    made = measured(DISC)
+    assert made.capture is not None
+    assert calibrate(made).objections == ()
+    swapped = calibrate(replace(made, capture=exchanged(made.capture)))
+    assert any("swapped" in text for text in swapped.objections)
+    assert any("rises from 67" in text for text in swapped.objections)
+    minus = calibrate(replace(made, table=replace(made.table, head_separation_deg=-33.0)))
+    assert len(minus.objections) == 2
+    # Of another table: the firmware's arithmetic sees nothing, the reference does.
+    assert made.reference is not None
+    turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
+    other = calibrate(replace(made, reference=turned))
+    assert len(other.objections) == 1
+    assert "rises" in other.objections[0]
+
+
+def test_the_gate_is_that_of_the_firmware() -> None:
+    """Coefficients of the wrong sign: 4 A² is left where A² was."""
+    found = calibrate(measured(DISC))
+    held = found.coefficients
+    wrong = replace(held, amplitudes=-held.amplitudes)
+    assert acceptance.of_estimate(found.estimate, held) == []
+    said = acceptance.of_estimate(found.estimate, wrong)
+    # √((95² + 0.8² + 0.3² + 0.6²)/2) = 67.18″, and twice that.
+    with_them, without = (float(word[:-1]) for word in said[0].split() if word.endswith("″"))
+    assert without == pytest.approx(67.18, abs=0.02)
+    assert with_them == pytest.approx(2 * 67.18, abs=0.04)

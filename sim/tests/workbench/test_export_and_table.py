@@ -1,0 +1,149 @@
+"""What is not written for the gateware, and models of another table."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from arctrue.cli import main
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.workbench.model.model_file import read_model
+
+from .small_sets import measurement_set, paper_error
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def made() -> MeasurementSet:
+    return measurement_set(paper_error)
+
+
+@pytest.fixture(scope="module")
+def folder(made: MeasurementSet, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("made") / "set"
+    write_measurement_set(place, made)
+    return place
+
+
+@pytest.fixture(scope="module")
+def model(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("model") / "model.toml"
+    answer = _run("add", "hysteresis", folder, "--model", place)
+    assert answer.exit_code == 0, answer.output
+    return place
+
+
+def _without_table(model: Path, place: Path) -> Path:
+    text = model.read_text(encoding="utf-8")
+    place.write_text(re.sub(r"\[table\]\n(\w.*\n)+", "", text), encoding="utf-8")
+    return place
+
+
+def test_only_significant_orders_have_a_lane(folder: Path, model: Path, tmp_path: Path) -> None:
+    """The set has the orders of ``paper_error``; the model has twenty."""
+    answer = _run("export", folder, "--model", model, "--out", tmp_path)
+    assert answer.exit_code == 0, answer.output
+    held = read_coefficient_file(tmp_path / "coefficients.toml")
+    disc = np.arange(4096) * (2.0 * np.pi / 4096)
+    spectrum = np.abs(np.fft.rfft(paper_error(disc, np.full(4096, 20.0), 0.0))) / 2048
+    there = np.flatnonzero(spectrum > 0.01)
+    assert held.orders[held.amplitudes != 0].tolist() == there[there > 0].tolist()
+    assert "not significant" in answer.output
+
+
+def test_lanes_that_double_the_error_are_refused(
+    made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
+) -> None:
+    """The reference of another disc: the model's lanes add to its error."""
+    assert made.reference is not None
+    assert made.capture is not None
+    other = tmp_path / "other"
+    turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
+    write_measurement_set(other, replace(made, reference=turned))
+    out = tmp_path / "out"
+    answer = _run("export", other, "--model", model, "--out", out, "--json", tmp_path / "e.json")
+    assert answer.exit_code == 1, answer.output
+    assert "rises" in answer.stderr
+    assert not (out / "coefficients.toml").exists()
+    assert '"file": null' in (tmp_path / "e.json").read_text()
+    forced = _run("export", other, "--model", model, "--out", out, "--force")
+    assert forced.exit_code == 0, forced.output
+    assert (out / "coefficients.toml").exists()
+
+    # Without a reference the two heads tell, as in the firmware.
+    swapped = replace(
+        made.capture,
+        head1_counts=made.capture.head2_counts,
+        head2_counts=made.capture.head1_counts,
+    )
+    heads = tmp_path / "heads"
+    write_measurement_set(heads, replace(made, capture=swapped, reference=None))
+    answer = _run("export", heads, "--out", tmp_path / "heads_out")
+    assert answer.exit_code == 1, answer.output
+    assert "swapped" in answer.stderr
+    alone = tmp_path / "alone"
+    write_measurement_set(alone, replace(made, reference=None))
+    assert _run("export", alone, "--out", tmp_path / "alone_out").exit_code == 0
+
+
+def test_a_model_of_another_table_is_refused(
+    made: MeasurementSet, folder: Path, model: Path, tmp_path: Path
+) -> None:
+    table = read_model(model).table
+    assert table is not None
+    assert (table.counts_per_rev, table.head_separation_deg) == (1 << 24, pytest.approx(33.0))
+    assert made.capture is not None
+    apart = tmp_path / "apart"
+    write_measurement_set(apart, replace(made, table=replace(made.table, head_separation_deg=32.9)))
+    before = model.read_bytes()
+    for words in (
+        ("compare", apart),
+        ("diagnose", apart),
+        ("add", "thermal_eccentricity", apart),
+        ("drop", "hysteresis", apart),
+        ("export", apart, "--out", tmp_path),
+    ):
+        answer = _run(*words, "--model", model)
+        assert answer.exit_code == 2, (words, answer.output)
+        assert "another table: 33° between the heads, the set 32.9°" in answer.stderr
+        assert "Traceback" not in answer.output
+    assert model.read_bytes() == before
+    told = _run("compare", apart, "--model", model, "--other-table")
+    assert told.exit_code == 0, told.output
+    assert "another table" in told.stderr
+
+    counts = tmp_path / "counts"
+    coarse = replace(
+        made.capture,
+        head1_counts=made.capture.head1_counts // 4,
+        head2_counts=made.capture.head2_counts // 4,
+    )
+    write_measurement_set(
+        counts,
+        replace(
+            made,
+            table=replace(made.table, counts_per_rev=1 << 22),
+            capture=coarse,
+            reference=None,
+        ),
+    )
+    answer = _run("compare", counts, "--model", model)
+    assert answer.exit_code == 2
+    assert "16777216 counts a turn, the set 4194304" in answer.stderr
+
+
+def test_an_old_model_file_loads_with_a_warning(folder: Path, model: Path, tmp_path: Path) -> None:
+    old = _without_table(model, tmp_path / "old.toml")
+    assert read_model(old).table is None
+    answer = _run("compare", folder, "--model", old)
+    assert answer.exit_code == 0, answer.output
+    assert "does not say which table" in answer.stderr
