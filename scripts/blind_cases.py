@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arctrue.studies.simulate.experiment import EXPERIMENTS, Experiment
-from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.table.causes.registry import RECIPES
 
 LEVELS = {"small": 0.15, "middle": 0.5, "large": 0.9}
 """Place of the size within the logarithm of its range."""

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
 from arctrue.studies.simulate.experiment import FURTHER
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.studies.simulate.truth import read_truth, write_truth
+from arctrue.table.causes.registry import RECIPES
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.inference.normal import capture_sums, reference_sums

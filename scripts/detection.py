@@ -27,8 +27,8 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from arctrue.studies.simulate.experiment import Experiment, full
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table.causes.registry import RECIPES
 from scripts.blind_judge import NOTHING, diagnosed, visibility
 
 OUT = Path(__file__).resolve().parents[1] / "build" / "blind" / "detection.json"

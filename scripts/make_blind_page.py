@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from arctrue.studies.simulate.experiment import SAMPLES
-from arctrue.studies.simulate.recipes import RECIPES
+from arctrue.table.causes.registry import RECIPES
 from scripts.blind import confusion, faults, summary
 from scripts.blind_judge import Outcome
 from scripts.detection import FALSE_ALARM, LADDER, POWER, START, Detection

@@ -11,17 +11,23 @@ from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.studies.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
+from arctrue.table.causes.registry import RECIPES, REGISTRY
 
 
 def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:
     if not asked or context.resilient_parsing:
         return
-    for recipe in RECIPES.values():
-        kind = "" if recipe.in_catalogue else "  (in no catalogue)"
-        click.echo(f"{recipe.name:24}{recipe.low:g} … {recipe.high:g} {recipe.unit}{kind}")
+    kinds = {
+        "catalogue": "",
+        "parts": "  (in no catalogue; a product of parts)",
+        "stranger": "  (in no catalogue, and no product of parts)",
+        "noise": "  (--noise)",
+    }
+    for recipe in REGISTRY.values():
+        sizes = f"{recipe.low:g} … {recipe.high:g} {recipe.unit}"
+        click.echo(f"{recipe.name:24}{sizes}{kinds[recipe.kind]}")
     context.exit()
 
 
@@ -40,6 +46,13 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     multiple=True,
     type=float,
     help="Size of the effects, in their order and unit; drawn where it is not given.",
+)
+@click.option(
+    "--noise",
+    "noises",
+    multiple=True,
+    metavar="NAME[=SIZE]",
+    help="Noise beside the white noise of every table (see --list); may be given again.",
 )
 @click.option("--hidden", is_flag=True, help="One cause of the catalogue at random, not told.")
 @click.option(
@@ -83,6 +96,7 @@ def simulate(
     out: Path,
     effects: tuple[str, ...],
     sizes: tuple[float, ...],
+    noises: tuple[str, ...],
     hidden: bool,
     experiment: str,
     index_scatter: int,
@@ -114,6 +128,7 @@ def simulate(
         index_scatter_counts=index_scatter,
         again=again,
         further=further,
+        noise=[_noise(text) for text in noises],
     )
     for leftover in ("capture.csv", "reference.csv"):
         # An older set's file would be taken for this one's.
@@ -121,3 +136,16 @@ def simulate(
     write_measurement_set(out, made.measurement)
     truth = write_truth(out, made.truth)
     console.print(f"wrote {out}; what is in it is in {truth}", soft_wrap=True)
+
+
+def _noise(text: str) -> Wanted:
+    """``pink=0.05`` or ``pink``. Raises ValueError for a size that is no number."""
+    name, equals, size = text.partition("=")
+    if not equals:
+        return Wanted(name)
+    try:
+        return Wanted(name, float(size))
+    except ValueError:
+        raise ValueError(
+            f"--noise {text}: expected a size such as {name}=0.05, found {size!r}"
+        ) from None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.table.causes.cause import READING, refuse_unhonoured
 from arctrue.table.motion import Motion
 from arctrue.table.rotary_table import RotaryTable
 from arctrue.table.state import TableState
@@ -40,6 +41,7 @@ def sample(
     random: np.random.Generator | None = None,
 ) -> SampledRun:
     """Latch both heads every ``period_s`` over the whole motion."""
+    refuse_unhonoured(table.effects, READING, "a sampled run")
     if not period_s > 0:
         raise ValueError(f"the sampling period must be positive, found {period_s} s")
     number = int(np.floor(motion.duration_s / period_s * (1 + 1e-12))) + 1
@@ -62,6 +64,7 @@ def measure_with_polygon(
     The servo brings the *reading* of head 1 to the target, so the table stands at the true
     angle θ with R₁(θ) = target, and the error is the reading minus θ as the reference sees it.
     """
+    refuse_unhonoured(table.effects, READING, "a polygon run at rest")
     up = np.arange(faces) * (360.0 / faces)
     target_deg = np.tile(np.concatenate([up, up[::-1]]), cycles)
     rows = np.arange(target_deg.size)

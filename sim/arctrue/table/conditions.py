@@ -22,6 +22,8 @@ class Conditions(TableState):
     """+1 or −1: from which side the angle was reached; 0: unknown."""
     run: NDArray[np.int64]
     since_run_start_s: NDArray[np.float64]
+    travelled_rad: NDArray[np.float64] | None = None
+    """How far the table has turned since it was set up, in either direction; None: not known."""
 
     def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
         """The same conditions at other angles."""
@@ -29,7 +31,11 @@ class Conditions(TableState):
 
 
 def conditions_of(state: TableState) -> Conditions:
-    """The state as conditions; a bare state is at the usual temperature, long after the start."""
+    """The state as conditions.
+
+    A bare state is at the usual temperature, long after the start, and reached in the direction
+    in which it moves (0 at rest).
+    """
     if isinstance(state, Conditions):
         return state
     like = state.angle_rad
@@ -38,7 +44,7 @@ def conditions_of(state: TableState) -> Conditions:
         state.angle_rad,
         state.speed_rad_s,
         np.full_like(like, USUAL_TEMPERATURE_C),
-        np.zeros_like(like),
+        np.sign(state.speed_rad_s),
         np.zeros(like.shape, dtype=np.int64),
         np.full_like(like, np.inf),
     )
@@ -47,3 +53,11 @@ def conditions_of(state: TableState) -> Conditions:
 def heating_k(state: TableState) -> NDArray[np.float64]:
     """Kelvin above the temperature at which the table was adjusted, shape ``(n,)``."""
     return conditions_of(state).temperature_c - USUAL_TEMPERATURE_C
+
+
+def travelled_turns(state: TableState) -> NDArray[np.float64]:
+    """Turns since the table was set up, shape ``(n,)``. Raises ValueError where it is not known."""
+    travelled = conditions_of(state).travelled_rad
+    if travelled is None:
+        raise ValueError("a cause grows with use, and how far the table has turned is not known")
+    return travelled / (2 * np.pi)

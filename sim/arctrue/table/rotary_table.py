@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.causes.cause import Cause
+from arctrue.table.conditions import conditions_of
 from arctrue.table.head import Head
 from arctrue.table.state import TableState
 
@@ -101,11 +103,31 @@ class RotaryTable:
         return int(counts[0]) + self.heads[head].index_offset_counts
 
     def reading_rad(self, head: int, state: TableState) -> NDArray[np.float64]:
-        """Reading of head 0 or 1 from the index mark: continuous, without noise, shape ``(n,)``."""
+        """Reading of head 0 or 1 from the index mark: continuous, without noise, shape ``(n,)``.
+
+        A late reading shows where the table was: back by delay × speed, which is exact at one
+        speed and on a ramp off by acceleration × delay²/2.
+        """
+        causes = [effect for effect in self.effects if isinstance(effect, Cause)]
+        if causes:
+            conditions = conditions_of(state)
+            late_s = sum(cause.sampling_delay_s(head) for cause in causes)
+            turn = sum(
+                (np.asarray(cause.disc_turn_rad(conditions)) for cause in causes),
+                start=-late_s * conditions.speed_rad_s,
+            )
+            state = replace(
+                conditions,
+                time_s=conditions.time_s - late_s,
+                since_run_start_s=conditions.since_run_start_s - late_s,
+                angle_rad=conditions.angle_rad + turn,
+            )
         reading = self._disc_reading_rad(self.disc_angle_rad(head, state), state)
         lines = reading.copy()
         for effect in self.effects:
             reading += effect.signal_error_rad(head, lines, state)
+        for cause in causes:
+            reading += cause.gained_counts(head, conditions) * self.count_rad
         return reading - self.index_count(head) * self.count_rad
 
     def round_counts(self, reading_counts: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -11,8 +11,8 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording
 from arctrue.instrument.revolution import set_up
 from arctrue.studies.hidden_effect.drive import TURN_RAD, Drive
-from arctrue.studies.hidden_effect.loaded_table import LoadedTable
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.table import RotaryTable
 
 BINS = 720
 """Of the recordings: half a degree."""
@@ -37,7 +37,7 @@ class Rig:
     """One table and one instrument, through any number of power-ups."""
 
     def __init__(
-        self, instrument: Instrument, table: LoadedTable, settings: HiddenSettings
+        self, instrument: Instrument, table: RotaryTable, settings: HiddenSettings
     ) -> None:
         """Nothing is before the heads yet."""
         self.instrument = instrument

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from arctrue.instrument.revolution import RevolutionSettings
-from arctrue.studies.hidden_effect.loaded_table import LoadedTable
+from arctrue.table import RotaryTable
 from arctrue.table.causes.base import PhysicalEffect
 
 KEPT_A_SIGNAL_PERIOD = 64
@@ -45,12 +45,12 @@ class HiddenSettings:
         every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
         return every + 1 - every % 2 if every > 1 else 1
 
-    def table(self, hidden: Sequence[PhysicalEffect]) -> LoadedTable:
+    def table(self, hidden: Sequence[PhysicalEffect]) -> RotaryTable:
         """The paper's kind of table with ``hidden`` in it; the noise of the readings comes last."""
         plain = self.revolution.table()
         noise = 1 if self.revolution.noise_arcsec else 0
         known = plain.effects[: len(plain.effects) - noise]
-        return LoadedTable(
+        return RotaryTable(
             heads=plain.heads,
             effects=(*known, *hidden, *plain.effects[len(known) :]),
             counts_per_rev=plain.counts_per_rev,

@@ -11,12 +11,12 @@ from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import ARCSEC_A_TURN
 from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
 from arctrue.studies.scenario.course import Course, Leg
-from arctrue.studies.scenario.table import ScenarioTable
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
     GraduationHarmonics,
     PhysicalEffect,
+    RotaryTable,
     two_heads,
 )
 from arctrue.units import RAD_PER_ARCSEC
@@ -245,7 +245,7 @@ class Scenario:
             for leg in self.legs
         ]
 
-    def table(self) -> ScenarioTable:
+    def table(self) -> RotaryTable:
         """The table with all that acts on it; the noise of the readings comes last."""
         effects: list[PhysicalEffect] = []
         if self.errors.paper:
@@ -258,7 +258,7 @@ class Scenario:
             rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
             effects.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))
         separation = HEAD_SEPARATION_RAD + self.errors.separation_error_arcsec * RAD_PER_ARCSEC
-        return ScenarioTable(
+        return RotaryTable(
             heads=two_heads(separation_rad=separation),
             effects=tuple(effects),
             counts_per_rev=self.scale.counts_per_rev,

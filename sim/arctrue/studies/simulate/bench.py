@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,13 @@ from arctrue.studies.simulate.experiment import (
     ReferencePlan,
 )
 from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.causes.index_scatter import IndexScatter
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 from arctrue.table.measurement_set import GRATING_LINES
 from arctrue.table.motion import Motion
+from arctrue.table.noise import Noise, together
 from arctrue.table.rotary_table import DISC_RADIUS_M, HEAD_SEPARATION_RAD, RotaryTable
+from arctrue.table.temperature import TemperatureCourse
 from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
@@ -32,6 +35,16 @@ CLOCK_HZ = 100e6
 
 
 @dataclass(frozen=True)
+class TrueNoise:
+    """The noise of one channel's rows, as it was drawn."""
+
+    gaussian: Noise
+    """Rounding to whole counts included, as white noise of a twelfth of a count² a head."""
+    struck: NDArray[np.bool_]
+    """Rows of which a head was struck by an outlier."""
+
+
+@dataclass(frozen=True)
 class Measured:
     """A measurement set, and the noise in it that no model can explain, RMS by channel."""
 
@@ -39,6 +52,10 @@ class Measured:
     floor_arcsec: dict[str, float]
     exact_arcsec: dict[str, Float]
     """R₂ − R₁ − α of every capture row and ε of every reference row, neither noise nor rounding."""
+    noise: dict[str, TrueNoise]
+    """By channel."""
+    index_variance_arcsec2: float
+    """Of R₂ − R₁ from run to run."""
 
 
 class Bench:
@@ -56,8 +73,10 @@ class Bench:
         self.table = table
         self.causes = [effect for effect in table.effects if isinstance(effect, Cause)]
         self.reference_noise_arcsec = reference_noise_arcsec
-        self.index_scatter_counts = index_scatter_counts
+        self.index = IndexScatter(index_scatter_counts)
         self.random = random
+        # Streams of their own: a noise more leaves the draws of all others as they are.
+        self._cause_random = random.spawn(len(self.causes))
 
     def measure(
         self, experiment: Experiment, *, title: str, drive_gear_teeth: int | None = None
@@ -65,13 +84,17 @@ class Bench:
         """Everything the experiment asks for."""
         floor: dict[str, float] = {}
         exact: dict[str, Float] = {}
+        noise: dict[str, TrueNoise] = {}
         capture = reference = None
         if experiment.runs:
-            capture, exact["capture"], floor["capture"] = self._capture(experiment.runs)
+            capture, exact["capture"], floor["capture"], noise["capture"] = self._capture(
+                experiment.runs, experiment.temperature
+            )
         if experiment.reference is not None:
-            reference, exact["reference"] = self._reference(experiment.reference)
-            noise = reference.error_arcsec - exact["reference"]
-            floor["reference"] = float(np.std(noise))
+            reference, exact["reference"], noise["reference"] = self._reference(
+                experiment.reference
+            )
+            floor["reference"] = float(np.std(reference.error_arcsec - exact["reference"]))
         facts = Table(
             counts_per_rev=self.table.counts_per_rev,
             grating_lines=GRATING_LINES,
@@ -79,90 +102,118 @@ class Bench:
             head_separation_deg=float(np.rad2deg(HEAD_SEPARATION_RAD)),
             drive_gear_teeth=drive_gear_teeth,
         )
-        return Measured(MeasurementSet(facts, capture, reference, title), floor, exact)
-
-    def reading_rad(self, head: int, conditions: Conditions) -> Float:
-        """What head 0 or 1 shows, continuous and without noise, shape ``(n,)``."""
-        turn: Float | float = 0.0
-        for cause in self.causes:
-            turn = turn + cause.disc_turn_rad(conditions)
-        reading = self.table.reading_rad(head, conditions.turned(conditions.angle_rad + turn))
-        gained = sum(
-            (np.asarray(cause.gained_counts(head, conditions)) for cause in self.causes),
-            start=np.zeros(1, dtype=np.int64),
+        count_arcsec = self.table.count_rad * ARCSEC_PER_RAD
+        variance = sum(item.index_variance_counts2() for item in (self.index, *self.causes))
+        return Measured(
+            MeasurementSet(facts, capture, reference, title),
+            floor,
+            exact,
+            noise,
+            2.0 * variance * count_arcsec**2,
         )
-        return reading + gained * self.table.count_rad
 
-    def _capture(self, runs: Sequence[CaptureRun]) -> tuple[Capture, Float, float]:
-        recorded: list[Capture] = []
-        temperatures: list[Float] = []
-        differences: list[Float] = []
-        unexplained: list[Float] = []
+    def _capture(
+        self, runs: Sequence[CaptureRun], temperature: TemperatureCourse
+    ) -> tuple[Capture, Float, float, TrueNoise]:
+        motions: list[Conditions] = []
+        white: tuple[list[Float], list[Float]] = ([], [])
+        index: tuple[list[int], list[int]] = ([], [])
+        travelled_rad = 0.0
         for number, run in enumerate(runs):
-            nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
-            # The file gives times to the microsecond, and the sampler keeps to them.
-            time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
-            share = np.linspace(0.0, 1.0, run.samples)
-            first_c, last_c = run.temperature_c
-            temperature_c = first_c + share * (last_c - first_c)
             start_rad = float(self.random.uniform(0.0, 2 * np.pi))
-            counts, exact = [], []
+            moving = self._moving(run, number, start_rad, travelled_rad, temperature)
+            travelled_rad += float(np.abs(moving.angle_rad[-1] - moving.angle_rad[0]))
+            motions.append(moving)
             for head in (0, 1):
-                late_s = sum(cause.sampling_delay_s(head) for cause in self.causes)
-                conditions = self._moving(run, number, start_rad, time_s - late_s, temperature_c)
-                reading = self.reading_rad(head, conditions) / self.table.count_rad
-                noise = self.random.normal(
-                    0.0, self.table.noise_rad / self.table.count_rad, reading.size
-                )
-                scatter = self.index_scatter_counts
-                index = int(self.random.integers(-scatter, scatter + 1))
-                counts.append(self.table.round_counts(reading + noise) + index)
-                exact.append(reading + index)
-            temperatures.append(temperature_c)
-            recorded.append(
-                Capture(
-                    np.full(run.samples, number, dtype=np.int64),
-                    run.start_s + time_s,
-                    counts[0],
-                    counts[1],
-                )
-            )
-            differences.append((exact[1] - exact[0]) * self.table.count_rad - HEAD_SEPARATION_RAD)
-            apart = (counts[1] - counts[0]) - (exact[1] - exact[0])
-            unexplained.append((apart - apart.mean()) * self.table.count_rad * ARCSEC_PER_RAD)
-        floor = float(np.sqrt(np.mean(np.concatenate(unexplained) ** 2)))
+                sigma_counts = self.table.noise_rad / self.table.count_rad
+                white[head].append(self.random.normal(0.0, sigma_counts, run.samples))
+                index[head].append(self.index.index_shift_counts(self.random))
+        state = _joined(motions)
+        # The causes' own draws: first what comes once a run, then what comes with every row.
+        for cause, random in zip(self.causes, self._cause_random, strict=True):
+            for number in range(len(runs)):
+                for head in (0, 1):
+                    index[head][number] += cause.index_shift_counts(random)
+        rows = state.time_s.size
+        kept = np.ones(rows, dtype=bool)
+        struck = np.zeros(rows, dtype=bool)
+        processes = [Noise.white(np.sqrt(2.0) * self.table.noise_rad, rows)]
+        processes.append(Noise.white(np.sqrt(2.0 / 12.0) * self.table.count_rad, rows))
+        counts, exact = [], []
+        for head in (0, 1):
+            shift = np.asarray(index[head])[state.run]
+            reading = self.table.reading_rad(head, state) / self.table.count_rad
+            noisy = reading + np.concatenate(white[head])
+            for cause, random in zip(self.causes, self._cause_random, strict=True):
+                process = cause.head_noise(head, state)
+                if process is not None:
+                    processes.append(process)
+                    noisy = noisy + process.draw(random) / self.table.count_rad
+                blow = cause.struck_rad(head, state, random)
+                if blow is not None:
+                    struck |= blow != 0.0
+                    noisy = noisy + blow / self.table.count_rad
+            counts.append(self.table.round_counts(noisy) + shift)
+            exact.append(reading + shift)
+        for cause, random in zip(self.causes, self._cause_random, strict=True):
+            recorded = cause.kept_rows(state, random)
+            if recorded is not None:
+                kept &= recorded
+        difference = (exact[1] - exact[0])[kept]
+        apart = (counts[1] - counts[0])[kept] - difference
+        sound = ~struck[kept]
+        apart = (apart - _run_means(apart, state.run[kept]))[sound]
         capture = Capture(
-            np.concatenate([run.run for run in recorded]),
-            np.concatenate([run.time_s for run in recorded]),
-            np.concatenate([run.head1_counts for run in recorded]),
-            np.concatenate([run.head2_counts for run in recorded]),
-            np.concatenate(temperatures),
+            state.run[kept],
+            state.time_s[kept],
+            counts[0][kept],
+            counts[1][kept],
+            self._shown_temperature(temperature, state)[kept],
             CLOCK_HZ,
         )
-        return capture, np.concatenate(differences) * ARCSEC_PER_RAD, floor
+        gaussian = together(processes, rows).rows(kept)
+        return (
+            capture,
+            (difference * self.table.count_rad - HEAD_SEPARATION_RAD) * ARCSEC_PER_RAD,
+            float(np.sqrt(np.mean((apart * self.table.count_rad * ARCSEC_PER_RAD) ** 2))),
+            TrueNoise(gaussian, struck[kept]),
+        )
+
+    def _shown_temperature(self, course: TemperatureCourse, state: Conditions) -> Float:
+        shown = state.temperature_c
+        for cause in self.causes:
+            lagging = cause.shown_temperature_c(course, state.time_s)
+            if lagging is not None:
+                shown = lagging
+        return shown
 
     def _moving(
-        self, run: CaptureRun, number: int, start_rad: float, time_s: Float, temperature_c: Float
+        self,
+        run: CaptureRun,
+        number: int,
+        start_rad: float,
+        travelled_rad: float,
+        temperature: TemperatureCourse,
     ) -> Conditions:
-        # The table turns before the first and after the last sample too.
-        margin_s = 1.0
-        motion = Motion.steady(
-            run.speed_rad_s,
-            run.duration_s + 2 * margin_s,
-            start_rad=start_rad - margin_s * run.speed_rad_s,
-        )
-        state = motion.state(time_s + margin_s)
+        # The file gives times to the microsecond, and the sampler keeps to them.
+        nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
+        time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
+        motion = Motion.steady(run.speed_rad_s, run.duration_s, start_rad=start_rad)
+        for cause in self.causes:
+            motion = cause.driven(motion)
+        state = motion.state(time_s)
         return Conditions(
             run.start_s + time_s,
             state.angle_rad,
             state.speed_rad_s,
-            temperature_c,
+            temperature.at(run.start_s + time_s),
             np.full(time_s.size, np.sign(run.speed_rad_s)),
             np.full(time_s.size, number, dtype=np.int64),
             time_s,
+            travelled_rad + np.abs(state.angle_rad - start_rad),
         )
 
-    def _reference(self, plan: ReferencePlan) -> tuple[Reference, Float]:
+    def _reference(self, plan: ReferencePlan) -> tuple[Reference, Float, TrueNoise]:
         plans = _mountings(plan)
         if plan.moving is not None:
             end_s = float(plans[-1].time_s[-1]) + plan.station_s
@@ -184,15 +235,16 @@ class Bench:
             direction,
             np.full(time_s.size, -1, dtype=np.int64),
             np.full(time_s.size, np.inf),
+            np.zeros(time_s.size),
         )
+        # It reads the scale where the table is; what arrives late, arrives late for all heads.
         for _ in range(SERVO_ROUNDS):
+            standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
             # The servo brings the reading of head 1, not the table, to the target.
-            missing = wanted_rad - self.reading_rad(0, conditions)
+            missing = wanted_rad - self.table.reading_rad(0, standing)
             conditions = conditions.turned(conditions.angle_rad + missing)
         # On the move the reading that arrives with the mark is older than the mark.
-        old_s = sum(cause.sampling_delay_s(0) for cause in self.causes)
-        before = replace(conditions, angle_rad=conditions.angle_rad - speed * old_s)
-        reading = self.reading_rad(0, before)
+        reading = self.table.reading_rad(0, conditions)
         deviation = reading - conditions.angle_rad
         face = np.round(target_deg * plan.faces / 360.0 - turned_faces).astype(np.int64)
         turned_rad = turned_faces * (2 * np.pi / plan.faces)
@@ -202,6 +254,17 @@ class Bench:
             instrument = instrument + cause.instrument_error_rad(stations, deviation)
         exact_arcsec = (deviation + instrument) * ARCSEC_PER_RAD
         noise = self.random.normal(0.0, self.reference_noise_arcsec, time_s.size)
+        processes = [Noise.white(self.reference_noise_arcsec / ARCSEC_PER_RAD, time_s.size)]
+        struck = np.zeros(time_s.size, dtype=bool)
+        for cause, random in zip(self.causes, self._cause_random, strict=True):
+            for process in (cause.head_noise(0, conditions), cause.instrument_noise(stations)):
+                if process is not None:
+                    processes.append(process)
+                    noise = noise + process.draw(random) * ARCSEC_PER_RAD
+            blow = cause.struck_rad(0, conditions, random)
+            if blow is not None:
+                struck |= blow != 0.0
+                noise = noise + blow * ARCSEC_PER_RAD
         reference = Reference(
             target_deg=target_deg,
             error_arcsec=exact_arcsec + noise,
@@ -215,7 +278,19 @@ class Bench:
             faces=plan.faces,
             standard_uncertainty_arcsec=self.reference_noise_arcsec,
         )
-        return reference, exact_arcsec
+        gaussian = together(processes, time_s.size)
+        return reference, exact_arcsec, TrueNoise(gaussian, struck)
+
+
+def _joined(parts: Sequence[Conditions]) -> Conditions:
+    """Runs one after another."""
+    names = [field.name for field in fields(Conditions)]
+    return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _run_means(values: Float, run: NDArray[np.int64]) -> Float:
+    """The mean of each row's run, same shape."""
+    return np.asarray((np.bincount(run, values) / np.maximum(np.bincount(run), 1))[run])
 
 
 @dataclass(frozen=True, slots=True)

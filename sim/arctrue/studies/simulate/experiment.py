@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from arctrue.table.causes.registry import Occasion
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
+from arctrue.table.temperature import TemperatureCourse
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +22,11 @@ class CaptureRun:
     samples: int
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C)
     """At the first and the last sample; straight in between."""
+
+    @property
+    def last_sample_s(self) -> float:
+        """Since the first."""
+        return self.duration_s * (1.0 - 1.0 / self.samples)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +63,28 @@ class Experiment:
         return Experiment(
             self.name, tuple(replace(run, samples=samples) for run in self.runs), reference
         )
+
+    @property
+    def occasion(self) -> Occasion:
+        """What a drawn cause may know of the runs."""
+        return Occasion(
+            tuple(run.start_s for run in self.runs),
+            tuple(run.duration_s for run in self.runs),
+            tuple(run.speed_rad_s for run in self.runs),
+        )
+
+    @property
+    def temperature(self) -> TemperatureCourse:
+        """The temperature over all runs; straight in the pauses too."""
+        knots = [
+            (run.start_s + share * run.last_sample_s, run.temperature_c[share])
+            for run in self.runs
+            for share in (0, 1)
+        ]
+        if not knots:
+            return TemperatureCourse()
+        times_s, temperatures_c = zip(*knots, strict=True)
+        return TemperatureCourse(times_s, temperatures_c)
 
 
 TURNS = 3

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.simulate.bench import Bench
+from arctrue.studies.simulate.bench import Bench, TrueNoise
 from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.belt_half_order import BeltPull
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
+from arctrue.table.causes.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import RotaryTable, two_heads
 from arctrue.units import RAD_PER_ARCSEC
 
@@ -46,6 +46,8 @@ class SimulatedSet:
     truth: dict[str, Any]
     exact_arcsec: dict[str, NDArray[np.float64]]
     """What each channel would show without noise and rounding; as little to be shown."""
+    noise: dict[str, TrueNoise]
+    index_variance_arcsec2: float
 
 
 def simulate_set(
@@ -59,6 +61,7 @@ def simulate_set(
     index_scatter_counts: int = INDEX_SCATTER_COUNTS,
     again: int = 0,
     further: Sequence[str] = (),
+    noise: Sequence[Wanted] = (),
 ) -> SimulatedSet:
     """A table drawn by ``seed`` with all the causes wanted, measured as the experiment says.
 
@@ -68,12 +71,16 @@ def simulate_set(
     ``further`` names measurements to be made after those of the experiment, on the same table;
     the runs of the experiment stay the same to the last count.
 
+    ``noise`` are noise causes of the registry beside the white noise of both heads and the
+    reference; they draw from streams of their own, so that all else stays as it is.
+
     A latency needs a reference that is read on the move; it is added to the experiment.
     Raises ValueError for a name that no recipe has, or a size that is not positive.
     """
-    for item in wanted:
-        if item.name not in RECIPES:
-            raise ValueError(f"no cause is called {item.name}; there are: {', '.join(RECIPES)}")
+    effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
+    for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:
+        if item.name not in known:
+            raise ValueError(f"no cause is called {item.name}; there are: {', '.join(known)}")
         if item.size is not None and not item.size > 0:
             raise ValueError(f"the size of {item.name} must be positive, found {item.size}")
     table_random, cause_random, noise_random = (
@@ -88,22 +95,41 @@ def simulate_set(
     causes: list[PhysicalEffect] = []
     hidden: list[dict[str, Any]] = []
     for item in wanted:
-        recipe = RECIPES[item.name]
+        recipe = effects[item.name]
         size = recipe.draw_size(cause_random) if item.size is None else item.size
-        built = recipe.build(size, cause_random, experiment)
+        built = recipe.build(size, cause_random, experiment.occasion)
         causes += built
         hidden.append(
             {
                 "effect": recipe.name,
                 "in_catalogue": recipe.in_catalogue,
+                "kind": recipe.kind,
                 "parts": [_with_order(part, built[0]) for part in recipe.parts],
                 "size": size,
                 "unit": recipe.unit,
                 "causes": [_plain(cause) for cause in built],
             }
         )
+    noises: list[PhysicalEffect] = []
+    disturbed: list[dict[str, Any]] = []
+    for number, item in enumerate(noise):
+        recipe = NOISES[item.name]
+        random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, number)))
+        size = recipe.draw_size(random) if item.size is None else item.size
+        built = recipe.build(size, random, experiment.occasion)
+        noises += built
+        disturbed.append(
+            {
+                "noise": recipe.name,
+                "size": size,
+                "unit": recipe.unit,
+                "causes": [_plain(cause) for cause in built],
+            }
+        )
     base = _base_effects(table_random)
-    table = RotaryTable(two_heads(), (*base, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC)
+    table = RotaryTable(
+        two_heads(), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
+    )
     for kind in further:
         # After the causes were drawn: they stay those of the experiment itself.
         experiment = with_further(experiment, kind)
@@ -123,12 +149,19 @@ def simulate_set(
         "experiment": experiment.name,
         "effects": hidden,
         "table": [_plain(effect) for effect in base],
+        "noise": disturbed,
         "noise_arcsec": noise_arcsec,
         "reference_noise_arcsec": reference_noise_arcsec,
         "index_scatter_counts": index_scatter_counts,
         "floor_arcsec": measured.floor_arcsec,
     }
-    return SimulatedSet(measured.measurement, truth, measured.exact_arcsec)
+    return SimulatedSet(
+        measured.measurement,
+        truth,
+        measured.exact_arcsec,
+        measured.noise,
+        measured.index_variance_arcsec2,
+    )
 
 
 def _base_effects(random: np.random.Generator) -> list[PhysicalEffect]:

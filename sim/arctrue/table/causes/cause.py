@@ -1,7 +1,8 @@
-"""What a cause can move beside the parts of the table: sampling, counters, the instrument."""
+"""What a cause can act on beside the parts of the table: sampling, counters, noise, instrument."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 
 from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.conditions import Conditions
+from arctrue.table.motion import Motion
+from arctrue.table.noise import Noise
+from arctrue.table.temperature import TemperatureCourse
 
 Angles = NDArray[np.float64]
 
@@ -45,3 +49,86 @@ class Cause(PhysicalEffect):
     def instrument_error_rad(self, stations: Stations, deviation_rad: Angles) -> Angles | float:
         """What the instrument adds to ``deviation_rad``, the true reading less true angle."""
         return 0.0
+
+    def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
+        """Gaussian noise of the reading of head 0 or 1."""
+        return None
+
+    def instrument_noise(self, stations: Stations) -> Noise | None:
+        """Gaussian noise of the reference instrument."""
+        return None
+
+    def struck_rad(
+        self, head: int, conditions: Conditions, random: np.random.Generator
+    ) -> Angles | None:
+        """What single rows of head 0 or 1 are off; 0 in the rows that are not struck."""
+        return None
+
+    def index_shift_counts(self, random: np.random.Generator) -> int:
+        """How many counts off one head takes its index in one run."""
+        return 0
+
+    def index_variance_counts2(self) -> float:
+        """Variance of :meth:`index_shift_counts`."""
+        return 0.0
+
+    def shown_temperature_c(self, course: TemperatureCourse, time_s: Angles) -> Angles | None:
+        """What the temperature sensor shows in place of the true temperature."""
+        return None
+
+    def kept_rows(
+        self, conditions: Conditions, random: np.random.Generator
+    ) -> NDArray[np.bool_] | None:
+        """Which rows are recorded."""
+        return None
+
+    def driven(self, motion: Motion) -> Motion:
+        """The motion that the drive makes of the one that it was asked for."""
+        return motion
+
+
+READING = frozenset(
+    {
+        "axis_shift_m",
+        "disc_shift_m",
+        "head_shift_m",
+        "graduation_error_rad",
+        "signal_error_rad",
+        "disc_turn_rad",
+        "sampling_delay_s",
+        "gained_counts",
+    }
+)
+"""What :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` honours."""
+REFERENCE = READING | {"instrument_error_rad"}
+RECORD = frozenset(
+    name for base in (PhysicalEffect, Cause) for name in vars(base) if not name.startswith("_")
+)
+"""Everything that a cause can act on."""
+
+
+def acts_on(effect: PhysicalEffect) -> frozenset[str]:
+    """The methods of :class:`PhysicalEffect` and :class:`Cause` that the cause overrides."""
+    return frozenset(
+        name
+        for name in RECORD
+        if getattr(type(effect), name, None)
+        not in (None, getattr(PhysicalEffect, name, None), getattr(Cause, name, None))
+    ) - {"index_variance_counts2"}
+
+
+class UnhonouredCauseError(ValueError):
+    """A cause acts on something that its consumer does not have."""
+
+
+def refuse_unhonoured(
+    effects: Iterable[PhysicalEffect], honoured: frozenset[str], consumer: str
+) -> None:
+    """Raise UnhonouredCauseError for a cause of which ``consumer`` would drop a part unsaid."""
+    for effect in effects:
+        left = sorted(acts_on(effect) - honoured)
+        if left:
+            raise UnhonouredCauseError(
+                f"{consumer} cannot honour the cause {type(effect).__name__}: "
+                f"it acts on {', '.join(left)}, which is not simulated there"
+            )

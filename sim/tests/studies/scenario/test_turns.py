@@ -11,9 +11,8 @@ from arctrue.instrument import EdgeTrack
 from arctrue.studies.scenario.course import Leg
 from arctrue.studies.scenario.scenario import NamedEffect, Scale, Scenario, TableErrors
 from arctrue.studies.scenario.seen import seen_by_reference
-from arctrue.studies.scenario.table import ScenarioTable
 from arctrue.studies.scenario.turns import BINS, TurnError, turn_errors
-from arctrue.table import TableState, two_heads
+from arctrue.table import RotaryTable, TableState, two_heads
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.polygon_mounting import PolygonMounting
@@ -146,18 +145,18 @@ def test_a_late_signal_shows_where_the_table_was(
 ) -> None:
     angle = np.linspace(0.0, 6.0, 20)
     moving = TableState(angle * 0, angle, np.full_like(angle, SPEED_RAD_S))
-    late = ScenarioTable(heads=two_heads(), effects=(cause,), counts_per_rev=COUNTS)
-    plain = ScenarioTable(heads=two_heads(), counts_per_rev=COUNTS)
+    late = RotaryTable(heads=two_heads(), effects=(cause,), counts_per_rev=COUNTS)
+    plain = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS)
     off = late.reading_rad(head, moving) - plain.reading_rad(head, moving)
     assert off == pytest.approx(expected_rad, abs=1e-12)
 
 
 def test_a_shaft_that_winds_up_turns_both_heads() -> None:
     scenario = _scenario()
-    table = ScenarioTable(heads=two_heads(), effects=(ShaftWindUp(1e-5),), counts_per_rev=COUNTS)
+    table = RotaryTable(heads=two_heads(), effects=(ShaftWindUp(1e-5),), counts_per_rev=COUNTS)
     course = scenario.course()
     state = course.state(np.array([course.time_at_turn(1.0)]))
-    plain = ScenarioTable(heads=two_heads(), counts_per_rev=COUNTS)
+    plain = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS)
     for head in (0, 1):
         off = table.reading_rad(head, state) - plain.reading_rad(head, state)
         assert off == pytest.approx(1e-5, abs=1e-12)

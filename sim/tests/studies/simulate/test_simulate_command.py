@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
+from arctrue.table.causes.registry import RECIPES, REGISTRY
 
 
 def simulate(*arguments: str) -> str:
@@ -65,7 +65,7 @@ def test_simulated_again_over_itself(tmp_path: Path) -> None:
 
 def test_list_names_every_cause() -> None:
     said = simulate("--list")
-    assert all(name in said for name in RECIPES)
+    assert all(name in said for name in REGISTRY)
 
 
 @pytest.mark.parametrize(
@@ -82,3 +82,21 @@ def test_bad_usage_is_exit_code_2(tmp_path: Path, arguments: list[str], message:
     assert done.exit_code == 2
     assert message in done.output
     assert not (tmp_path / "x").exists()
+
+
+def test_noise_is_built_in_and_told_in_the_truth(tmp_path: Path) -> None:
+    out = tmp_path / "noisy"
+    arguments = ("--seed", "3", "--experiment", "short", "--noise", "pink=0.05", "--noise", "gaps")
+    simulate(str(out), *arguments)
+    noises = json.loads((tmp_path / "noisy.truth.json").read_text(encoding="utf-8"))["noise"]
+    assert [(item["noise"], item["unit"]) for item in noises] == [
+        ("pink", "arcsec"),
+        ("gaps", "percent"),
+    ]
+    assert noises[0]["size"] == 0.05
+
+
+def test_noise_of_no_size_is_bad_usage(tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["simulate", str(tmp_path / "x"), "--noise", "pink=much"])
+    assert done.exit_code == 2
+    assert "expected a size such as pink=0.05, found 'much'" in done.output

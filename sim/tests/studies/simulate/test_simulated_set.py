@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.experiment import EXPERIMENTS, full, lean
-from arctrue.studies.simulate.recipes import RECIPES
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table.causes.registry import RECIPES, STRANGERS
 
 Float = NDArray[np.float64]
 COUNT_ARCSEC = 1_296_000 / (1 << 24)
@@ -172,11 +172,10 @@ def test_every_recipe_can_be_measured(name: str, experiment: str) -> None:
     assert made.truth["effects"][0]["causes"]
 
 
-def test_gear_tells_its_teeth_and_none_hides_behind_the_faces() -> None:
+def test_gear_tells_its_teeth() -> None:
     made = simulate_set([Wanted("drive_gear_error", 1.0)], SMALL, 3)
     teeth = made.measurement.table.drive_gear_teeth
     assert teeth is not None
-    assert teeth % 24
     assert simulate_set([], SMALL, 3).measurement.table.drive_gear_teeth is None
 
 
@@ -185,3 +184,56 @@ def test_refusals_are_clear() -> None:
         simulate_set([Wanted("friction")], SMALL, 1)
     with pytest.raises(ValueError, match="must be positive, found -1"):
         simulate_set([Wanted("vibration", -1.0)], SMALL, 1)
+
+
+def test_a_noise_more_leaves_everything_else_as_it_was() -> None:
+    plain = simulate_set([Wanted("vibration", 0.5)], SMALL, 6)
+    noisy = simulate_set([Wanted("vibration", 0.5)], SMALL, 6, noise=[Wanted("pink", 0.2)])
+    before, after = plain.measurement.capture, noisy.measurement.capture
+    assert before is not None
+    assert after is not None
+    off_counts = (after.head2_counts - after.head1_counts) - (
+        before.head2_counts - before.head1_counts
+    )
+    # 0.2" a head on a count of 0.077": of the 3.7 counts the slow part is constant in a run.
+    assert 1.5 < off_counts.std() < 5.0
+    for channel, exact in plain.exact_arcsec.items():
+        np.testing.assert_array_equal(exact, noisy.exact_arcsec[channel])
+    assert noisy.truth["noise"][0]["size"] == 0.2
+    assert (
+        noisy.noise["capture"].gaussian.sigma_rad.size
+        > plain.noise["capture"].gaussian.sigma_rad.size
+    )
+
+
+def test_lagging_sensor_gaps_and_outliers_are_in_the_set() -> None:
+    made = simulate_set(
+        [], SMALL, 7, noise=[Wanted("sensor_lag", 5), Wanted("gaps", 10), Wanted("outliers", 1)]
+    )
+    capture = made.measurement.capture
+    assert capture is not None
+    assert capture.temperature_c is not None
+    true_c = SMALL.temperature.at(capture.time_s)
+    assert np.abs(true_c - capture.temperature_c).max() > 0.3
+    rows = sum(run.samples for run in SMALL.runs)
+    assert 0.85 * rows < capture.run.size < 0.95 * rows
+    assert (
+        capture.run.size == made.exact_arcsec["capture"].size == made.noise["capture"].struck.size
+    )
+    struck = made.noise["capture"].struck
+    assert 0.005 < struck.mean() < 0.04
+    assert made.truth["floor_arcsec"]["capture"] < 0.2
+
+
+@pytest.mark.parametrize("name", list(STRANGERS))
+def test_strangers_are_drawn_and_seen(name: str) -> None:
+    with_it = simulate_set([Wanted(name, STRANGERS[name].high)], SMALL, 5)
+    without = simulate_set([], SMALL, 5)
+    seen = with_it.exact_arcsec["capture"] - without.exact_arcsec["capture"]
+    assert seen.std() > 0.02
+    assert with_it.truth["effects"][0]["kind"] == "stranger"
+
+
+def test_noise_that_is_none_is_an_error() -> None:
+    with pytest.raises(ValueError, match="no cause is called latency; there are: white"):
+        simulate_set([], SMALL, 1, noise=[Wanted("latency")])

@@ -1,0 +1,24 @@
+"""An index mark that is not taken at the same count in every run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.table.causes.cause import Cause
+
+
+@dataclass(frozen=True, slots=True)
+class IndexScatter(Cause):
+    """Each head takes its index up to ``counts`` off in each run, each whole number as likely."""
+
+    counts: int
+
+    def index_shift_counts(self, random: np.random.Generator) -> int:
+        """Uniform over −counts … counts."""
+        return int(random.integers(-self.counts, self.counts + 1))
+
+    def index_variance_counts2(self) -> float:
+        """Of a uniform whole number: n·(n + 1)/3."""
+        return self.counts * (self.counts + 1) / 3.0

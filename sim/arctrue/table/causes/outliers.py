@@ -1,0 +1,30 @@
+"""Single rows that are off: a disturbance on a wire, a bit that flips."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.causes.cause import Cause
+from arctrue.table.conditions import Conditions
+
+FREEDOM = 2.0
+"""Degrees of freedom of Student's t: no finite variance, as outliers are met."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outliers(Cause):
+    """Each row of each head is struck with a probability, by a size from Student's t."""
+
+    probability: float
+    scale_rad: float
+
+    def struck_rad(
+        self, head: int, conditions: Conditions, random: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """What the struck rows are off, 0 elsewhere, shape ``(n,)``."""
+        rows = conditions.time_s.size
+        struck = random.random(rows) < self.probability
+        return np.where(struck, self.scale_rad * random.standard_t(FREEDOM, rows), 0.0)

@@ -1,0 +1,43 @@
+"""Noise of the readings whose spectrum falls with a power of the frequency."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.table.causes.cause import Cause
+from arctrue.table.conditions import Conditions
+from arctrue.table.noise import Noise
+
+A_DECADE = 2
+"""Relaxations a decade: the spectrum of their sum ripples by less than 0.1 dB at exponent 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLawNoise(Cause):
+    """Power spectral density ∝ f^−exponent, 0 < exponent < 2 (1: pink), each head its own.
+
+    The sum of Ornstein–Uhlenbeck processes with time constants τ in equal ratios and variances
+    ∝ τ^(exponent − 1): a Lorentzian is ∝ variance·τ/(1 + (2πfτ)²), and the sum over ln τ is
+    ∝ f^−exponent. Below 1/(2π·longest) the spectrum is flat, so the variance is finite;
+    ``sigma_rad`` is the standard deviation of all of it.
+    """
+
+    sigma_rad: float
+    exponent: float = 1.0
+    shortest_s: float = 1e-4
+    longest_s: float = 300.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is not stationary."""
+        if not 0 < self.exponent < 2:
+            raise ValueError(f"the exponent of the spectrum lies in 0 … 2, found {self.exponent}")
+
+    def head_noise(self, head: int, conditions: Conditions) -> Noise:
+        """The relaxations and how much of each."""
+        number = 1 + int(np.ceil(A_DECADE * np.log10(self.longest_s / self.shortest_s)))
+        constants_s = np.geomspace(self.shortest_s, self.longest_s, number)
+        shares = constants_s ** (self.exponent - 1.0)
+        sigma = self.sigma_rad * np.sqrt(shares / shares.sum())
+        return Noise.relaxing(sigma, constants_s, conditions.time_s)

@@ -1,0 +1,24 @@
+"""A temperature sensor that follows the table late."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.causes.cause import Cause
+from arctrue.table.temperature import TemperatureCourse
+
+
+@dataclass(frozen=True, slots=True)
+class SensorLag(Cause):
+    """The sensor has a heat capacity of its own: first order, with this time constant."""
+
+    constant_s: float
+
+    def shown_temperature_c(
+        self, course: TemperatureCourse, time_s: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """What the sensor shows, °C, shape ``(n,)``."""
+        return course.lagging(time_s, self.constant_s)

@@ -1,0 +1,38 @@
+"""Rows that were not recorded: the link was busy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.table.causes.cause import Cause
+from arctrue.table.conditions import Conditions
+
+
+@dataclass(frozen=True, slots=True)
+class TimeGaps(Cause):
+    """Stretches of rows are missing: ``share`` of all, ``mean_rows`` long on average.
+
+    A stretch begins at any row with the same probability and ends after any row with the same.
+    First and last row of a run are always there.
+    """
+
+    share: float
+    mean_rows: float
+
+    def kept_rows(self, conditions: Conditions, random: np.random.Generator) -> NDArray[np.bool_]:
+        """True where a row is recorded, shape ``(n,)``."""
+        rows = conditions.run.size
+        number = random.poisson(self.share * rows / self.mean_rows)
+        begins = random.integers(0, rows, number)
+        lengths = random.geometric(1.0 / self.mean_rows, number)
+        missing = np.zeros(rows + 1, dtype=np.int64)
+        np.add.at(missing, begins, 1)
+        np.add.at(missing, np.minimum(begins + lengths, rows), -1)
+        kept: NDArray[np.bool_] = np.cumsum(missing[:-1]) == 0
+        borders = np.diff(conditions.run) != 0
+        kept[np.append(borders, True)] = True
+        kept[np.concatenate([[True], borders])] = True
+        return kept

@@ -1,0 +1,26 @@
+"""Noise of the readings that is independent from row to row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.conditions import Conditions
+from arctrue.table.noise import Noise
+
+
+@dataclass(frozen=True, slots=True)
+class WhiteNoise(Cause):
+    """Standard deviations of each head's reading and of the reference instrument."""
+
+    head_rad: float = 0.0
+    instrument_rad: float = 0.0
+
+    def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
+        """The same in every row."""
+        return Noise.white(self.head_rad, conditions.time_s.size) if self.head_rad else None
+
+    def instrument_noise(self, stations: Stations) -> Noise | None:
+        """The same in every row."""
+        rows = stations.conditions.time_s.size
+        return Noise.white(self.instrument_rad, rows) if self.instrument_rad else None
