@@ -7,7 +7,9 @@ from pathlib import Path
 import click
 import numpy as np
 
+from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
@@ -21,7 +23,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
         return
     for recipe in RECIPES.values():
         kind = "" if recipe.in_catalogue else "  (in no catalogue)"
-        click.echo(f"{recipe.name:24}{recipe.low:g} … {recipe.high:g} {recipe.unit}{kind}")
+        say(f"{recipe.name:24}{recipe.low:g} … {recipe.high:g} {recipe.unit}{kind}")
     context.exit()
 
 
@@ -38,7 +40,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "--size",
     "sizes",
     multiple=True,
-    type=float,
+    type=Finite(),
     help="Size of the effects, in their order and unit; drawn where it is not given.",
 )
 @click.option("--hidden", is_flag=True, help="One cause of the catalogue at random, not told.")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.registry import built_in
 
 
@@ -37,6 +38,6 @@ def write_new_effect(name: str, folder: Path) -> list[Path]:
         path = folder / file
         if path.exists():
             raise FileExistsError(f"{path}: is there already; it was not touched")
-        path.write_text(templates.get_template(template).render(values), encoding="utf-8")
+        write_whole_text(path, templates.get_template(template).render(values))
         paths.append(path)
     return paths
