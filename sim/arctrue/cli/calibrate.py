@@ -25,6 +25,7 @@ from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, read_measurement_set
 from arctrue.units import ARCSEC_PER_RAD
+from arctrue.whole_file import write_whole_text
 
 NOT_WRITTEN = 1
 BAD_INPUT = 2
