@@ -27,7 +27,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         target = path.resolve()
         mode = target.stat().st_mode & 0o777 if target.exists() else ORDINARY_MODE & ~_umask()
         handle, name = tempfile.mkstemp(
-            prefix=f".{target.stem[:64]}.", suffix=target.suffix, dir=target.parent
+            prefix=_prefix(target), suffix=target.suffix, dir=target.parent
         )
         os.close(handle)
         unfinished = Path(name)
@@ -39,6 +39,9 @@ def whole_file(path: Path) -> Iterator[Path]:
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
+        named = Path(error.filename).name if isinstance(error.filename, str) else ""
+        if named and not named.startswith(_prefix(path.resolve())):
+            raise  # of another file, or of a folder on the way
         raise OSError(
             error.errno, os.strerror(error.errno) if error.errno else str(error), str(path)
         ) from error
@@ -48,6 +51,10 @@ def write_whole_text(path: Path, text: str, encoding: str = "utf-8") -> None:
     """Write ``text`` to ``path``, whole or not at all. Raises OSError with the file's name."""
     with whole_file(path) as unfinished:
         unfinished.write_text(text, encoding=encoding)
+
+
+def _prefix(target: Path) -> str:
+    return f".{target.stem[:64]}."
 
 
 def _reach_the_disk(path: Path) -> None:

@@ -23,7 +23,7 @@ def save_plot(calibration: Calibration, title: str, path: Path) -> None:
     figure = Figure(figsize=(9, 9 if compared else 7), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(3 if compared else 2, 1)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     _curve(axes[0], calibration)
     if compared:
         _after(axes[1], calibration)

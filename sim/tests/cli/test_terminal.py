@@ -18,6 +18,7 @@ from arctrue.cli import main
 from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
 from arctrue.printable import harmless, is_printable, one_line
+from arctrue.report.png import png_figure, save_png
 
 CLEAR = "\x1b[2J"
 """Clears the terminal."""
@@ -166,3 +167,16 @@ def test_a_scenario_with_an_escape_is_refused_harmlessly(tmp_path: Path) -> None
     done = arctrue_("run", path)
     assert done.exit_code == 2
     assert_harmless(done)
+
+
+def test_a_title_with_mathematics_is_drawn_as_it_is(small: Path, tmp_path: Path) -> None:
+    _replaced(small / "measurement.toml", '"small set"', r"'table $\nosuch{$ 7'")
+    done = arctrue_("calibrate", small, "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "out" / "calibration.png").exists()
+
+
+def test_no_figure_reads_mathematics(tmp_path: Path) -> None:
+    figure = png_figure(2.0, 2.0)
+    figure.suptitle(r"table $\nosuch{$ 7")
+    assert save_png(figure, tmp_path, "x.png").stat().st_size > 0

@@ -112,3 +112,14 @@ def test_the_deepest_nesting_that_is_read() -> None:
     assert parse_toml("x = " + "[" * (DEEPEST - 1) + "]" * (DEEPEST - 1))
     with pytest.raises(TomlContentError, match="nested"):
         parse_toml("x = " + "[" * DEEPEST + "]" * DEEPEST)
+
+
+@pytest.mark.parametrize("section", ["capture", "reference"])
+def test_an_endless_column_name_is_refused(tmp_path: Path, section: str) -> None:
+    (tmp_path / "measurement.toml").write_text(
+        DESCRIPTION.format(section=section, name=f'"{section}.csv"')
+    )
+    (tmp_path / f"{section}.csv").write_text("x" * 200_000 + "," + ROWS[section])
+    with pytest.raises(MeasurementError, match="row 1") as caught:
+        read_measurement_set(tmp_path)
+    assert len(str(caught.value)) < 400

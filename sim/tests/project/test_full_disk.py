@@ -101,11 +101,32 @@ def test_a_set_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_effect_and_its_test_are_written_together(tmp_path: Path) -> None:
+    def no_room_for_the_second(path: Path, text: str) -> int:
+        if path.name.startswith(".test_"):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return len(text)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            Path, "write_text", lambda path, text, **_: no_room_for_the_second(path, text)
+        )
+        with pytest.raises(OSError, match="No space left") as caught:
+            write_new_effect("own", tmp_path)
+    assert caught.value.filename == str(tmp_path / "test_own.py")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_truth_is_sealed_whole_or_not_at_all(tmp_path: Path) -> None:
     (tmp_path / "set").mkdir()
     with full_disk(), pytest.raises(OSError, match="File too large"):
         write_truth(tmp_path / "set", {"effects": ["x"] * 50})
     assert list(tmp_path.iterdir()) == [tmp_path / "set"]
+    sealed = write_truth(tmp_path / "set", {"effects": ["y"]})
+    before = sealed.read_bytes()
+    with full_disk(), pytest.raises(OSError, match="File too large"):
+        write_truth(tmp_path / "set", {"effects": ["x"] * 50})
+    assert sealed.read_bytes() == before
 
 
 @pytest.mark.parametrize("command", ["add", "export", "calibrate", "compare"])

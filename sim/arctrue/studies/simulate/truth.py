@@ -44,7 +44,6 @@ def refuse_recorded(folder: Path) -> None:
 def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
     """Seal ``truth`` with the fingerprint of the set that lies in ``folder``."""
     path = truth_path(folder)
-    path.unlink(missing_ok=True)
     sealed = {**truth, "seal": fingerprint(folder)}
     write_whole_text(path, json.dumps(sealed, indent=1, ensure_ascii=False) + "\n")
     path.chmod(READ_ONLY)
