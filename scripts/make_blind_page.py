@@ -32,7 +32,7 @@ INTRODUCTION = """\
 
 [scripts/blind.py](../scripts/blind.py) hides causes in simulated tables, seals the truth, and
 lets the diagnosis see the folder of the measurement set only. The simulator moves discs, brackets
-and counters by exact geometry and shares no equation with the effects of the workbench. This page
+and counters by exact geometry and shares no code with the effects of the workbench. This page
 is written by [scripts/make_blind_page.py](../scripts/make_blind_page.py) from what the scripts
 found:
 

@@ -3,7 +3,7 @@
 -- # delay_line
 --
 -- Delays a word by a fixed number of clocks, so that the reading R meets the correction that was
--- computed from it (section 3.2 of the paper). A folded pipeline needs FOLD - 1 clocks more.
+-- computed from it (section 3.3 of the paper). A folded pipeline needs FOLD - 1 clocks more.
 --
 -- **Latency.** CLOCKS clocks from `undelayed` to `delayed`, one word per clock.
 --

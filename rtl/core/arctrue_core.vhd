@@ -5,7 +5,7 @@
 -- The whole way of the data: both encoder heads are decoded, sampled for the calibration and,
 -- head 1, compensated; the corrected position leaves as an encoder signal again. A processor
 -- reaches it over AXI4-Lite, see the register map, and gets one interrupt line.
--- Source: figures 3 and 4 and section 4 of the paper.
+-- Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, and the decoder before
 -- it and the output behind it (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one

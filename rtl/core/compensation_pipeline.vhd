@@ -4,7 +4,8 @@
 --
 -- From the reading of the reference head to the compensated reading of equations (8) and (9):
 -- coefficient_memory, phase_unit, harmonic_unit, beside them the delay_line for the reading, and
--- error_compensation with the correction_ramp. Section 3.2 of the paper.
+-- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the
+-- paper.
 --
 -- **Latency.** 29 clocks from `angle` and `position` to all outputs, one angle per clock: phase 5,
 -- harmonics 20, compensation 4 (Table 1 of the paper). The delay line is 25 clocks, as long as

@@ -4,8 +4,8 @@
 --
 -- Counts every edge of an incremental encoder's A and B (x4) into a multi-turn position and, beside
 -- it, into an angle modulo `counts_per_rev` whose zero the first index defines. It checks the
--- distance of the index marks, the order of the edges and their spacing. Source: section 4.1 and
--- figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+-- distance of the index marks, the order of the edges and their spacing. Source: section 3.1 and
+-- figures 4 and 5 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
 --
 -- **Latency.** SYNCHRONISER_STAGES + filter_length + 2 clocks from a change of a pin to `position`:
 -- 5 with the filter off. position, angle, turn_position, direction, step, step_up,

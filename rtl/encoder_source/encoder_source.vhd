@@ -4,7 +4,7 @@
 --
 -- A table that turns steadily, as its two read heads would show it: for the bench, where a second board
 -- stands in for the encoder. Both heads read the same disc, head 2 HEAD_SEPARATION counts ahead
--- (docs/architecture.md, "Head geometry"), so that calibration finds ε of equation (8) with the two orders given here.
+-- (docs/architecture.md, "Head geometry"), so that calibration finds ε of equation (2) with the two orders given here.
 --
 -- **Latency.** 35 clocks from the true angle to the edge: compensation_pipeline 29, quadrature_output 6.
 --

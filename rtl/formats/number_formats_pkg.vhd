@@ -12,8 +12,8 @@
 --   lane order        u16.0   harmonic order n, 0 .. 65535
 --   phase step K      u0.48   turn a count, K = round(n * 2**48 / counts_per_rev) mod 2**48
 --   phase             u0.24   turn
---   cosine            s1.16   b = 18 bits (section 4.2 and appendix of the paper)
---   amplitude         s13.11  counts, 2 * A_n of equation (8); 25 bits, the DSP48E1's A port
+--   cosine            s1.16   b = 18 bits (sections 2.2 and 3.3 and appendix of the paper)
+--   amplitude         s13.11  counts, 2 * A_n of equation (9); 25 bits, the DSP48E1's A port
 --   pair sum          s15.27  counts, two lanes' amplitude * cosine with every bit of the products
 --   correction        s19.11  counts, the sum over up to 64 lanes
 

@@ -32,7 +32,7 @@ def decoded(a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def expected(true_counts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """R = θ + ε(θ), equation (1)."""
+    """R = θ + ε(θ), equation (2)."""
     turn = true_counts / COUNTS_PER_REV
     error = sum(
         amplitude * np.cos(2 * np.pi * (order * turn + phase))

@@ -151,7 +151,7 @@ async def registers_over_axi3(dut: Any) -> None:
 
 @cocotb.test()
 async def from_edges_to_corrected_edges(dut: Any) -> None:
-    """What the output travels is the difference of R - e(R), equation (9) in float64."""
+    """What the output travels is the difference of R - e(R), equations (8) and (9) in float64."""
     device = await started(dut)
     names = device.registers
     await device.configure()

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from arctrue.calibration.calibration import Calibration
 from arctrue.calibration.comparison import extent
 from arctrue.calibration.selection import significance_factor
+from arctrue.whole_file import whole_file
 
 _BEFORE, _AFTER, _QUIET = "#b5482a", "#1f6f8b", "#8a8a8a"
 _EIGHTHS_DEG = range(0, 361, 45)
@@ -22,12 +23,13 @@ def save_plot(calibration: Calibration, title: str, path: Path) -> None:
     figure = Figure(figsize=(9, 9 if compared else 7), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(3 if compared else 2, 1)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     _curve(axes[0], calibration)
     if compared:
         _after(axes[1], calibration)
     _orders(axes[-1], calibration)
-    figure.savefig(path, dpi=120)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished, dpi=120)
 
 
 def _curve(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-def]

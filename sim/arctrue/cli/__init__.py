@@ -14,6 +14,7 @@ import pkgutil
 import click
 
 from arctrue import cli
+from arctrue.printable import harmless
 
 # Before numpy is imported: its matrix products here are narrow, and threads that wait for each
 # other on a busy machine took ten times as long as one.
@@ -40,6 +41,14 @@ class _Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         modules = pkgutil.iter_modules(cli.__path__)
         return sorted(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))
+
+    def invoke(self, ctx: click.Context) -> object:
+        try:
+            return super().invoke(ctx)
+        except click.ClickException as error:
+            # click shows the message itself; file names and options may hold anything.
+            error.message = harmless(error.message)  # type: ignore[misc]
+            raise
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in self.list_commands(ctx):

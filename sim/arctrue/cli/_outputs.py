@@ -45,12 +45,6 @@ class OutputFolder(click.Path):
         return folder
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write ``text``, in UTF-8, to a file whose folder is made where it is not there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-
-
 def _folder_fault(folder: Path) -> str | None:
     """Why nothing can be written to ``folder``, which need not be there; None: it can."""
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from rich.console import Console
+from arctrue.cli._terminal import Console
 
 progress_console = Console(stderr=True)
 
@@ -50,7 +50,7 @@ class Progress:
 
     def keep(self, text: str) -> None:
         """A line that stays, above the live one."""
-        progress_console.print(text, soft_wrap=True, markup=False)
+        progress_console.print(text, soft_wrap=True)
 
     def read(self, path: Path, done: int, total: int) -> None:
         """Bytes of a file that are read."""

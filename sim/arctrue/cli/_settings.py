@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import tomllib
+import math
 from collections.abc import Iterable
+
+from arctrue.toml_file import TomlContentError, parse_toml
 
 
 def settings_from(pairs: Iterable[str]) -> dict[str, object]:
@@ -17,9 +19,17 @@ def settings_from(pairs: Iterable[str]) -> dict[str, object]:
         if not separator or not key.strip():
             raise ValueError(f"--set {pair}: expected KEY=VALUE")
         try:
-            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError as error:
+            found[key.strip()] = _finite(pair, parse_toml(f"value = {text}")["value"])
+        except TomlContentError as error:
             raise ValueError(
                 f"--set {pair}: the value must be a number, a list like [1, 2] or a quoted text"
             ) from error
     return found
+
+
+def _finite(pair: str, value: object) -> object:
+    """The value. Raises ValueError where it is, or lists, a number that is not finite."""
+    values = value if isinstance(value, list) else [value]
+    if any(isinstance(item, float) and not math.isfinite(item) for item in values):
+        raise ValueError(f"--set {pair}: expected finite numbers")
+    return value

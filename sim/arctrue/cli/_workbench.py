@@ -5,24 +5,36 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
-from rich.console import Console
 
 from arctrue.calibration.head_separation import doubts
-from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
+from arctrue.cli._numbers import SEED
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import Console, say
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
+from arctrue.printable import one_line
+from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.effects.registry import EffectFileError, EffectNotFoundError, catalogue
+from arctrue.workbench.effects.guarded import EffectFileError
+from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue
 from arctrue.workbench.model.growth import AlreadyThereError, NotTestableError, table_of
 from arctrue.workbench.model.model import Model, default_model
-from arctrue.workbench.model.model_file import ModelFileError, read_model
+from arctrue.workbench.model.model_file import (
+    ModelFileError,
+    folder_entry,
+    model_lock,
+    read_model,
+    write_model,
+)
+from arctrue.workbench.model.provenance import with_provenance
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -86,7 +98,7 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
         ),
         click.option(
             "--seed",
-            type=int,
+            type=SEED,
             default=1,
             show_default=True,
             help="Of the surrogates that compare draws; the others average over all.",
@@ -124,7 +136,7 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            click.echo(f"arctrue: {_sentence(error)}", err=True)
+            say(f"arctrue: {_sentence(error)}", err=True)
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
@@ -141,6 +153,32 @@ def load_model(model_file: Path | None, *, may_be_new: bool = False) -> Model:
     if model_file is None or (may_be_new and not model_file.exists()):
         return default_model()
     return read_model(model_file)
+
+
+@contextmanager
+def changing(model_file: Path | None) -> Iterator[None]:
+    """Hold a model file from reading to writing; says so where another command holds it."""
+    if model_file is None:
+        yield
+        return
+
+    def waiting() -> None:
+        say(f"waiting: another command changes {model_file}", err=True)
+
+    with model_lock(model_file, waiting):
+        yield
+
+
+def store(
+    model_file: Path, model: Model, before: Model, measurement_set: Path, folders: tuple[Path, ...]
+) -> None:
+    """Write the model; its new steps say when, by which program and from which data they are.
+
+    Folders of own effects are written relative to the model file, so that both can be moved.
+    """
+    known = [*(model_file.parent / folder for folder in model.folders), *folders]
+    model.folders = list(dict.fromkeys(folder_entry(model_file, folder) for folder in known))
+    write_model(model_file, with_provenance(model, len(before.history), measurement_set))
 
 
 def effects_for(
@@ -177,9 +215,9 @@ def load(
         )
     of_table = _table_warnings(model, model_file, observations)
     for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
-        click.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}", err=True)
     _tell_masked(observations)
-    title = measurement.title or measurement_set.name
+    title = measurement.title or one_line(measurement_set.resolve().name)
     return Workbench(observations, model, effects, title, measurement)
 
 
@@ -205,11 +243,11 @@ def _tell_masked(observations: Observations) -> None:
     masked = observations.masked
     if not masked:
         return
-    click.echo(f"{len(masked)} rows are not used:", err=True)
+    say(f"{len(masked)} rows are not used:", err=True)
     for row in masked[:SHOWN_MASKED]:
-        click.echo(f"  {row}", err=True)
+        say(f"  {row}", err=True)
     if len(masked) > SHOWN_MASKED:
-        click.echo(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all", err=True)
+        say(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all", err=True)
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:
@@ -228,7 +266,7 @@ def _doubts(measurement: MeasurementSet) -> list[str]:
 def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON if a path is given; what is not a finite number becomes null."""
     if path is not None:
-        write_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
+        write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
 
 
 def plain(value: Any) -> Any:

@@ -13,11 +13,13 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._settings import settings_from
 from arctrue.cli._workbench import (
     Workbench,
+    changing,
     common_options,
     console,
     for_people,
     load,
     set_argument,
+    store,
     write_json,
 )
 from arctrue.workbench.diagnose.diagnosis import diagnose
@@ -25,7 +27,6 @@ from arctrue.workbench.diagnose.report import parameter_data
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import add_effect
 from arctrue.workbench.model.model import HistoryStep, Model
-from arctrue.workbench.model.model_file import write_model
 
 
 @click.command("add", short_help="Add an effect to a model; see the error fall.")
@@ -54,21 +55,20 @@ def add(
 
     --set on an effect that the model has changes that setting and fits again.
     """
-    bench = load(measurement_set, model_file, folders, may_be_new=True)
-    with Progress(f"adding {effect}"):
-        model, solution = add_effect(
-            bench.model,
-            effect,
-            settings_from(pairs),
-            bench.observations,
-            bench.effects,
-            bench.measurement,
-        )
-    model.folders = list(
-        dict.fromkeys([*model.folders, *(str(item.resolve()) for item in folders)])
-    )
-    if model_file is not None:
-        write_model(model_file, model)
+    settings = settings_from(pairs)
+    with changing(model_file):
+        bench = load(measurement_set, model_file, folders, may_be_new=True)
+        with Progress(f"adding {effect}"):
+            model, solution = add_effect(
+                bench.model,
+                effect,
+                settings,
+                bench.observations,
+                bench.effects,
+                bench.measurement,
+            )
+        if model_file is not None:
+            store(model_file, model, bench.model, measurement_set, folders)
     console.print(ladder_table(model.history))
     console.print(f"{model.effects[-1].name}, with standard uncertainties:")
     for name, parameter in model.effects[-1].parameters.items():

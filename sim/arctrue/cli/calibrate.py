@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 
 import click
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from arctrue.calibration import calibration as calibration_module
@@ -19,11 +18,14 @@ from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.comparison import Comparison, Extent, extent
 from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
-from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._terminal import Console, say
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, read_measurement_set
 from arctrue.units import ARCSEC_PER_RAD
+from arctrue.whole_file import write_whole_text
 
 NOT_WRITTEN = 1
 BAD_INPUT = 2
@@ -81,7 +83,7 @@ class _ManyRuns(click.Command):
 )
 @click.option(
     "--gain-limit",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=Finite(min=0.0, min_open=True),
     default=GAIN_LIMIT_DEFAULT,
     show_default=True,
     help="Apply no order whose noise gain is above this.",
@@ -146,7 +148,7 @@ def calibrate(
     out = out or Path("build") / "calibration" / name
     warnings = (*measurement.warnings, *calibration.warnings)
     for warning in warnings:
-        click.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}", err=True)
     console = _console()
     _print_summary(console, calibration, method)
     _print_orders(console, calibration)
@@ -154,12 +156,12 @@ def calibrate(
         _print_comparison(console, calibration.comparison)
     try:
         if json_file is not None:
-            write_text(
+            write_whole_text(
                 json_file, json.dumps(_figures(calibration, method, warnings), indent=1) + "\n"
             )
-            click.echo(f"Figures: {json_file}")
+            say(f"Figures: {json_file}")
         for objection in calibration.objections:
-            click.echo(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
+            say(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
         if calibration.objections and not force:
             _end(NOT_WRITTEN, f"no coefficients written to {out}; --force writes them")
         out.mkdir(parents=True, exist_ok=True)
@@ -169,13 +171,13 @@ def calibrate(
         from arctrue.calibration.plot import save_plot
 
         save_plot(calibration, measurement.title or name, picture)
-        click.echo(f"\nCoefficients: {coefficients}\nPlot: {picture}")
+        say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
 
 
 def _end(code: int, message: str) -> NoReturn:
-    click.echo(f"calibrate: {message}", err=True)
+    say(f"calibrate: {message}", err=True)
     sys.exit(code)
 
 

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.device.console import Console, ConsoleError
 from arctrue.measurement import write_measurement_set
 from arctrue.measurement.description import FILE_NAME
@@ -20,7 +22,7 @@ NO_DEVICE = 2
 @click.argument("out", type=OutputFolder())
 @click.option(
     "--timeout",
-    type=click.FloatRange(min=1.0),
+    type=Finite(min=1.0),
     default=120.0,
     show_default=True,
     help="Seconds to wait for the turn, and for each line of it.",
@@ -32,14 +34,14 @@ def capture(port: str, out: Path, timeout: float) -> None:
     were lost, or OUT holds a measurement set already.
     """
     if (out / FILE_NAME).exists():
-        click.echo(f"capture: {out}: holds a measurement set already; name a new folder", err=True)
+        say(f"capture: {out}: holds a measurement set already; name a new folder", err=True)
         sys.exit(NO_DEVICE)
     try:
         console = Console(port)
         measurement = console.dump(timeout)
         write_measurement_set(out, measurement)
     except (ConsoleError, OSError) as error:
-        click.echo(f"capture: {error}", err=True)
+        say(f"capture: {error}", err=True)
         sys.exit(NO_DEVICE)
     samples = 0 if measurement.capture is None else measurement.capture.run.size
-    click.echo(f"{samples} samples: {out}")
+    say(f"{samples} samples: {out}")

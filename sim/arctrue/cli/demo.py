@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
@@ -69,15 +70,15 @@ def demo(out: Path, lanes: int, act: str) -> None:
     cannot: list[str] = []
     if act != "2":
         try:
-            say = _say("1 | " if beside else "")
-            first = run_demo(DemoSettings(lanes=lanes), out, say)
+            tell = _say("1 | " if beside else "")
+            first = run_demo(DemoSettings(lanes=lanes), out, tell)
         except (DemoError, RecordingError) as error:
             cannot.append(str(error))
         else:
             page = out / FIRST_PAGE
             write_demo_page(first, page, SECOND_PAGE if beside else "")
             _print_result(first)
-            click.echo(f"\nPage: {page}\n")
+            say(f"\nPage: {page}\n")
             faults += first.faults
     if beside is not None:
         try:
@@ -88,26 +89,26 @@ def demo(out: Path, lanes: int, act: str) -> None:
             page = out / SECOND_PAGE
             write_second_act_page(second, page)
             _print_second(second)
-            click.echo(f"\nPage: {page}")
+            say(f"\nPage: {page}")
             faults += [f"second act: {fault}" for fault in second.faults]
     for text in (*cannot, *faults):
-        click.echo(f"demo: {text}", err=True)
+        say(f"demo: {text}", err=True)
     if cannot or faults:
         sys.exit(2 if cannot else 1)
 
 
 def _say(prefix: str) -> Callable[[str], None]:
-    def say(text: str) -> None:
+    def tell(text: str) -> None:
         for line in text.splitlines():
-            click.echo(prefix + line)
+            say(prefix + line)
 
-    return say
+    return tell
 
 
 def _print_second(act: SecondAct) -> None:
-    click.echo("Second act: a hidden effect")
+    say("Second act: a hidden effect")
     print_hidden(act.result)
-    click.echo(
+    say(
         f"{'Within' if act.passed else 'Outside'} the limits; {act.total_s:.0f} s in all, "
         f"building the instrument included"
     )
@@ -116,32 +117,32 @@ def _print_second(act: SecondAct) -> None:
 def _print_result(result: DemoResult) -> None:
     settings = result.settings
     arcsec = settings.arcsec_per_count
-    click.echo(f"\nOutput against the true angle, one turn; a count is {arcsec:.2f}″ at this scale")
-    click.echo(f"  {'':8}{'min':>9}{'max':>9}{'RMS':>9}  {'largest order':>14}")
+    say(f"\nOutput against the true angle, one turn; a count is {arcsec:.2f}″ at this scale")
+    say(f"  {'':8}{'min':>9}{'max':>9}{'RMS':>9}  {'largest order':>14}")
     for name, turn in (("before", result.before), ("after", result.after)):
-        click.echo(
+        say(
             f"  {name:8}{turn.lowest_counts:9.2f}{turn.highest_counts:9.2f}{turn.rms_counts:9.2f}"
             f"  {turn.amplitude_counts.max():8.3f} (n={turn.worst_order})"
         )
-    click.echo(
+    say(
         f"  limits: peak {settings.peak_limit_counts:g} counts, "
         f"each order {settings.order_limit_counts:g} count"
     )
-    click.echo("\nLatency, clocks                 measured   Table 1")
+    say("\nLatency, clocks                 measured   Table 1")
     for unit in result.latencies:
-        click.echo(f"  {unit.unit:30}{unit.measured_clocks:8}{unit.paper_clocks:10}")
+        say(f"  {unit.unit:30}{unit.measured_clocks:8}{unit.paper_clocks:10}")
     measured = sum(unit.measured_clocks for unit in result.latencies)
     paper = sum(unit.paper_clocks for unit in result.latencies)
-    click.echo(f"  {'together':30}{measured:8}{paper:10}")
-    click.echo(f"  {'pin to pin':30}{result.pin_to_pin_clocks:8}")
-    click.echo(f"\n{'Firmware':32}{'result':18}{'expected error ″':>16}{'with new ones ″':>18}")
+    say(f"  {'together':30}{measured:8}{paper:10}")
+    say(f"  {'pin to pin':30}{result.pin_to_pin_clocks:8}")
+    say(f"\n{'Firmware':32}{'result':18}{'expected error ″':>16}{'with new ones ″':>18}")
     for told in result.turns:
         reason = "" if told.reason == "none" else f", {told.reason.replace('_', ' ')}"
-        click.echo(
+        say(
             f"  {f'turn {told.number}':30}{told.result + reason:18}"
             f"{told.active_arcsec:16.2f}{told.candidate_arcsec:18.2f}"
         )
-    click.echo(
+    say(
         f"\n{'Within' if result.passed else 'Outside'} the limits; "
         f"{result.clocks_simulated:,} clocks simulated in {result.simulation_s:.0f} s, "
         f"{result.total_s:.0f} s in all"

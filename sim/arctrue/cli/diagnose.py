@@ -9,6 +9,7 @@ import click
 from rich.table import Table
 
 from arctrue.cli._figures import probability
+from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
     common_options,
@@ -36,7 +37,7 @@ SHOWN_AT_LEAST = 3
 @common_options
 @click.option(
     "--matters",
-    type=click.FloatRange(min=0.0),
+    type=Finite(min=0.0),
     default=MATTERS_COUNTS,
     show_default=True,
     help="Counts RMS below which an effect is negligible.",
@@ -151,6 +152,6 @@ def _print(result: Diagnosis) -> None:
         )
     for lacking, names in _by_what_lacks(result.untestable).items():
         console.print(f"Not tested: {', '.join(names)}. The set lacks {lacking}.")
-    console.print(f"[bold]Verdict: {result.verdict}[/bold]")
+    console.print(f"Verdict: {result.verdict}", style="bold")
     for sentence in sentences(result):
         console.print(sentence)

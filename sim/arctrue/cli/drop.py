@@ -9,16 +9,17 @@ import click
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
+    changing,
     common_options,
     console,
     for_people,
     load,
     set_argument,
+    store,
     write_json,
 )
 from arctrue.cli.add import step_data
 from arctrue.workbench.model.growth import drop_effect
-from arctrue.workbench.model.model_file import write_model
 
 
 @click.command("drop", short_help="Drop an effect from a model; see what it costs.")
@@ -36,13 +37,14 @@ def drop(
     seed: int,
 ) -> None:
     """Drop EFFECT from the model, fit the rest to SET, and show what that costs."""
-    bench = load(measurement_set, model_file, folders)
-    with Progress(f"dropping {effect}"):
-        model, solution = drop_effect(
-            bench.model, effect, bench.observations, bench.effects, bench.measurement
-        )
-    if model_file is not None:
-        write_model(model_file, model)
+    with changing(model_file):
+        bench = load(measurement_set, model_file, folders)
+        with Progress(f"dropping {effect}"):
+            model, solution = drop_effect(
+                bench.model, effect, bench.observations, bench.effects, bench.measurement
+            )
+        if model_file is not None:
+            store(model_file, model, bench.model, measurement_set, folders)
     console.print(ladder_table(model.history))
     if json_file is not None:
         write_json(json_file, step_data(bench, model, solution))

@@ -65,7 +65,7 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
     model_file, folders = context.obj
     effect = effect_class(name, effects_for(load_model(model_file), model_file, folders))
     data = effect_data(effect)
-    console.print(f"[bold]{effect.name}[/bold]")
+    console.print(effect.name, style="bold")
     grid = Table.grid(padding=(0, 2))
     for word, text in _lines(data):
         grid.add_row(Text(word, style="bold"), Text(text))

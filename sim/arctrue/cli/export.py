@@ -8,8 +8,10 @@ import click
 from rich.table import Table
 
 from arctrue.calibration.calibration import objections
+from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import (
     common_options,
     console,
@@ -36,7 +38,7 @@ NOT_WRITTEN = 1
     show_default=True,
     help="Lanes of the gateware.",
 )
-@click.option("--temperature", type=float, help="°C, for effects that depend on it.")
+@click.option("--temperature", type=Finite(), help="°C, for effects that depend on it.")
 @click.option(
     "--coefficients",
     "coefficient_file",
@@ -80,9 +82,9 @@ def export(
     path = coefficient_file if out is None else out / coefficient_file.name
     refused = objections(bench.measurement_set, result.coefficients)
     for warning in result.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        say(f"warning: {warning}", err=True)
     for objection in refused:
-        click.echo(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
+        say(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -111,5 +113,5 @@ def export(
         },
     )
     if not written:
-        click.echo(f"export: {path} was not written; --force writes it", err=True)
+        say(f"export: {path} was not written; --force writes it", err=True)
         raise SystemExit(NOT_WRITTEN)

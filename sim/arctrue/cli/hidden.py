@@ -11,6 +11,7 @@ import click
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.hidden_effect.cases import CASES
 
@@ -101,48 +102,46 @@ def hidden(
 
         picture.parent.mkdir(parents=True, exist_ok=True)
         save_three_curves(result, picture)
-        click.echo(f"wrote {picture}")
+        say(f"wrote {picture}")
 
 
 def print_result(result: HiddenResult) -> None:
     """Verdict, ladder, and the corrected output before and after."""
     scale = result.settings.revolution
-    click.echo(f"What was hidden: {result.case.title}")
+    say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.examined.ladder))
-    click.echo(
+    say(
         f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
         f"{scale.arcsec_per_count:.3f}″; every edge, the mean removed, arcseconds"
     )
-    click.echo(
-        f"  {'':28}{'min':>9}{'max':>9}{'RMS':>8}{'order 1':>9}{'2':>8}{'signal period':>15}"
-    )
+    say(f"  {'':28}{'min':>9}{'max':>9}{'RMS':>8}{'order 1':>9}{'2':>8}{'signal period':>15}")
     for name, curve in (
         ("head 1, raw", result.raw),
         ("output, paper's model", result.paper),
         ("output, with the effect", result.corrected),
     ):
-        click.echo(
+        say(
             f"  {name:28}{curve.lowest_arcsec:9.2f}{curve.highest_arcsec:9.2f}"
             f"{curve.rms_arcsec:8.3f}{curve.order_arcsec[0]:9.3f}{curve.order_arcsec[1]:8.3f}"
             f"{curve.signal_arcsec[0]:15.3f}"
         )
     without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
-    click.echo(
+    say(
         f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
         f"{with_effect:.3f}″ with it"
     )
     if result.reversal_arcsec is not None:
         paper, corrected = (result.reversal_arcsec[key] for key in ("paper", "corrected"))
-        click.echo(
+        say(
             f"Up less down at the stations of the polygon: {paper:.2f}″ with the paper's model, "
             f"{corrected:.2f}″ with the exported one"
         )
     for text in result.export.left_out:
         if "no lane left" not in text:
-            click.echo(f"not corrected: {text}")
+            say(f"not corrected: {text}")
     if result.examined.effect_file is not None:
-        click.echo(f"wrote {result.examined.effect_file}")
-    click.echo(
+        say(f"wrote {result.examined.effect_file}")
+    say(
         f"{result.clocks:,} clocks in {result.simulating_s:.0f} s, workbench "
         f"{result.workbench_s:.0f} s; measurement set: {result.folder}"
     )
@@ -151,8 +150,8 @@ def print_result(result: HiddenResult) -> None:
 def _print_followed(followed: dict[str, list[FollowedTurn]]) -> None:
     if not followed:
         return
-    click.echo("\nOrder 1 of the corrected output while the table warms, turn by turn, arcseconds")
+    say("\nOrder 1 of the corrected output while the table warms, turn by turn, arcseconds")
     first = next(iter(followed.values()))
-    click.echo(f"  {'°C':24}" + "".join(f"{turn.temperature_c:9.2f}" for turn in first))
+    say(f"  {'°C':24}" + "".join(f"{turn.temperature_c:9.2f}" for turn in first))
     for way, turns in followed.items():
-        click.echo(f"  {way:24}" + "".join(f"{turn.order1_arcsec:9.2f}" for turn in turns))
+        say(f"  {way:24}" + "".join(f"{turn.order1_arcsec:9.2f}" for turn in turns))

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.device.console import Console, ConsoleError, Turn
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import write_measurement_set
@@ -33,7 +35,7 @@ NO_DEVICE = 2
 @click.option("--every", type=click.IntRange(min=1), default=100, show_default=True, help="Turns.")
 @click.option(
     "--silence",
-    type=click.FloatRange(min=0.1),
+    type=Finite(min=0.1),
     default=60.0,
     show_default=True,
     help="Seconds without a turn after which it says so.",
@@ -54,25 +56,28 @@ def monitor(
         console = Console(port)
         recorder = None if record is None else Recorder(record)
         console.command("telemetry on")
-        click.echo(_HEAD)
+        say(_HEAD)
         seen = 0
         while turns is None or seen < turns:
             if sets is not None and seen % every == 0:
                 name = time.strftime("%Y%m%dT%H%M%S")
                 write_measurement_set(sets / name, console.dump(max(silence, 60.0)))
-                click.echo(f"capture: {sets / name}")
+                say(f"capture: {sets / name}")
             turn = console.turn(silence)
             if turn is None:
-                click.echo(f"no turn for {silence:g} s; does the table turn?", err=True)
+                say(f"no turn for {silence:g} s; does the table turn?", err=True)
                 continue
             seen += 1
-            click.echo(_row(turn))
+            say(_row(turn))
             if recorder is not None:
                 recorder.add(turn)
     except KeyboardInterrupt:
         return
-    except (ConsoleError, sqlite3.Error, OSError) as error:
-        click.echo(f"monitor: {error}", err=True)
+    except sqlite3.Error as error:
+        say(f"monitor: {record}: cannot be written: {error}", err=True)
+        sys.exit(NO_DEVICE)
+    except (ConsoleError, OSError) as error:
+        say(f"monitor: {error}", err=True)
         sys.exit(NO_DEVICE)
 
 

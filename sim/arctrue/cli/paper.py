@@ -9,6 +9,7 @@ import click
 from rich.table import Table
 
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 
@@ -29,7 +30,7 @@ LEAST_INTERPOLATION = 16
     show_default=True,
     help="Counts a line. 64 takes a sixteenth of the time and steps of 1.2″.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="Of instruments and noise.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of instruments and noise.")
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option("--out", type=OutputFolder(), help="Folder for Fig. 11.")
 @for_people

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import for_people, write_json
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ FULL_SAMPLES = 12000
     show_default=True,
     help="Samples that are captured in a turn.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the readings' noise.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the readings' noise.")
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option(
     "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."
@@ -64,9 +66,9 @@ def revolution(
 
         picture.parent.mkdir(parents=True, exist_ok=True)
         plot_revolution(result, picture)
-        click.echo(f"wrote {picture}")
+        say(f"wrote {picture}")
     for fault in result.faults:
-        click.echo(f"revolution: {fault}", err=True)
+        say(f"revolution: {fault}", err=True)
     if result.faults:
         raise SystemExit(1)
 
@@ -75,25 +77,25 @@ def _print(result: RevolutionResult) -> None:
     from arctrue.instrument.revolution import PAPER_AFTER_ARCSEC, PAPER_BEFORE_ARCSEC
 
     settings = result.settings
-    click.echo(
+    say(
         f"\n{settings.counts_per_rev:,} counts a turn ({settings.arcsec_per_count:.4f}″), "
         f"{result.telemetry['samples']:,} samples, {settings.lanes} lanes, "
         f"{result.applied_orders} orders applied; heads {settings.alpha_error_arcsec:g}″ off 33°, "
         f"noise {settings.noise_arcsec:g}″"
     )
-    click.echo(f"\n  {'error against the true angle':32}{'min':>9}{'max':>9}{'RMS':>9}")
+    say(f"\n  {'error against the true angle':32}{'min':>9}{'max':>9}{'RMS':>9}")
     for name, turn, paper in (
         ("before", result.before, PAPER_BEFORE_ARCSEC),
         ("after", result.after, PAPER_AFTER_ARCSEC),
     ):
         low, high = turn.every_edge_arcsec
-        click.echo(
+        say(
             f"  {name + ', means of half a degree':32}{turn.lowest_arcsec:9.3f}"
             f"{turn.highest_arcsec:9.3f}{turn.rms_arcsec:9.3f}"
         )
-        click.echo(f"  {name + ', every edge':32}{low:9.3f}{high:9.3f}")
-        click.echo(f"  {name + ', the paper (24 faces)':32}{paper[0]:9.1f}{paper[1]:9.1f}")
-    click.echo(
+        say(f"  {name + ', every edge':32}{low:9.3f}{high:9.3f}")
+        say(f"  {name + ', the paper (24 faces)':32}{paper[0]:9.1f}{paper[1]:9.1f}")
+    say(
         f"\n{result.clocks:,} clocks in {result.wall_s:.0f} s "
         f"({result.clocks / result.wall_s:,.0f} a second); "
         f"{'within' if not result.faults else 'outside'} ±{result.limit_arcsec:.2f}″"

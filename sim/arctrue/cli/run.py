@@ -10,6 +10,7 @@ import click
 
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
         plot_scenario(result, picture)
         console.print(f"wrote {picture}", soft_wrap=True)
     for broken in result.broken:
-        click.echo(f"run: {broken}", err=True)
+        say(f"run: {broken}", err=True)
     if result.broken:
         raise SystemExit(1)
 
@@ -59,22 +60,20 @@ def _print(result: ScenarioResult) -> None:
     scenario = result.scenario
     by_reference = any(turn.reference is not None for turn in result.turns)
     orders = "".join(f"{f'order {order}':>10}" for order in scenario.orders)
-    click.echo(
-        f"{scenario.title}\nErrors against the true angle in ″; each turn's mean is removed.\n"
-    )
-    click.echo(
+    say(f"{scenario.title}\nErrors against the true angle in ″; each turn's mean is removed.\n")
+    say(
         f"{'':4}{'':8}{'not corr.':>11} │ {'corrected: means of half a degree':36}{'edges':>9}"
         f"{'mean':>9}"
     )
-    click.echo(
+    say(
         f"{'turn':>4}{'°C':>8}{'RMS':>11} │ {'min':>10}{'max':>10}{'RMS':>10}{'':6}{'RMS':>9}"
         f"{'':9}{orders}{'reference' if by_reference else '':>12}"
     )
     for turn in result.turns:
-        click.echo(_line(turn, scenario.orders))
+        say(_line(turn, scenario.orders))
         for said in _said(turn):
-            click.echo(f"{'':12}{said}")
-    click.echo(
+            say(f"{'':12}{said}")
+    say(
         f"\n{scenario.scale.counts_per_rev:,} counts a turn ({scenario.arcsec_per_count:.4f}″), "
         f"{scenario.scale.lanes} lanes; {result.applied} captures applied, {result.refused} "
         f"refused; {result.clocks / 1e6:,.1f} million clocks in {result.wall_s:,.0f} s"

@@ -7,7 +7,9 @@ from pathlib import Path
 import click
 import numpy as np
 
+from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
@@ -27,7 +29,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     }
     for recipe in REGISTRY.values():
         sizes = f"{recipe.low:g} … {recipe.high:g} {recipe.unit}"
-        click.echo(f"{recipe.name:24}{sizes}{kinds[recipe.kind]}")
+        say(f"{recipe.name:24}{sizes}{kinds[recipe.kind]}")
     context.exit()
 
 
@@ -44,7 +46,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "--size",
     "sizes",
     multiple=True,
-    type=float,
+    type=Finite(),
     help="Size of the effects, in their order and unit; drawn where it is not given.",
 )
 @click.option(

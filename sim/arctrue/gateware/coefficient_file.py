@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,8 @@ from arctrue.gateware.coefficients import (
     phase_step,
 )
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
+from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.whole_file import write_whole_text
 
 SCHEMA = 1
 ARCSEC_PER_TURN = 1_296_000
@@ -51,13 +52,7 @@ def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: 
 
     Raises OSError where the folder cannot be written.
     """
-    path = Path(path)
-    unfinished = path.with_name(f".{path.name}.part")
-    try:
-        unfinished.write_text(coefficient_file_text(coefficients, title), encoding="utf-8")
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_whole_text(Path(path), coefficient_file_text(coefficients, title))
 
 
 def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
@@ -108,15 +103,15 @@ def read_coefficient_file(path: Path | str) -> Coefficients:
     """
     path = Path(path)
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        content = read_toml(path)
     except FileNotFoundError as error:
         raise CoefficientFileError(
             f"{path}: no such file; 'arctrue calibrate' writes one"
         ) from error
     except OSError as error:
         raise CoefficientFileError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CoefficientFileError(f"{path}: not a TOML file: {error}") from error
+    except TomlContentError as error:
+        raise CoefficientFileError(f"{path}: {error}") from error
     return _Reader(str(path)).coefficients(content)
 
 

@@ -74,7 +74,10 @@ class CsvFile:
                 "is empty" if not first else "has no header; expected " + ",".join(self.required),
                 row=None if not first else 1,
             )
-        self.header = [name.strip() for name in next(csv.reader([first]))]
+        try:
+            self.header = [name.strip() for name in next(csv.reader([first]))]
+        except csv.Error as error:
+            raise MeasurementError("format", self.path, str(error), row=1) from error
         for name in self.required:
             if name not in self.header:
                 raise MeasurementError(

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Literal
 
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import SCHEMA
+from arctrue.printable import is_printable, one_line
+from arctrue.toml_file import TomlContentError, read_toml
 
 FILE_NAME = "measurement.toml"
 
 LARGEST = 2**63
 """Of any number of the file; NaN is not within it."""
 
-Kind = Literal["text", "whole", "number"]
+Kind = Literal["text", "file", "whole", "number"]
 
 
 @dataclass(frozen=True)
@@ -42,16 +43,21 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "faces": Key("whole", low=1),
         "index_repeatability_counts": Key("number", low=0),
     },
-    "capture": {"file": Key("text"), "clock_hz": Key("number", low=0, closed=False)},
+    "capture": {"file": Key("file"), "clock_hz": Key("number", low=0, closed=False)},
     "reference": {
-        "file": Key("text"),
+        "file": Key("file"),
         "instrument": Key("text"),
         "faces": Key("whole", low=1),
         "standard_uncertainty_arcsec": Key("number", low=0),
         "clock_offset_s": Key("number"),
     },
 }
-_KIND_NAMES = {"text": "text", "whole": "a whole number", "number": "a finite number"}
+_KIND_NAMES = {
+    "text": "text",
+    "file": "text",
+    "whole": "a whole number",
+    "number": "a finite number",
+}
 
 
 @dataclass(frozen=True)
@@ -72,15 +78,13 @@ def read_description(folder: Path) -> Description:
         what = "is a file, expected a folder" if folder.exists() else "no such folder"
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        content = read_toml(path)
     except FileNotFoundError as error:
         raise MeasurementError("missing", path, "no such file; every set needs one") from error
-    except UnicodeDecodeError as error:
-        raise MeasurementError("format", path, "is not text in UTF-8") from error
     except OSError as error:
         raise MeasurementError("missing", path, f"cannot be read: {error.strerror}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise MeasurementError("format", path, f"is not TOML: {error}") from error
+    except TomlContentError as error:
+        raise MeasurementError("format", path, str(error)) from error
 
     values: dict[str, dict[str, Any]] = {section: {} for section in KEYS}
     other: dict[str, Any] = {}
@@ -102,7 +106,7 @@ def read_description(folder: Path) -> Description:
         raise MeasurementError(
             "value", path, f"schema: this program reads schema {SCHEMA}, found {schema}"
         )
-    warnings = tuple(f"{path}: {key}: is not known and is not used" for key in other)
+    warnings = tuple(f"{path}: {one_line(key)}: is not known and is not used" for key in other)
     return Description(path, values, frozenset(sections), other, warnings)
 
 
@@ -123,7 +127,7 @@ def _take(
 
 
 def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
-    if key.kind == "text":
+    if key.kind in ("text", "file"):
         right = isinstance(value, str)
     else:
         right = (
@@ -135,7 +139,8 @@ def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
         raise MeasurementError(
             "value", path, f"{dotted}: expected {_KIND_NAMES[key.kind]}, found {value!r}"
         )
-    if key.kind == "text":
+    if isinstance(value, str):
+        _check_text(path, dotted, key.kind, value)
         return value
     inside = key.low <= value <= key.high if key.closed else key.low < value < key.high
     if not inside:
@@ -147,3 +152,23 @@ def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
             "value", path, f"{dotted}: expected {' and '.join(limits)}, found {value!r}"
         )
     return value
+
+
+def _check_text(path: Path, dotted: str, kind: Kind, value: str) -> None:
+    if not is_printable(value):
+        raise MeasurementError(
+            "value", path, f"{dotted}: expected one line of printable text, found {value!r}"
+        )
+    if kind == "file" and not _stays_inside(value):
+        raise MeasurementError(
+            "value",
+            path,
+            f"{dotted}: expected a file in the set's own folder, found {value!r}: "
+            "copy or link the file into the folder, and name it without ..",
+        )
+
+
+def _stays_inside(name: str) -> bool:
+    """True if ``name`` is a relative path without "..", read as a path of any system."""
+    windows, posix = PureWindowsPath(name), PurePosixPath(name)
+    return not (windows.anchor or posix.is_absolute() or ".." in windows.parts + posix.parts)

@@ -41,8 +41,8 @@ def read_measurement_set(
     folder = Path(folder)
     description = read_description(folder)
     warnings = list(description.warnings)
-    capture_path = _data_file(description, "capture")
-    reference_path = _data_file(description, "reference")
+    capture_path = data_file(description, "capture")
+    reference_path = data_file(description, "reference")
     if capture_path is None and reference_path is None:
         raise MeasurementError(
             "missing", folder, "has neither a capture.csv nor a reference.csv: nothing was measured"
@@ -69,14 +69,18 @@ def read_measurement_set(
 def open_capture(folder: Path | str) -> Iterator[Iterator[Columns]]:
     """The capture of a set in blocks, checked: for sets that should not be held in memory."""
     description = read_description(Path(folder))
-    path = _data_file(description, "capture")
+    path = data_file(description, "capture")
     if path is None:
         raise MeasurementError("missing", Path(folder), "has no capture.csv")
     _require_for_capture(description)
     yield _checked_blocks(CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL))
 
 
-def _data_file(description: Description, section: str) -> Path | None:
+def data_file(description: Description, section: str) -> Path | None:
+    """The file of the section "capture" or "reference"; None where the set has none.
+
+    Raises MeasurementError for a name that the description gives and that is no file.
+    """
     name = description.values[section].get("file")
     path = description.path.parent / (name or f"{section}.csv")
     try:

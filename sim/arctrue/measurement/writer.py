@@ -6,6 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from arctrue.measurement.measurement_set import (
     MeasurementSet,
     Reference,
 )
+from arctrue.whole_file import whole_file
 
 _REFERENCE_ORDER = (
     "run",
@@ -58,14 +60,20 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
         )
     if measurement.reference is not None:
         tables["reference.csv"] = _arrow_table(measurement.reference, _REFERENCE_ORDER)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / FILE_NAME).write_text(_description(measurement), encoding="utf-8")
-    for name, table in tables.items():
-        with (folder / name).open("wb") as file:
-            file.write(_header(table.column_names).encode())
-            pa_csv.write_csv(
-                table, file, pa_csv.WriteOptions(include_header=False, quoting_style="none")
-            )
+    with ExitStack() as unfinished:
+        # The description takes its place last: without it there is no set.
+        description = unfinished.enter_context(whole_file(folder / FILE_NAME))
+        description.write_text(_description(measurement), encoding="utf-8")
+        for name, table in tables.items():
+            _write_csv(unfinished.enter_context(whole_file(folder / name)), table)
+
+
+def _write_csv(path: Path, table: pa.Table) -> None:
+    with path.open("wb") as file:
+        file.write(_header(table.column_names).encode())
+        pa_csv.write_csv(
+            table, file, pa_csv.WriteOptions(include_header=False, quoting_style="none")
+        )
 
 
 def _description(measurement: MeasurementSet) -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style
+from arctrue.whole_file import whole_file
 
 SWEEP_BITS = 20
 DEFAULT_FILE = Path("build/reports/cordic_error.png")
@@ -123,7 +124,8 @@ def draw_cordic_error(
         axes.ticklabel_format(axis="y", scilimits=(0, 0), useMathText=True)
         axes.legend(loc="upper center", ncols=2)
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150, metadata={"Software": None})
+        with whole_file(path) as unfinished:
+            figure.savefig(unfinished, dpi=150, metadata={"Software": None})
     return float(np.abs(error).max())
 
 

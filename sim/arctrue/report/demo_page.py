@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from arctrue.report import demo_figures
 from arctrue.studies.demo.result import DemoResult
+from arctrue.whole_file import write_whole_text
 
 
 def page_templates() -> Environment:
@@ -42,10 +43,9 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         error_figure=Markup(error_figure),
         spectrum_figure=Markup(demo_figures.spectrum(result)),
     )
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(page, encoding="utf-8")
+    write_whole_text(file, page)
     # The README's picture, see `make docs`.
-    (file.parent / "error_before_after.svg").write_text(error_figure, encoding="utf-8")
+    write_whole_text(file.parent / "error_before_after.svg", error_figure)
 
 
 def _signed(value: float, digits: int = 2) -> str:

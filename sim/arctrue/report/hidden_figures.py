@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from arctrue.report.svg import AFTER, BEFORE, INK, house_style, to_svg
 from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.score import SignalScore
+from arctrue.whole_file import whole_file
 
 PAPER = "#d0932b"
 _NAMES = ("raw", "paper's model", "with the effect")
@@ -24,7 +25,10 @@ def three_curves(result: HiddenResult) -> str:
 def save_three_curves(result: HiddenResult, file: Path) -> None:
     """The same as a file; its kind by the suffix."""
     figure = _three_curves(result)
-    figure.savefig(file, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None)
+    with whole_file(file) as unfinished:
+        figure.savefig(
+            unfinished, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None
+        )
 
 
 def _three_curves(result: HiddenResult) -> Figure:

@@ -13,6 +13,7 @@ from arctrue.instrument.revolution import (
     RevolutionResult,
 )
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
+from arctrue.whole_file import whole_file
 
 
 def plot_revolution(result: RevolutionResult, file: Path) -> None:
@@ -42,4 +43,7 @@ def plot_revolution(result: RevolutionResult, file: Path) -> None:
         lower.set_xlim(0, 360)
         lower.set_xticks(range(0, 361, 45))
         # No date in the file: the same run gives the same picture.
-        figure.savefig(file, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None)
+        with whole_file(file) as unfinished:
+            figure.savefig(
+                unfinished, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None
+            )

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
 from arctrue.studies.scenario.result import ScenarioResult, Turn
 from arctrue.studies.scenario.turns import BINS, TurnError
+from arctrue.whole_file import whole_file
 
 
 def plot_scenario(result: ScenarioResult, file: Path) -> None:
@@ -24,7 +25,10 @@ def plot_scenario(result: ScenarioResult, file: Path) -> None:
         _shape(shape, result)
         figure.suptitle(result.scenario.title, x=0.01, ha="left", fontweight="bold")
         # No date in the file: the same run gives the same picture.
-        figure.savefig(file, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None)
+        with whole_file(file) as unfinished:
+            figure.savefig(
+                unfinished, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None
+            )
 
 
 def _rms(found: TurnError | None) -> float:

@@ -9,6 +9,7 @@ from markupsafe import Markup
 from arctrue.report import hidden_figures
 from arctrue.report.demo_page import page_templates
 from arctrue.studies.demo.second_act import SecondAct
+from arctrue.whole_file import write_whole_text
 
 
 def write_second_act_page(act: SecondAct, file: Path) -> None:
@@ -36,7 +37,6 @@ def write_second_act_page(act: SecondAct, file: Path) -> None:
             ladder_figure=Markup(hidden_figures.ladder(result)),
         )
     )
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(page, encoding="utf-8")
+    write_whole_text(file, page)
     # The picture of docs/hidden-effect.md.
-    (file.parent / "hidden_effect.svg").write_text(three_curves, encoding="utf-8")
+    write_whole_text(file.parent / "hidden_effect.svg", three_curves)

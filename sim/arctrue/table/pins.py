@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.table.edges import CountEdges
+from arctrue.whole_file import whole_file
 
 PIN_A, PIN_B, PIN_Z = 1, 2, 4
 PINS_A_HEAD = 3
@@ -51,7 +52,7 @@ class PinEvents:
         if deltas.size and deltas.min() < 1:
             raise ValueError(f"{file}: events must be in order, the first after clock 0")
         rows = np.column_stack([deltas, self.levels.astype(np.int64)])
-        with file.open("w", encoding="ascii") as text:
+        with whole_file(file) as unfinished, unfinished.open("w", encoding="ascii") as text:
             text.write(f"0 {self.first_levels}\n")
             np.savetxt(text, rows, fmt="%d")
 

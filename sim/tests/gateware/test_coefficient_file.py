@@ -79,9 +79,9 @@ def test_other_editors(tmp_path: Path, encoding: str) -> None:
         ("order = 2", 'order = "2"', r"lane\[1\].order: expected a whole number, found '2'"),
         ("order = 2", "", r"lane\[1\].order: is missing"),
         ("amplitude = -61952", "amplitude = 61952", r"lane\[1\].amplitude_arcsec: found"),
-        ("[[lane]]", "[lanes_]", "not a TOML file"),
+        ("[[lane]]", "[lanes_]", "is not TOML"),
         ("[offset]", "offset = 3\n[other]", "other: is not known"),
-        ("schema = 1", "schema = ", "not a TOML file"),
+        ("schema = 1", "schema = ", "is not TOML"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:

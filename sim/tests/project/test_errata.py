@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 ARCSEC = 180 * 3600 / math.pi
 ITERATIONS = 16
@@ -108,6 +109,61 @@ def test_what_an_unknown_head_separation_does_to_order_1() -> None:
     assert 95.0 * 0.5 / math.tan(math.radians(16.5)) * u_alpha / ARCSEC == pytest.approx(
         0.022, abs=5e-4
     )
+
+
+def test_phase_of_equation_9_in_all_quadrants() -> None:
+    theta = np.arange(360) * (2 * math.pi / 360)
+    for phase in (0.5, 2.5, -2.5, -0.5):
+        spectrum = np.fft.rfft(np.cos(3 * theta + phase))[3] / theta.size
+        size = 2 * abs(spectrum)
+        printed = math.atan(spectrum.imag / spectrum.real)
+        right = math.atan2(spectrum.imag, spectrum.real)
+        error = np.cos(3 * theta + phase)
+        assert abs(error - size * np.cos(3 * theta + right)).max() < 1e-12
+        left = abs(error - size * np.cos(3 * theta + printed)).max()
+        assert left == pytest.approx(0 if spectrum.real > 0 else 2, abs=1e-3)
+
+
+def test_largest_of_the_faces_beside_their_mean_variance() -> None:
+    faces, cycles = 24, 10
+    # The largest of 24 has its median where each is below with the 24th root of a half.
+    chi_square = stats.chi2.ppf(0.5 ** (1 / faces), cycles - 1)
+    ratio = math.sqrt(chi_square / (cycles - 1))
+    assert ratio == pytest.approx(1.44, abs=5e-3)
+    assert 0.2 / ratio == pytest.approx(0.14, abs=5e-3)
+
+
+def test_limits_as_standard_uncertainties() -> None:
+    arcsec = 206265
+    eccentricity = 8 * 1e-6 * 0.03e-6 / 0.01**2 * arcsec
+    tilt = math.radians(8 / 3600)
+    tower = math.sin(math.radians(15)) * math.sin(tilt) ** 2 / math.cos(tilt) * arcsec
+    assert (round(eccentricity, 4), round(tower, 4)) == (0.0005, 0.0001)
+    assert round(eccentricity / math.sqrt(3), 4) == 0.0003
+
+    def expanded(u4: float, u5: float) -> float:
+        return 2 * math.sqrt(0.1**2 + 0.05**2 + 0.2**2 + u4**2 + u5**2)
+
+    change = expanded(eccentricity, tower) - expanded(*(np.array([eccentricity, tower]) / 3**0.5))
+    assert 0 < change < 1e-5
+
+
+def test_a_smaller_separation_worsens_order_1() -> None:
+    """By the gain of the paper's own equation (6), and by the covariance of a fit."""
+    angles = np.radians(np.arange(1, 181))
+    gain = 1 / abs(np.exp(1j * angles) - 1)
+    assert np.all(np.diff(gain) < 0)
+    for degrees, said in ((33, 1.8), (10, 5.7), (2, 29)):
+        assert 1 / (2 * math.sin(math.radians(degrees) / 2)) == pytest.approx(said, rel=0.03)
+        assert gain[degrees - 1] == pytest.approx(said, rel=0.03)
+    # The same without (6): the covariance of a fit of cos, sin to R₂ − R₁ with white noise.
+    theta = np.arange(360) * (2 * math.pi / 360)
+    scatter = {}
+    for degrees in (10, 33):
+        there = theta + math.radians(degrees)
+        columns = np.stack([np.cos(there) - np.cos(theta), np.sin(there) - np.sin(theta)], axis=1)
+        scatter[degrees] = math.sqrt(np.trace(np.linalg.inv(columns.T @ columns)))
+    assert scatter[10] / scatter[33] == pytest.approx(gain[9] / gain[32], rel=1e-9)
 
 
 @pytest.mark.parametrize(("order", "gain"), [(1, 1.8), (11, 19), (109, 19)])

@@ -103,7 +103,7 @@ def test_files_that_fail_are_named(tmp_path: Path) -> None:
     with pytest.raises(EffectFileError, match="no such folder"):
         catalogue([tmp_path / "nowhere"])
     (tmp_path / "broken.py").write_text("def (", encoding="utf-8")
-    with pytest.raises(EffectFileError, match=r"broken\.py: cannot be loaded: SyntaxError"):
+    with pytest.raises(EffectFileError, match=r"broken\.py: line 1: SyntaxError"):
         catalogue([tmp_path])
     (tmp_path / "broken.py").write_text("x = 1", encoding="utf-8")
     with pytest.raises(EffectFileError, match="defines no effect"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from arctrue.workbench.model.model_file import ModelFileError, read_model, write
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
 NAMES = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True)
+TEXTS = st.text(st.characters(categories=["L", "N", "P", "S", "Zs"]), max_size=8)
 CHANNELS = st.dictionaries(st.sampled_from(["capture", "reference"]), NUMBERS)
 
 
@@ -21,12 +23,12 @@ CHANNELS = st.dictionaries(st.sampled_from(["capture", "reference"]), NUMBERS)
 def models(draw: st.DrawFn) -> Model:
     effects = []
     for name in draw(st.lists(NAMES, min_size=1, max_size=3)):
-        columns = draw(st.lists(st.text(max_size=8), max_size=4))
+        columns = draw(st.lists(TEXTS, max_size=4))
         parameter = Parameter(draw(NUMBERS), draw(NUMBERS), "arcsec")
         effects.append(
             ModelEffect(
                 name=name,
-                settings=draw(st.dictionaries(NAMES, st.integers(-9, 9) | st.text(max_size=5))),
+                settings=draw(st.dictionaries(NAMES, st.integers(-9, 9) | TEXTS)),
                 search=draw(st.dictionaries(NAMES, NUMBERS)),
                 columns=columns,
                 coefficients=[draw(NUMBERS) for _ in columns],
@@ -34,6 +36,7 @@ def models(draw: st.DrawFn) -> Model:
             )
         )
     step = HistoryStep("add", "x", "set", *(draw(CHANNELS) for _ in range(4)))
+    step = replace(step, date=draw(TEXTS), program=draw(TEXTS), measurement_sha256=draw(TEXTS))
     counts = draw(st.none() | st.integers(4, 2**40))
     table = draw(st.none() | st.builds(ModelTable, st.just(counts), st.none() | NUMBERS))
     return Model(effects, draw(st.lists(NAMES)), [step], draw(NUMBERS), table=table)
@@ -54,7 +57,7 @@ BAD = {
     "schema = 1": "at least one",
     "schema = 1\neffect = 3": "at least one",
     "schema = 1\n[[effect]]\n": "expected a name",
-    "schema = [": "not valid TOML",
+    "schema = [": "is not TOML",
     f"schema = 1\n{EFFECT}coefficients = [1.0]": "as many coefficients as columns",
     f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = ["x"]': "expected a number",
     f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = [nan]': "expected a number",
@@ -104,3 +107,14 @@ def test_any_bytes_give_a_model_or_a_sentence(
     path.write_bytes(data)
     with pytest.raises(ModelFileError):
         read_model(path)
+
+
+def test_a_model_that_could_not_be_read_again_is_not_written(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    write_model(path, Model([ModelEffect("hysteresis")]))
+    before = path.read_bytes()
+    with pytest.raises(ModelFileError, match="printable"):
+        write_model(
+            path, Model([ModelEffect("hysteresis", columns=["\x1b[2J"], coefficients=[1.0])])
+        )
+    assert path.read_bytes() == before

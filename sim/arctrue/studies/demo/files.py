@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.whole_file import write_whole_text
+
 
 @dataclass(frozen=True, slots=True)
 class DemoFiles:
@@ -71,7 +73,7 @@ class ProcessorRun:
 
     def write(self, file: Path) -> None:
         """Write as JSON."""
-        file.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+        write_whole_text(file, json.dumps(asdict(self), indent=1))
 
     @classmethod
     def read(cls, file: Path) -> ProcessorRun:

@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.whole_file import write_whole_text
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
@@ -16,9 +18,7 @@ class Progress:
 
     def write(self, file: Path) -> None:
         """Replace ``file`` in one step, so that a reader never sees half of it."""
-        half = file.with_suffix(".part")
-        half.write_text(json.dumps(asdict(self)), encoding="utf-8")
-        half.replace(file)
+        write_whole_text(file, json.dumps(asdict(self)))
 
     @classmethod
     def read(cls, file: Path) -> Progress | None:

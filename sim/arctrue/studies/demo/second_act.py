@@ -12,6 +12,7 @@ from typing import Any
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.whole_file import write_whole_text
 
 Say = Callable[[str], None]
 
@@ -52,7 +53,7 @@ def run_second_act(settings: HiddenSettings, folder: Path, say: Say) -> SecondAc
     )
     act = SecondAct(result, tuple(faults(result)), time.monotonic() - started)
     text = json.dumps(act.as_json(), indent=1, default=str)
-    (folder / "result.json").write_text(text + "\n", encoding="utf-8")
+    write_whole_text(folder / "result.json", text + "\n")
     return act
 
 

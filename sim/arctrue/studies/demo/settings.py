@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.whole_file import write_whole_text
+
 
 @dataclass(frozen=True, slots=True)
 class DemoSettings:
@@ -64,7 +66,7 @@ class DemoSettings:
 
     def write(self, file: Path) -> None:
         """Write as JSON, for the process inside the simulator."""
-        file.write_text(json.dumps(asdict(self), indent=1), encoding="utf-8")
+        write_whole_text(file, json.dumps(asdict(self), indent=1))
 
     @classmethod
     def read(cls, file: Path) -> DemoSettings:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,7 @@ from arctrue.studies.scenario.scenario import (
     TemperaturePoint,
 )
 from arctrue.studies.scenario.section import Section
+from arctrue.toml_file import TomlContentError, read_toml
 
 FORMAT = 1
 PINS = {
@@ -99,13 +99,11 @@ def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     Raises ScenarioError: file, key, what was expected and what was found.
     """
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = read_toml(path)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: is not UTF-8 text") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: is not TOML: {error}") from error
+    except TomlContentError as error:
+        raise ScenarioError(f"{path}: {error}") from error
     top = Section(str(path), "", values)
     found = top.whole("format")
     if found != FORMAT:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.measurement.description import FILE_NAME
+from arctrue.whole_file import write_whole_text
 
 READ_ONLY = 0o444
 
@@ -43,9 +44,8 @@ def refuse_recorded(folder: Path) -> None:
 def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
     """Seal ``truth`` with the fingerprint of the set that lies in ``folder``."""
     path = truth_path(folder)
-    path.unlink(missing_ok=True)
     sealed = {**truth, "seal": fingerprint(folder)}
-    path.write_text(json.dumps(sealed, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_whole_text(path, json.dumps(sealed, indent=1, ensure_ascii=False) + "\n")
     path.chmod(READ_ONLY)
     return path
 

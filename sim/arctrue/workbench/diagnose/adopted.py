@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from arctrue.whole_file import write_whole_text
 from arctrue.workbench.diagnose.parts import Frame, ProductOfParts, condition_named
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.observations import Observations
@@ -65,6 +66,5 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
         description=description,
         product=product,
     )
-    folder.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    write_whole_text(path, text)
     return path

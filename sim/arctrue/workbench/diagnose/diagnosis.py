@@ -40,7 +40,7 @@ Verdict = Literal["adequate", "named", "ambiguous", "unknown", "bad_data"]
 Progress = Callable[[str], None]
 
 SIGNIFICANCE = 0.01
-"""Largest corrected p that names an effect: at most 1 % of adequate sets get a false name."""
+"""Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
 MATTERS_COUNTS = 0.5
 """An effect that moves the prediction by less than this many counts RMS is negligible."""
 PARTS_ADVANTAGE = 10.0

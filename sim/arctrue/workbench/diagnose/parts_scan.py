@@ -55,7 +55,7 @@ def level_share(order: float | None) -> float:
     """Share of one condition's false alarms that is spent on an order; None: on no order.
 
     As many on each octave of orders, and on no order at all as on one half: discs, bearings and
-    belts bend in a few waves, and the shares were fixed before any data. They add up to 1.
+    belts bend in a few waves. The shares do not depend on the set, and add up to 1.
     """
     orders = _half_orders()
     total = 1.0 + float(np.sum(orders[0] / orders))

@@ -77,7 +77,7 @@ class Candidate:
 class FitContext:
     """What the present model says, for effects whose columns depend on it.
 
-    The error function is that of the graduation, eq. (8): arcseconds as a function of the disc
+    The error function is that of the graduation, equation (9): arcseconds as a function of the disc
     angle in radians.
     """
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import keyword
 import re
+from contextlib import ExitStack
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from arctrue.whole_file import whole_file
 from arctrue.workbench.effects.registry import built_in
 
 
@@ -28,15 +30,12 @@ def write_new_effect(name: str, folder: Path) -> list[Path]:
         autoescape=False,
     )
     values = {"name": name, "class_name": "".join(part.capitalize() for part in name.split("_"))}
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for template, file in (
-        ("effect.py.j2", f"{name}.py"),
-        ("test_effect.py.j2", f"test_{name}.py"),
-    ):
-        path = folder / file
+    made = {folder / f"{name}.py": "effect.py.j2", folder / f"test_{name}.py": "test_effect.py.j2"}
+    for path in made:
         if path.exists():
             raise FileExistsError(f"{path}: is there already; it was not touched")
-        path.write_text(templates.get_template(template).render(values), encoding="utf-8")
-        paths.append(path)
-    return paths
+    with ExitStack() as both:
+        for path, template in made.items():
+            unfinished = both.enter_context(whole_file(path))
+            unfinished.write_text(templates.get_template(template).render(values), encoding="utf-8")
+    return list(made)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import arctrue.workbench.effects.catalogue
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.guarded import EffectFileError, file_error, guarded
 
 ENTRY_POINTS = "arctrue.effects"
 
@@ -41,10 +42,6 @@ ORDER = (
 
 class EffectNotFoundError(ValueError):
     """A name that no known effect has."""
-
-
-class EffectFileError(ValueError):
-    """A file of effects that cannot be used."""
 
 
 def effects_in(module: object) -> list[type[Effect]]:
@@ -90,7 +87,12 @@ def from_folder(folder: Path) -> dict[str, type[Effect]]:
         module = importlib.util.module_from_spec(spec)
         try:
             spec.loader.exec_module(module)
-        except Exception as error:  # a user's file can fail in any way: say which file and where
+        except BaseException as error:  # a user's file can fail in any way, an exit included
+            mine = file_error(path, error)
+            if mine is not None:
+                raise mine from error
+            if not isinstance(error, Exception):
+                raise
             raise EffectFileError(
                 f"{path}: cannot be loaded: {type(error).__name__}: {error}"
             ) from error
@@ -100,7 +102,7 @@ def from_folder(folder: Path) -> dict[str, type[Effect]]:
                 f"{path}: defines no effect; expected a class derived from "
                 "arctrue.workbench.effects.base.Effect with a name"
             )
-        found |= {item.name: item for item in own}
+        found |= {item.name: guarded(item, path) for item in own}
     return found
 
 
@@ -108,10 +110,17 @@ def from_entry_points() -> dict[str, type[Effect]]:
     """The effects that installed packages offer under the entry point ``arctrue.effects``."""
     found: dict[str, type[Effect]] = {}
     for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
-        item = point.load()
+        try:
+            item = point.load()
+        except Exception as error:
+            raise EffectFileError(
+                f"entry point {point.name}: {point.value} cannot be loaded: "
+                f"{type(error).__name__}: {error}"
+            ) from error
         if not (isinstance(item, type) and issubclass(item, Effect)):
             raise EffectFileError(f"entry point {point.name}: {point.value} is not an effect")
-        found[item.name] = item
+        path = Path(inspect.getsourcefile(item) or point.value)
+        found[item.name] = guarded(item, path)
     return found
 
 

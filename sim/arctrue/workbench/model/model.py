@@ -47,6 +47,12 @@ class HistoryStep:
     peak_arcsec: Channels
     heldout_rms_arcsec: Channels
     noise_arcsec: Channels
+    date: str = ""
+    """UTC, ISO 8601; empty in files of versions that did not write it."""
+    program: str = ""
+    """Name and version of the program that made the step."""
+    measurement_sha256: str = ""
+    """Of the set that was fitted to, see :func:`arctrue.measurement.digest.set_digest`."""
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
-import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import tomli_w
+from filelock import FileLock, Timeout
 
+from arctrue.printable import is_printable
+from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 
@@ -30,13 +36,14 @@ class ModelFileError(ValueError):
 def read_model(path: Path) -> Model:
     """Read a model file. Raises ModelFileError."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        data = read_toml(path)
     except FileNotFoundError as error:
         raise ModelFileError(f"{path}: no such model file") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ModelFileError(f"{path}: cannot be read: {error}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ModelFileError(f"{path}: not valid TOML: {error}") from error
+    except OSError as error:
+        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from error
+    except TomlContentError as error:
+        raise ModelFileError(f"{path}: {error}") from error
+    _refuse_unfit(path, data, "")
     if data.get("schema") != SCHEMA:
         raise ModelFileError(f"{path}: schema: expected {SCHEMA}, found {data.get('schema')!r}")
     entries = data.get("effect", [])
@@ -61,7 +68,10 @@ def read_model(path: Path) -> Model:
 
 
 def write_model(path: Path, model: Model) -> None:
-    """Write a model file; the old one stays until the new one is whole."""
+    """Write a model file; the old one stays until the new one is whole.
+
+    Raises OSError, and ModelFileError for a model that could not be read again.
+    """
     data: dict[str, Any] = {"schema": SCHEMA}
     if model.folders:
         data["effect_folders"] = model.folders
@@ -78,6 +88,15 @@ def write_model(path: Path, model: Model) -> None:
             "action": step.action,
             "effect": step.effect,
             "measurement": step.measurement,
+            **{
+                key: text
+                for key, text in (
+                    ("date", step.date),
+                    ("program", step.program),
+                    ("measurement_sha256", step.measurement_sha256),
+                )
+                if text
+            },
             "rms_arcsec": step.rms_arcsec,
             "peak_arcsec": step.peak_arcsec,
             "heldout_rms_arcsec": step.heldout_rms_arcsec,
@@ -85,11 +104,65 @@ def write_model(path: Path, model: Model) -> None:
         }
         for step in model.history
     ]
-    text = tomli_w.dumps(data, multiline_strings=False)
+    _refuse_unfit(path, data, "")
+    write_whole_text(path, tomli_w.dumps(data, multiline_strings=False))
+
+
+@contextmanager
+def model_lock(path: Path, waiting: Callable[[], None] = lambda: None) -> Iterator[None]:
+    """Hold the model file from reading it to writing it, so that no other command changes it.
+
+    ``waiting`` is called once if another process holds the file; then this one waits until that
+    has ended, however it ended. Raises OSError where the folder cannot be written.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    waiting = path.with_name(path.name + ".new")
-    waiting.write_text(text, encoding="utf-8")
-    waiting.replace(path)
+    target = path.resolve()
+    place = target.with_name(f".{target.name}.lock")
+    lock = FileLock(place)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout:
+        waiting()
+        lock.acquire()
+    try:
+        yield
+    finally:
+        # Deleted while it is held: a process that waits for it sees that, and makes a new one.
+        with suppress(OSError):
+            place.unlink(missing_ok=True)
+        lock.release()
+
+
+def folder_entry(model_file: Path, folder: Path) -> str:
+    """The folder as the model file names it: relative to the model file, with forward slashes.
+
+    A model and its effects that are moved together are found again. The path is absolute where
+    the two are on different drives.
+    """
+    try:
+        relative = os.path.relpath(folder.resolve(), model_file.resolve().parent)
+    except ValueError:
+        return folder.resolve().as_posix()
+    return Path(relative).as_posix()
+
+
+def _refuse_unfit(path: Path, value: object, place: str) -> None:
+    """Raise ModelFileError for text that is not one printable line or a number that is not finite.
+
+    Settings and columns are of any shape, so that the whole content is looked through.
+    """
+    if isinstance(value, dict):
+        for key, item in value.items():
+            dotted = f"{place}.{key}" if place else key
+            _refuse_unfit(path, key, f"the key {dotted!r}")
+            _refuse_unfit(path, item, dotted)
+    elif isinstance(value, list):
+        for number, item in enumerate(value, start=1):
+            _refuse_unfit(path, item, f"{place} {number}")
+    elif isinstance(value, str) and not is_printable(value):
+        raise ModelFileError(f"{path}: {place}: expected one line of printable text: {value!r}")
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise ModelFileError(f"{path}: {place}: expected a number, found {value!r}")
 
 
 def _table(path: Path, entry: object) -> ModelTable:
@@ -208,6 +281,9 @@ def _step(path: Path, number: int, entry: object) -> HistoryStep:
         action=text("action"),
         effect=text("effect"),
         measurement=text("measurement"),
+        date=text("date"),
+        program=text("program"),
+        measurement_sha256=text("measurement_sha256"),
         rms_arcsec=channels("rms_arcsec"),
         peak_arcsec=channels("peak_arcsec"),
         heldout_rms_arcsec=channels("heldout_rms_arcsec"),

@@ -18,6 +18,15 @@ class _Sliceable:
 
     __slots__ = ()
 
+    def __post_init__(self) -> None:
+        """Every array becomes a read-only view: no effect can change what others are fitted to."""
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                view = value.view()
+                view.setflags(write=False)
+                object.__setattr__(self, item.name, view)
+
     def part(self, rows: slice) -> Self:
         """The same with only these rows."""
         values = {}

@@ -102,7 +102,7 @@ def test_temperature_of_the_turns(result: ScenarioResult) -> None:
 
 
 def test_order_one_follows_the_eccentricity(result: ScenarioResult) -> None:
-    """e/r for a small offset e at the radius r: equation (5) of the paper."""
+    """e/r for a small offset e of the disc at the radius r of its lines: plane geometry."""
     for turn in result.turns:
         if turn.number in (3, 5, 6):
             # A pause lies in the turn or at its edge.

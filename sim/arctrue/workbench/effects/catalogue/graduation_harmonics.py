@@ -28,7 +28,7 @@ class GraduationHarmonics(Effect):
         "lines are not evenly spaced. All this turns with the disc, so head 2 sees it α ahead."
     )
     equation = "ε(ψ) = Σ cₙ cos nψ + sₙ sin nψ; R₂ − R₁ − α = ε(θ + α) − ε(θ)"
-    source = "paper, equations (4), (5) and (8)"
+    source = "paper, equations (4), (5) and (9)"
     capture_sees = "order n with the factor e^{jnα} − 1"
     reference_sees = "order n; 24 faces cannot tell n from 24 − n"
     told_apart_by = "it is the base: both heads and the reference agree on every order"

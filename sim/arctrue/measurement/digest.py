@@ -1,0 +1,31 @@
+"""One number that changes with any byte of a measurement set."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from arctrue.measurement.description import read_description
+from arctrue.measurement.reader import data_file
+
+
+def set_digest(folder: Path) -> str:
+    """SHA-256 over the SHA-256 of the description, the capture and the reference run.
+
+    The same as ``sha256sum measurement.toml capture.csv reference.csv | sha256sum`` in the folder,
+    with the names that the description gives and only the files that are there. Raises OSError,
+    MeasurementError.
+    """
+    description = read_description(folder)
+    files = [
+        description.path,
+        data_file(description, "capture"),
+        data_file(description, "reference"),
+    ]
+    lines = ""
+    for path in files:
+        if path is not None:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            lines += f"{digest}  {path.relative_to(folder).as_posix()}\n"
+    return hashlib.sha256(lines.encode()).hexdigest()

@@ -1,0 +1,38 @@
+"""Text that is safe to show: no character of it moves the cursor or hides other text."""
+
+from __future__ import annotations
+
+import unicodedata
+
+_REORDERING = frozenset("\u200e\u200f\u061c\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Marks that change the order in which a terminal shows letters (Unicode TR 9)."""
+_UNPRINTABLE = frozenset({"Cc", "Cs", "Zl", "Zp"})
+"""Control characters, lone surrogates, separators of lines and paragraphs."""
+
+
+def is_printable(text: str) -> bool:
+    """True if ``text`` is one line without control or reordering characters."""
+    return not any(map(_harmful, text))
+
+
+def harmless(text: str, keep: str = "\n\t") -> str:
+    """``text`` with every character that a terminal would obey written as its escape: ``\\x1b``.
+
+    ``keep``: characters that stay; line breaks and tabs are those of the caller's own text.
+    """
+    return "".join(
+        _escape(letter) if letter not in keep and _harmful(letter) else letter for letter in text
+    )
+
+
+def one_line(text: str) -> str:
+    """``text`` of a file as one harmless line: line breaks and tabs are escaped too."""
+    return harmless(text, keep="")
+
+
+def _harmful(letter: str) -> bool:
+    return letter in _REORDERING or unicodedata.category(letter) in _UNPRINTABLE
+
+
+def _escape(letter: str) -> str:
+    return letter.encode("unicode_escape").decode("ascii")

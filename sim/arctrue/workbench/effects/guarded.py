@@ -1,0 +1,218 @@
+"""A user's effect with every call checked: what it returns, and where in its file it fails."""
+
+from __future__ import annotations
+
+import dis
+import functools
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, get_args
+
+import numpy as np
+
+from arctrue.printable import is_printable
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Compensation,
+    Effect,
+    Lane,
+    Parameter,
+    SearchParameter,
+)
+
+NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
+TEXTS = (
+    "physics", "equation", "source", "capture_sees", "reference_sees", "told_apart_by",
+    "next_measurement", "plausible", "compensation_note",
+)  # fmt: skip
+"""Declarations of an effect that are shown to people."""
+
+
+class EffectFileError(ValueError):
+    """A file of effects that cannot be used: which file, which method, which line."""
+
+
+def guarded(kind: type[Effect], path: Path) -> type[Effect]:
+    """The effect of a user's file as a subclass whose methods are checked.
+
+    Columns must be a finite float array of shape (rows, coefficients). An exception that comes
+    out of the file, an exit included, becomes an EffectFileError with file, method and line.
+    Raises EffectFileError for a declaration that is missing or of a wrong type.
+    """
+    _check_declarations(kind, path)
+    checked = {
+        name: _checked(getattr(kind, name), name, path, check) for name, check in CHECKS.items()
+    }
+    return type(kind.__name__, (kind,), {**checked, "__module__": kind.__module__})
+
+
+def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileError | None:
+    """The error of the file that ``error`` came out of; None where it came from elsewhere.
+
+    Ctrl-C comes from elsewhere, wherever the program is: only a KeyboardInterrupt that a
+    ``raise`` of the file raises is the file's own.
+    """
+    last = None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            last = trace
+        trace = trace.tb_next
+    if isinstance(error, SyntaxError) and error.filename == str(path):
+        return EffectFileError(f"{path}: line {error.lineno}: {type(error).__name__}: {error.msg}")
+    if last is None or (isinstance(error, KeyboardInterrupt) and not _raised_at(last)):
+        return None
+    where = f"{place}, line {last.tb_lineno}" if place else f"line {last.tb_lineno}"
+    what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return EffectFileError(f"{path}: {where}: {what}")
+
+
+def _raised_at(trace: TracebackType) -> bool:
+    """True if the frame's present instruction is a ``raise``."""
+    code = trace.tb_frame.f_code.co_code
+    return dis.opname[code[trace.tb_lasti]] == "RAISE_VARARGS"
+
+
+Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
+"""What is wrong with the result of a call, in words; None: nothing."""
+
+
+def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
+    @functools.wraps(method)
+    def call(self: Effect, *arguments: Any, **named: Any) -> Any:
+        try:
+            found = method(self, *arguments, **named)
+        except EffectFileError:
+            raise
+        except BaseException as error:
+            mine = file_error(path, error, name)
+            if mine is None:
+                raise
+            raise mine from error
+        fault = check(self, arguments, found)
+        if fault is not None:
+            raise EffectFileError(f"{path}: {name}{_first_line(method, path)}: {fault}")
+        return found
+
+    return call
+
+
+def _first_line(method: Callable[..., Any], path: Path) -> str:
+    code = getattr(method, "__code__", None)
+    if code is None or code.co_filename != str(path):
+        return ""
+    return f", line {code.co_firstlineno}"
+
+
+def _columns(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if found is None:
+        return None
+    rows = arguments[0].run.size
+    if not isinstance(found, np.ndarray) or found.ndim != 2 or found.shape[0] != rows:
+        return f"expected an array of shape ({rows}, coefficients), found {_shape(found)}"
+    widths = vars(effect).get("_widths", set())
+    if widths and found.shape[1] not in widths:
+        return (
+            f"expected as many columns as column_names has names "
+            f"({', '.join(map(str, sorted(widths)))}), found {found.shape[1]}"
+        )
+    if found.dtype.kind not in "fiub":
+        return f"expected numbers, found an array of {found.dtype}"
+    bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
+    if bad.size:
+        return f"expected finite numbers, found {found[bad[0]]} in row {bad[0]}"
+    return None
+
+
+def _shape(found: Any) -> str:
+    return f"shape {found.shape}" if isinstance(found, np.ndarray) else type(found).__name__
+
+
+def _column_names(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    fault = _texts(effect, arguments, found)
+    if fault is None:
+        vars(effect).setdefault("_widths", set()).add(len(found))
+    return fault
+
+
+def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if isinstance(found, list) and all(
+        isinstance(item, str) and is_printable(item) for item in found
+    ):
+        return None
+    return f"expected a list of printable texts, found {found!r}"
+
+
+def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    return None
+
+
+def _candidates(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if not isinstance(found, list) or not all(isinstance(item, Candidate) for item in found):
+        return f"expected a list of Candidate, found {found!r}"
+    names = {item.name for item in effect.search}
+    for item in found:
+        values = [*item.nonlinear.values(), item.gain, item.trials]
+        if set(item.nonlinear) != names or not np.isfinite(values).all():
+            return f"expected finite values of {sorted(names)}, found {item}"
+    return None
+
+
+def _parameters(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    named = isinstance(found, Mapping) and all(
+        isinstance(name, str)
+        and is_printable(name)
+        and isinstance(item, Parameter)
+        and np.isfinite(item.value)
+        for name, item in found.items()
+    )
+    return None if named else f"expected Parameters with finite values by name, found {found!r}"
+
+
+def _lanes(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    right = isinstance(found, list) and all(
+        isinstance(item, Lane) and np.isfinite([item.cosine_arcsec, item.sine_arcsec]).all()
+        for item in found
+    )
+    return None if right else f"expected a list of Lane with finite sizes, found {found!r}"
+
+
+CHECKS: Mapping[str, Check] = {
+    "__init__": _nothing,
+    "disc_orders": _nothing,
+    "lanes": _lanes,
+    "missing": _texts,
+    "variety": _texts,
+    "column_names": _column_names,
+    "capture_columns": _columns,
+    "reference_columns": _columns,
+    "scan": _candidates,
+    "narrowed": _nothing,
+    "parameters": _parameters,
+}
+
+
+def _check_declarations(kind: type[Effect], path: Path) -> None:
+    def fail(name: str, expected: str) -> None:
+        found = getattr(kind, name, None)
+        raise EffectFileError(
+            f"{path}: {kind.__name__}.{name}: expected {expected}, found {found!r}"
+        )
+
+    if not isinstance(kind.name, str) or not NAME.match(kind.name):
+        fail("name", "small letters, digits, underscores")
+    for text in TEXTS:
+        if not isinstance(getattr(kind, text, None), str):
+            fail(text, "a text")
+    if kind.compensation not in get_args(Compensation):
+        fail("compensation", " or ".join(map(repr, get_args(Compensation))))
+    if not isinstance(kind.search, tuple) or not all(
+        isinstance(item, SearchParameter) and item.low < item.high for item in kind.search
+    ):
+        fail("search", "a tuple of SearchParameter, each with low below high")
+    if not isinstance(kind.defaults, Mapping):
+        fail("defaults", "settings by name")
+    if not isinstance(kind.parameter_units, Mapping):
+        fail("parameter_units", "units by parameter")

@@ -1,0 +1,27 @@
+"""When, by which program and from which data a step of a model was made."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from arctrue.measurement.digest import set_digest
+from arctrue.workbench.model.model import Model
+
+
+def with_provenance(model: Model, steps_before: int, measurement_set: Path) -> Model:
+    """The model with date, program version and digest of the set in every newer history step.
+
+    ``steps_before`` is the length of the history that the model file had. Raises OSError and
+    MeasurementError where the set can no longer be read.
+    """
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    program = f"arctrue {version('arctrue')}"
+    digest = set_digest(measurement_set)
+    newer = [
+        replace(step, date=date, program=program, measurement_sha256=digest)
+        for step in model.history[steps_before:]
+    ]
+    return replace(model, history=[*model.history[:steps_before], *newer])

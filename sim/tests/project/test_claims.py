@@ -1,0 +1,62 @@
+"""What the pages claim of the diagnosis is shown, or is not claimed."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import arctrue
+
+ROOT = Path(__file__).resolve().parents[3]
+PACKAGE = Path(arctrue.__path__[0])
+TAKEN_BACK = (
+    "shares no equation",
+    "fixed before any data",
+    "At most 1 %",
+    "at most 1 % of adequate",
+)
+
+
+def _imported(folder: str) -> set[str]:
+    found: set[str] = set()
+    for path in (PACKAGE / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {item.name for item in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                found.add(node.module or "")
+    return found
+
+
+def test_simulated_table_and_workbench_share_no_code() -> None:
+    for folder in ("table", "studies/simulate"):
+        assert not [name for name in _imported(folder) if name.startswith("arctrue.workbench")]
+    there = [name for name in _imported("workbench") if re.match(r"arctrue\.(table|studies)", name)]
+    assert there == []
+
+
+def test_share_of_false_names_is_that_of_the_counted_sets() -> None:
+    blind = (ROOT / "docs" / "blind.md").read_text(encoding="utf-8")
+    counted = re.search(r"false name on sets without any effect: (\d+) of (\d+)", blind)
+    claimed = re.search(
+        r"With none in (\d+) sets .*? below ([\d.]+) % at 95 % confidence",
+        " ".join((ROOT / "docs" / "workbench.md").read_text(encoding="utf-8").split()),
+    )
+    assert counted
+    assert claimed
+    assert int(counted[1]) == 0
+    assert counted[2] == claimed[1]
+    # The share p at which none in n sets has a chance of 5 %: (1 − p)ⁿ = 0.05.
+    assert round(100 * (1 - 0.05 ** (1 / int(claimed[1]))), 1) == float(claimed[2])
+
+
+def test_what_cannot_be_shown_is_not_said() -> None:
+    texts = [
+        *(ROOT / "docs").rglob("*.md"),
+        *PACKAGE.rglob("*.py"),
+        *(ROOT / "scripts").glob("*.py"),
+    ]
+    for path in [*texts, ROOT / "README.md"]:
+        text = " ".join(path.read_text(encoding="utf-8").split())
+        assert not [claim for claim in TAKEN_BACK if claim in text], path

@@ -1,0 +1,69 @@
+"""The latencies in the documents are those of the number formats and of the parts' models."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from arctrue.gateware.latency import pin_to_pin_clocks, pipeline_clocks
+from arctrue.generated.number_formats import (
+    COMPENSATION_LATENCY,
+    DELAY_LINE_LATENCY,
+    HARMONIC_LATENCY,
+    PHASE_LATENCY,
+)
+
+ROOT = Path(__file__).resolve().parents[3]
+CLOCK_NS = 10
+
+
+def _text(name: str) -> str:
+    return " ".join((ROOT / name).read_text(encoding="utf-8").split())
+
+
+def _pin_to_pin(fold: int) -> str:
+    least, most = pin_to_pin_clocks(fold)
+    return f"{least} clocks" if least == most else f"{least} to {most} clocks"
+
+
+def test_the_paper_table_1_is_the_unfolded_pipeline() -> None:
+    assert (PHASE_LATENCY, HARMONIC_LATENCY, COMPENSATION_LATENCY) == (5, 20, 4)
+    assert pipeline_clocks() == 29 == DELAY_LINE_LATENCY + COMPENSATION_LATENCY
+
+
+@pytest.mark.parametrize("fold", [1, 2, 4, 8])
+def test_table_of_the_folds(fold: int) -> None:
+    clocks = pipeline_clocks(fold)
+    row = (
+        f"| {fold} | {fold * CLOCK_NS} ns | {clocks} clocks, {clocks * CLOCK_NS} ns "
+        f"| {(clocks + fold - 1) * CLOCK_NS} ns | {_pin_to_pin(fold)} |"
+    )
+    assert row in _text("docs/timing.md")
+
+
+@pytest.mark.parametrize(("fold", "every"), [(1, "every clock"), (8, "every 8 clocks")])
+def test_table_of_the_readme(fold: int, every: str) -> None:
+    rows = re.findall(
+        r"\| ([^|]*FOLD = (\d)[^|]*) \| ([^|]*) \| ([^|]*) \| ([^|]*) \|", _text("README.md")
+    )
+    found = {int(row[1]): row[2:] for row in rows}
+    assert found[fold] == (every, f"{pipeline_clocks(fold)} clocks", _pin_to_pin(fold))
+
+
+def test_architecture_says_both_forms() -> None:
+    text = _text("docs/architecture.md")
+    ns = pipeline_clocks() * CLOCK_NS
+    assert f"within {pipeline_clocks()} clocks ({ns} ns at 100 MHz), one angle a clock" in text
+    assert (
+        f"With 8 lanes in a pipeline it takes {pipeline_clocks(8)} clocks, an angle every 8."
+        in text
+    )
+
+
+def test_what_was_routed_is_folded() -> None:
+    text = _text("docs/timing.md")
+    routed = re.search(r"\| `arctrue_zynq_top`, 32 lanes folded by (\d) \| 100 \|", text)
+    assert routed, "the table of routed designs names the fold"
+    assert routed[1] == "8"

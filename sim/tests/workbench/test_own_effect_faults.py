@@ -1,0 +1,183 @@
+"""A user's effect that fails or answers wrongly is named by file, method and line."""
+
+from __future__ import annotations
+
+import _thread
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.workbench.small_sets import measurement_set
+
+from arctrue.cli import main
+from arctrue.measurement import write_measurement_set
+from arctrue.workbench.effects.base import Effect, FitContext
+from arctrue.workbench.effects.guarded import EffectFileError
+from arctrue.workbench.effects.registry import from_folder
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+SOURCE = """
+import numpy as np
+from arctrue.workbench.effects.base import Candidate, Effect, Lane, Parameter, SearchParameter
+
+class Mine(Effect):
+    name = "mine"
+    physics = equation = source = capture_sees = reference_sees = "text"
+    told_apart_by = next_measurement = plausible = "text"
+    {declared}
+    def column_names(self, observations):
+        {names}
+    def capture_columns(self, rows, nonlinear, context):
+        {columns}
+    def missing(self, observations):
+        {missing}
+"""
+GOOD = {
+    "declared": "pass",
+    "names": "return ['a', 'b']",
+    "columns": "return np.ones((rows.run.size, 2))",
+    "missing": "return []",
+}
+COLUMNS_LINE = 13
+
+
+@pytest.fixture(scope="module")
+def observations() -> Observations:
+    return observations_of(measurement_set(cycles=1, turns=1))
+
+
+def _effect(folder: Path, **changed: str) -> Effect:
+    (folder / "mine.py").write_text(SOURCE.format(**{**GOOD, **changed}), encoding="utf-8")
+    return from_folder(folder)["mine"]()
+
+
+def _columns(effect: Effect, observations: Observations) -> object:
+    assert observations.capture is not None
+    effect.column_names(observations)
+    return effect.capture_columns(observations.capture, {}, FitContext())
+
+
+def test_a_right_effect_is_left_alone(tmp_path: Path, observations: Observations) -> None:
+    columns = _columns(_effect(tmp_path), observations)
+    assert isinstance(columns, np.ndarray)
+    assert columns.shape == (observations.capture.run.size, 2)  # type: ignore[union-attr]
+
+
+FAULTS = {
+    "return 1 / 0": "ZeroDivisionError: division by zero",
+    "raise SystemExit(0)": "SystemExit: 0",
+    "raise KeyboardInterrupt": "KeyboardInterrupt",
+    "raise GeneratorExit('out')": "GeneratorExit: out",
+    "import sys; sys.exit('all is well')": "SystemExit: all is well",
+    "rows.time_s[:] = 0.0": "ValueError: assignment destination is read-only",
+    "rows.difference_arcsec.sort()": "ValueError: sort array is read-only",
+    "rows.time_s = 0": "FrozenInstanceError",
+    "return np.ones(rows.run.size)": r"expected an array of shape \(\d+, coeff",
+    "return np.ones((1, 2))": r"shape \(\d+, coefficients\), found shape \(1, 2\)",
+    "return np.ones((rows.run.size, 1))": "expected as many columns as column_names has names .2.",
+    "return np.full((rows.run.size, 2), np.nan)": r"found \[nan nan\] in row 0",
+    "return np.full((rows.run.size, 2), 'x')": "expected numbers",
+    "return 'x'": "found str",
+}
+
+
+@pytest.mark.parametrize(("columns", "said"), FAULTS.items())
+def test_a_fault_of_columns_is_named(
+    tmp_path: Path, observations: Observations, columns: str, said: str
+) -> None:
+    effect = _effect(tmp_path, columns=columns)
+    with pytest.raises(EffectFileError, match=said) as caught:
+        _columns(effect, observations)
+    place = re.escape(f"{tmp_path / 'mine.py'}: capture_columns, line ")
+    line = re.match(place + r"(\d+): ", str(caught.value))
+    assert line is not None, caught.value
+    # A wrong result is found after the call: its line is that of the method.
+    assert int(line.group(1)) in (COLUMNS_LINE, COLUMNS_LINE - 1)
+
+
+def test_ctrl_c_within_an_effect_is_no_fault_of_it(
+    tmp_path: Path, observations: Observations, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    effect = _effect(
+        tmp_path, columns="import _thread\n        for _ in iter(_thread.stop, 1): pass"
+    )
+    # The same signal as Ctrl-C, while the loop of the effect runs.
+    monkeypatch.setattr(_thread, "stop", _thread.interrupt_main, raising=False)
+    with pytest.raises(KeyboardInterrupt):
+        _columns(effect, observations)
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"names": "return 'ab'"}, "column_names, line 10: expected a list of printable texts"),
+        ({"names": r"return ['\x1b[2J']"}, "column_names, line 10: expected a list of printable"),
+        ({"missing": "return None"}, "missing, line 14: expected a list of printable texts"),
+        ({"missing": "exit()"}, "missing, line 15: SystemExit"),
+    ],
+)
+def test_a_wrong_answer_is_named(
+    tmp_path: Path, observations: Observations, changed: dict[str, str], said: str
+) -> None:
+    effect = _effect(tmp_path, **changed)
+    asked = effect.missing if "missing" in changed else effect.column_names
+    with pytest.raises(EffectFileError, match=said):
+        asked(observations)
+
+
+@pytest.mark.parametrize(
+    ("declared", "said"),
+    [
+        ("name = 'Ä b'", "Mine.name: expected small letters"),
+        ("physics = None", "Mine.physics: expected a text"),
+        ("compensation = 'much'", "Mine.compensation: expected 'lanes' or 'offset' or 'none'"),
+        ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
+        ("defaults = None", "Mine.defaults"),
+    ],
+)
+def test_a_wrong_declaration_is_named(tmp_path: Path, declared: str, said: str) -> None:
+    with pytest.raises(EffectFileError, match=re.escape(said)):
+        _effect(tmp_path, declared=declared)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("import sys\nsys.exit(0)\n", "line 2: SystemExit: 0"),
+        ("x = 1\nraise KeyboardInterrupt\n", "line 2: KeyboardInterrupt"),
+        ("import nothing_of_this_name\n", "line 1: ModuleNotFoundError"),
+        ("def (\n", "line 1: SyntaxError"),
+        ("\0", "cannot be loaded|SyntaxError"),
+    ],
+)
+def test_a_file_that_ends_the_program_is_an_error_of_that_file(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    (tmp_path / "mine.py").write_text(text)
+    with pytest.raises(EffectFileError, match=said) as caught:
+        from_folder(tmp_path)
+    assert str(tmp_path / "mine.py") in str(caught.value)
+
+
+def test_an_exit_in_an_effect_is_no_success_of_the_command(tmp_path: Path) -> None:
+    write_measurement_set(tmp_path / "set", measurement_set(cycles=1, turns=1))
+    (tmp_path / "own").mkdir()
+    text = SOURCE.format(**{**GOOD, "columns": "raise SystemExit(0)"})
+    (tmp_path / "own" / "mine.py").write_text(text)
+    words = ["add", "mine", tmp_path / "set", "--effects", tmp_path / "own", "--model"]
+    done = CliRunner().invoke(main, [*map(str, words), str(tmp_path / "m.toml")])
+    assert done.exit_code == 2
+    assert "mine.py: capture_columns, line 13: SystemExit: 0" in done.output.replace("\n", " ")
+    assert not (tmp_path / "m.toml").exists()
+
+
+def test_rows_are_read_only_wherever_they_come_from(observations: Observations) -> None:
+    for rows in (observations.capture, observations.reference):
+        assert rows is not None
+        for part in (rows, rows.part(slice(0, 5))):
+            for name, values in vars(part).items():
+                if isinstance(values, np.ndarray):
+                    assert not values.flags.writeable, name

@@ -1,0 +1,52 @@
+"""cocotb test of the whole core: how long an edge takes from head 1's pins to the output's pins."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import cocotb
+from cocotb.triggers import ClockCycles, FallingEdge
+
+from tb.registers.axi_lite import start
+
+FOLD = int(os.environ["FOLD"])
+MEASURED = Path(os.environ["MEASURED"])
+LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))
+"""(A, B) in counting order."""
+BETWEEN_CLOCKS = 97
+"""Odd, so that the edges come at every place within FOLD clocks."""
+
+
+def _outputs(dut: Any) -> tuple[int, int]:
+    return int(dut.out_a.value), int(dut.out_b.value)
+
+
+@cocotb.test()
+async def from_pin_to_pin(dut: Any) -> None:
+    """One edge at a time; clocks are rising edges from the change of the pin to that of the output.
+
+    The edge of the pin comes half a clock before the first of them.
+    """
+    for name in ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z"):
+        getattr(dut, name).value = 0
+    bus = await start(dut, reset_clocks=64)
+    registers = bus.registers()
+    await registers.write("output_spacing", 1)
+    await registers.update("control", output_enable=1)
+    await ClockCycles(dut.clock, 200)
+    seen = set()
+    for edge in range(1, 3 * FOLD + 1):
+        await FallingEdge(dut.clock)
+        before = _outputs(dut)
+        dut.head1_a.value, dut.head1_b.value = LEVELS[edge % 4]
+        clocks = 0
+        while _outputs(dut) == before:
+            await FallingEdge(dut.clock)
+            clocks += 1
+            assert clocks < BETWEEN_CLOCKS, "the edge did not come out"
+        seen.add(clocks)
+        await ClockCycles(dut.clock, BETWEEN_CLOCKS - clocks)
+    MEASURED.write_text(json.dumps(sorted(seen)), encoding="utf-8")
