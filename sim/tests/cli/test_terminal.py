@@ -108,7 +108,7 @@ def test_unknown_keys_and_columns_are_warned_of_harmlessly(
     _replaced(small / "measurement.toml", "[table]", '[table]\n"a\\u001b[2J\\nVerdict: b" = 1')
     lines = (small / "capture.csv").read_text().splitlines()
     (small / "capture.csv").write_text(
-        "\n".join([lines[0] + f",x{CLEAR}", *(line + ",0" for line in lines[1:])]) + "\n"
+        "\n".join([lines[0] + f",x{CLEAR}", *(line + ",text" for line in lines[1:])]) + "\n"
     )
     done = arctrue_(command, small, "--out", tmp_path / "out")
     assert done.exit_code == 0, done.output
