@@ -80,6 +80,7 @@ def calibrate(
     one, a run that is not there or an error that the gateware's formats do not hold.
     """
     settings = settings or CalibrationSettings()
+    measurement = _without_masked_stations(measurement)
     capture, table = measurement.capture, measurement.table
     if capture is None:
         raise ValueError("the set has no capture: there is nothing to calibrate from")
@@ -120,6 +121,7 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     The reference run decides where there is one, else what the two heads see; a capture that
     cannot be used says nothing.
     """
+    measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
     counts_per_rev = table.counts_per_rev
     found = []
@@ -142,6 +144,15 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     return found + acceptance.of_estimate(estimate, coefficients, made_of_estimate=False)
 
 
+def _without_masked_stations(measurement: MeasurementSet) -> MeasurementSet:
+    """The set without the rows of its reference that are not to be used."""
+    reference = measurement.reference
+    if reference is None or reference.mask is None:
+        return measurement
+    used = ~reference.mask
+    return replace(measurement, reference=reference.where(used) if used.any() else None)
+
+
 def _estimated(
     measurement: MeasurementSet, turns: Sequence[WholeTurns], settings: CalibrationSettings
 ) -> tuple[Estimate, dict[Choice, Separation], list[str]]:
@@ -161,6 +172,7 @@ def _estimated(
             np.arange(1, settings.most_order + 1),
             choice,
             index_detection_arcsec=U_DETECTION_DEFAULT_ARCSEC if detection is None else detection,
+            index_repeatability_counts=table.index_repeatability_counts,
             by_harmonics=fixed,
         )
         if not np.isfinite(estimate.values).all():

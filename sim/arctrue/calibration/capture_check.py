@@ -62,6 +62,8 @@ class WholeTurns:
     head2_counts: NDArray[np.int64]
     step_counts: float
     """Median step of head 1, with sign."""
+    masked: int = 0
+    """Samples between the first and the last that the set says not to use."""
 
     @property
     def samples(self) -> int:
@@ -124,11 +126,15 @@ def _verified(
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
             raise CaptureRefusedError("nan", f"{head} is not a number", run, int(bad[0]))
+    kept = np.arange(heads[0].size)
+    if capture.mask is not None:
+        kept = np.flatnonzero(~capture.mask[rows])
+        heads = (heads[0][kept], heads[1][kept])
     samples = heads[0].size
     if samples < 2:
         raise CaptureRefusedError("short_of_a_turn", f"it has {samples} sample", run)
-    medians = [float(np.median(np.diff(head))) for head in heads]
-    _check_steps(run, heads, medians, counts_per_rev)
+    medians = [float(np.median(np.diff(head) / np.diff(kept))) for head in heads]
+    _check_steps(run, heads, kept, medians, counts_per_rev)
     _check_speed(run, capture, rows, medians[0], counts_per_rev, most_order)
 
     step = medians[0]
@@ -145,26 +151,31 @@ def _verified(
         )
     inside = travel < turns * counts_per_rev - 0.5 * abs(step)
     used = int(np.count_nonzero(inside))
-    return WholeTurns(run, turns, heads[0][:used], heads[1][:used], step)
+    masked = int(kept[used - 1] - kept[0]) + 1 - used
+    return WholeTurns(run, turns, heads[0][:used], heads[1][:used], step, masked)
 
 
 def _check_steps(
     run: int,
     heads: tuple[NDArray[np.int64], NDArray[np.int64]],
+    kept: NDArray[np.int64],
     medians: list[float],
     counts_per_rev: int,
 ) -> None:
+    """``kept``: place of every sample in the run; masked ones between them are whole steps."""
+    gaps = np.diff(kept)
     faults = []
     for number, (head, median) in enumerate(zip(heads, medians, strict=True), start=1):
         steps = np.diff(head)
         # A step of few counts differs by one through rounding alone.
         allowed = max(STEP_TOLERANCE * abs(median), 1.0)
-        bad = np.flatnonzero(np.abs(steps - median) > allowed)
+        bad = np.flatnonzero(np.abs(steps - median * gaps) > allowed * gaps)
         if median == 0.0:
             raise CaptureRefusedError("short_of_a_turn", f"head {number} stands still", run, 0)
         if bad.size:
             index = int(bad[0])
-            faults.append((index + 1, number, int(steps[index]), median))
+            over_one = int(steps[index] - median * (gaps[index] - 1))
+            faults.append((int(kept[index + 1]), number, over_one, median))
     if np.sign(medians[0]) != np.sign(medians[1]) and not faults:
         raise CaptureRefusedError(
             "inconsistent_heads", "the heads count in opposite directions; swap A and B of one", run

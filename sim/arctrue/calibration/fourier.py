@@ -29,6 +29,7 @@ def fourier(
     separation: head_separation.Choice | None = None,
     *,
     index_detection_arcsec: float = 0.0,
+    index_repeatability_counts: float | None = None,
     by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
     """ε(θ) of ``turns``, one transform a run, weighted by samples and noise; also returns warnings.
@@ -36,6 +37,12 @@ def fourier(
     The check that neighbours differ by one step is that of ``whole_turns``; the separation's
     arguments are those of ``least_squares``.
     """
+    for part in turns:
+        if part.masked:
+            raise ValueError(
+                f"run {part.run}: {part.masked} samples are masked, and a transform needs every "
+                "one; least_squares does not"
+            )
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)
     spectra, means, starts = [], [], []
@@ -63,8 +70,11 @@ def fourier(
         counts_per_rev,
         separation,
         index_detection_arcsec,
+        index_repeatability_counts,
     )
-    u_index = head_separation.u_index_rad(counts_per_rev, index_detection_arcsec)
+    u_index = head_separation.u_index_rad(
+        counts_per_rev, index_detection_arcsec, index_repeatability_counts
+    )
     alpha = head_separation.chosen(
         choice,
         nominal_separation_rad,

@@ -42,15 +42,27 @@ class Separation:
     note: str = ""
 
 
-def u_index_rad(counts_per_rev: int, index_detection_arcsec: float = 0.0) -> float:
+def u_index_rad(
+    counts_per_rev: int,
+    index_detection_arcsec: float = 0.0,
+    index_repeatability_counts: float | None = None,
+) -> float:
     """Standard uncertainty of α by the index, the same for all runs.
 
-    The index of each of the two heads repeats within ± 1 count, a rectangular distribution;
+    The index of each of the two heads repeats with the standard deviation
+    ``index_repeatability_counts``; None: within ± 1 count, a rectangular distribution.
     ``index_detection_arcsec`` is the standard uncertainty of the difference between the places
     where the heads detect the mark.
     """
-    of_a_head = INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0) * rad_per_count(counts_per_rev)
+    of_a_head = _repeatability(index_repeatability_counts) * rad_per_count(counts_per_rev)
     return math.hypot(math.sqrt(2.0) * of_a_head, index_detection_arcsec * RAD_PER_ARCSEC)
+
+
+def _repeatability(stated_counts: float | None) -> float:
+    """Standard deviation of one head's index, counts."""
+    if stated_counts is None:
+        return INDEX_REPEATABILITY_COUNTS / math.sqrt(3.0)
+    return stated_counts
 
 
 def chosen(
@@ -94,6 +106,7 @@ def judge(
     counts_per_rev: int,
     asked: Choice | None,
     index_detection_arcsec: float = 0.0,
+    index_repeatability_counts: float | None = None,
 ) -> tuple[Choice, list[str]]:
     """Which separation to use, and what a person should know about it.
 
@@ -104,7 +117,9 @@ def judge(
     trusted = True
     off_arcsec = (measured_rad - nominal_rad) * ARCSEC_PER_RAD
     spread = max(by_run_rad) - min(by_run_rad)
-    allowed = RUNS_AGREE_COUNTS * rad_per_count(counts_per_rev) + 6.0 * max(u_by_run_rad)
+    # A repeatability that is stated widens what ± 1 count allows, in proportion.
+    wider = max(_repeatability(index_repeatability_counts) / _repeatability(None), 1.0)
+    allowed = wider * RUNS_AGREE_COUNTS * rad_per_count(counts_per_rev) + 6.0 * max(u_by_run_rad)
     if spread > allowed:
         trusted = False
         warnings.append(

@@ -53,14 +53,16 @@ def least_squares(
     separation: head_separation.Choice | None = None,
     *,
     index_detection_arcsec: float = 0.0,
+    index_repeatability_counts: float | None = None,
     by_harmonics: head_separation.Separation | None = None,
 ) -> tuple[Estimate, list[str]]:
     """Fit g at the readings of all ``turns`` together; also returns warnings.
 
     ``separation``: which α head 2's zero is set by; None: measured, where the index is to be
     believed; "harmonics" needs ``by_harmonics``. ``index_detection_arcsec``: standard uncertainty
-    of the difference between the places where the heads detect the index mark. Runs are weighted
-    by the noise that each leaves.
+    of the difference between the places where the heads detect the index mark;
+    ``index_repeatability_counts``: standard deviation of an index from run to run. Runs are
+    weighted by the noise that each leaves.
     """
     orders = np.asarray(orders, dtype=np.int64)
     unit = arcsec_per_count(counts_per_rev)
@@ -76,7 +78,9 @@ def least_squares(
     hidden = ~np.isfinite(noise_gain(orders, nominal_separation_rad))
     seen = orders[~hidden & np.isfinite(noise_gain(orders, raw_rad))]
     shifts = np.zeros(len(turns))
-    u_index = head_separation.u_index_rad(counts_per_rev, index_detection_arcsec)
+    u_index = head_separation.u_index_rad(
+        counts_per_rev, index_detection_arcsec, index_repeatability_counts
+    )
     choice: head_separation.Choice = separation or "measured"
     warnings: list[str] = []
     iterations = 0
@@ -101,6 +105,7 @@ def least_squares(
                 counts_per_rev,
                 separation,
                 index_detection_arcsec,
+                index_repeatability_counts,
             )
         alpha = head_separation.chosen(
             choice,
