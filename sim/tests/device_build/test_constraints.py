@@ -28,6 +28,7 @@ PAIRS = "arctrue_zynq_differential_top"
 TEMPLATE = CONSTRAINTS / "own_board.template.xdc"
 VIVADO_ONLY = CONSTRAINTS / "vivado.xdc"
 SOURCE = "encoder_source"
+PMODS = (FIRST_PMOD, SECOND_PMOD)
 DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
 
 
@@ -84,10 +85,13 @@ def test_an_open_input_is_pulled_low(path: Path) -> None:
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
 def test_signals_are_where_the_page_says(board: str) -> None:
     pins = check_pins(CONSTRAINTS / f"{board}.xdc", ports_of(TOP))
-    for place, line in enumerate("abz"):
-        assert pins[f"head1_{line}"] == FIRST_PMOD[1 + place]
-        assert pins[f"head2_{line}"] == FIRST_PMOD[7 + place]
-        assert pins[f"out_{line}"] == SECOND_PMOD[1 + place]
+    for place, line in ((1, "a"), (3, "b"), (4, "z")):
+        assert pins[f"head1_{line}"] == FIRST_PMOD[place]
+        assert pins[f"head2_{line}"] == FIRST_PMOD[6 + place]
+        assert pins[f"out_{line}"] == SECOND_PMOD[place]
+    coupled = [{pmod[place], pmod[place + 1]} for pmod in PMODS for place in (1, 3, 7, 9)]
+    for signal in ("head1", "head2", "out"):
+        assert {pins[f"{signal}_a"], pins[f"{signal}_b"]} not in coupled
     leds = [pins[f"led_{name}"] for name in ("alive", "capture", "fault", "compensation")]
     assert tuple(leds) == LEDS
     page = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
@@ -156,10 +160,17 @@ def test_vivado_names_what_is_in_the_vhdl() -> None:
         "ps7_primitive/FCLKCLK",
         "ps7_primitive/FCLKRESETN",
         "synchroniser/stage_registers_reg",
+        "edges_out/a_reg",
+        "edges_out/b_reg",
+        "edges_out/z_reg",
     }
     sources = {path.stem: path.read_text("utf-8") for path in (ROOT / "rtl").rglob("*.vhd")}
     assert "ps7_primitive : component PS7" in sources["zynq_processor"]
     assert "signal stage_registers " in sources["input_synchroniser"]
+    # Registers of these names: ports that the entity drives in its clocked process.
+    assert "edges_out : entity work.quadrature_output" in sources["arctrue_core"]
+    for line in "abz":
+        assert re.search(rf"^ +{line} +: out ", sources["quadrature_output"], re.MULTILINE)
     for name, source in sources.items():
         labels = re.findall(r"(\w+) *: *entity work\.input_synchroniser\b", source)
         assert all(label.endswith("synchroniser") for label in labels), name
@@ -171,6 +182,23 @@ def test_vivado_names_what_is_in_the_vhdl() -> None:
     assert float(period[1]) == 1e3 / TOPS[TOP].clock_mhz == 1e9 / number_formats.CLOCK_HZ
 
 
+def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
+    """Without an input delay Vivado times no path from a pin, whatever it ends at."""
+    text = VIVADO_ONLY.read_text(encoding="utf-8")
+    assert "set_input_delay -clock fabric_clock 0.000 [get_ports head*]" in text
+    bounds = re.findall(r"^set_max_delay .*(head\*|out\*).* ([\d.]+)$", text, re.MULTILINE)
+    half_a_clock_ns = 0.5e9 / number_formats.CLOCK_HZ
+    assert {port: float(bound) for port, bound in bounds} == {
+        "head*": half_a_clock_ns,
+        "out*": half_a_clock_ns,
+    }
+    # No exception may take the bound away again.
+    assert not re.search(r"^set_false_path -from \[get_ports head", text, re.MULTILINE)
+    jitter = re.search(r"^set_input_jitter fabric_clock ([\d.]+)$", text, re.MULTILINE)
+    assert jitter
+    assert float(jitter[1]) == 0.03 * 1e9 / number_formats.CLOCK_HZ
+
+
 def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
     source = (ROOT / "rtl" / "decoder" / "input_synchroniser.vhd").read_text(encoding="utf-8")
     assert re.search(r'attribute async_reg of stage_registers : signal is "true"', source)
@@ -179,7 +207,17 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
 @pytest.mark.parametrize(
     ("file", "extra"),
     [
-        (VIVADO_ONLY, {"get_pins", "get_cells", "set_false_path", "set_property"}),
+        (
+            VIVADO_ONLY,
+            {
+                "get_pins",
+                "get_cells",
+                "set_false_path",
+                "set_property",
+                "set_input_delay",
+                "set_input_jitter",
+            },
+        ),
         (CONSTRAINTS / "vivado_encoder_source.xdc", set()),
     ],
 )
@@ -190,7 +228,7 @@ def test_vivado_constraints_are_whole_tcl(file: Path, extra: set[str]) -> None:
     script = """
     set called {}
     foreach name {create_clock set_false_path set_max_delay set_property get_pins get_cells
-                  get_ports get_clocks} {
+                  set_input_delay set_input_jitter get_ports get_clocks} {
         proc $name args "lappend ::called $name; return $name"
     }
     source [lindex $argv 0]
