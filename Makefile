@@ -21,10 +21,10 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream instrument synth formal bench blind detection fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind detection fuzz mutate lock ci clean distclean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 setup: ## install what is missing: system packages (root or sudo) and .venv from requirements.lock
 	@scripts/setup.sh
@@ -86,6 +86,10 @@ bitstream: generate ## what is loaded into the chip (BOARD=... FLOW=vivado or op
 	    { test -n "$$NEXTPNR" || command -v nextpnr-himbaechel nextpnr-himbaechel-xilinx || \
 	      scripts/install_place_and_route.sh; } >/dev/null; fi
 	@$(VENV)/python -m scripts.bitstream --flow $(FLOW) --board $(BOARD) $(BITSTREAM_OPTIONS)
+
+verify-bitstream: generate ## the open flow's bitstream, decoded and run beside the VHDL (BOARD=, TOP=, PINS=)
+	@$(VENV)/python -m scripts.bitstream_verify --board $(BOARD) $(if $(TOP),--top $(TOP)) \
+	    $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
 
 instrument: generate ## the virtual instrument: core of 32 lanes as a compiled netlist, firmware on its bus
 	@scripts/install_ghdl_netlist.sh

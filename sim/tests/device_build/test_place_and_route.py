@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 from scripts import bitstream_open
+from scripts.bitstream_constraints import check_pins
 from scripts.bitstream_database import Chip
-from scripts.bitstream_features import bits_of_bitstream
+from scripts.bitstream_equality import Compared, build, run
+from scripts.bitstream_features import Bits, bits_of_bitstream, bits_of_frames
 from scripts.bitstream_file import check_bitstream
 from scripts.bitstream_job import Job
 from scripts.bitstream_open import OpenTools, Routed, place_and_route, write_frames
+from scripts.bitstream_verify import BITREAD, Design, decode, faults_of
 from scripts.fasm_frames import frames_of
 from scripts.netlist import ToolError
 from sim.tests.device_build.fake_tools import PART
@@ -29,6 +33,9 @@ pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 OPEN_PINS = ("ALUMODE2", "ALUMODE3", "OPMODE6", *(f"INMODE{place}" for place in range(5)))
 
 
+CLOCKS = 100_000
+
+
 @dataclass(frozen=True)
 class Made:
     """The small design, routed."""
@@ -36,6 +43,25 @@ class Made:
     job: Job
     tools: OpenTools
     routed: Routed
+    netlist: Path
+
+    @property
+    def chip(self) -> Chip:
+        return Chip(self.tools.family, PART)
+
+    def bits(self) -> Bits:
+        """Of the bitstream, by Project X-Ray's reader."""
+        reader = BITREAD.find()
+        assert reader
+        part_file = self.tools.family / PART / "part.yaml"
+        return bits_of_bitstream(self.job.bitstream, reader, part_file)
+
+    def compared(self, bits: Bits, folder: Path) -> Compared:
+        """The design in ``bits`` beside its VHDL."""
+        design = Design.read(self.netlist.parent, SMALL_TOP.name)
+        pins = check_pins(self.job.pins, design.pads)
+        decoded, _ = decode(self.chip, bits, design, pins)
+        return run(build(design.netlist, design.top, design.ports, decoded, folder), CLOCKS, 1)
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +75,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     tools = bitstream_open.find_open_tools(PART)
     routed = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
     bitstream_open.write_bitstream_of(job, tools, routed)
-    return Made(job, tools, routed)
+    return Made(job, tools, routed, netlist)
 
 
 def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> None:
     """Read back by Project X-Ray's reader: the same bits in the same frames, and no other."""
     assert f"for {PART}" in check_bitstream(made.job.bitstream, PART)
-    frames = frames_of(made.job.folder / "arctrue.tied.fasm", Chip(made.tools.family, PART))
+    frames = frames_of(made.job.folder / "arctrue.tied.fasm", made.chip)
     asked = {
         (address, place * 32 + bit)
         for address, words in frames.words.items()
@@ -63,9 +89,7 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
         for bit in range(32)
         if word >> bit & 1
     }
-    reader = bitstream_open.UNPACKED / "bin" / "bitread"
-    part_file = made.tools.family / PART / "part.yaml"
-    read = bits_of_bitstream(made.job.bitstream, str(reader), part_file)
+    read = made.bits()
     assert len(asked) > 1000, "the processor side alone is more"
     assert {(address, bit) for address, bits in read.items() for bit in bits} == asked
 
@@ -79,3 +103,24 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
         write_frames(job, made.tools, replace(made.routed, netlist=untied))
     for pin in OPEN_PINS:
         assert f": {pin} has no route, no tie-off and no default" in str(refused.value)
+
+
+@pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
+def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
+    """DSP, block RAM with contents, shift register, carry chains and all else but the PS7."""
+    compared = made.compared(made.bits(), tmp_path)
+    assert faults_of(compared) == []
+    assert compared.figures["clocks"] == CLOCKS
+    assert compared.figures["blocks"] == compared.figures["moved_blocks"] == 2
+    # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
+    # clock and LEDs; what else goes to the PS7 is constant.
+    assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2
+
+
+@pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
+def test_without_tie_offs_it_computes_something_else(made: Made, tmp_path: Path) -> None:
+    frames = tmp_path / "untied.frames"
+    frames_of(made.routed.fasm, made.chip).write(frames)
+    compared = made.compared(bits_of_frames(frames), tmp_path)
+    assert not compared.is_equal
+    assert any("MAXIGP0RDATA" in line for line in compared.differences)

@@ -1,0 +1,295 @@
+"""Runs a netlist that was decoded from a bitstream beside the VHDL that it was made of.
+
+Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
+decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
+pad and every output of the PS7; a pin that nothing drives in the bitstream gets random levels of
+its own. All outputs must be equal before and after every edge of the clock.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from scripts.bitstream_decode import Decoded, bus_bits
+from scripts.netlist import ToolError
+
+MODELS: Final = Path(__file__).with_name("bitstream_models")
+VERILATOR: Final = (
+    *("verilator", "--cc", "--exe", "--build", "-O3", "--x-assign", "0", "--x-initial", "0"),
+    *("--no-assert", "-Wno-fatal", "-Wno-lint", "-Wno-style", "-Wno-SYMRSVDWORD", "-Wno-UNOPTFLAT"),
+    # The program runs for seconds: compiling it with any optimisation takes longer than that.
+    *("-MAKEFLAGS", "OPT_FAST=-O0 OPT_SLOW=-O0 OPT_GLOBAL=-O1", "--output-split", "20000"),
+    *("--top-module", "bench", "--prefix", "Vbench", "-o", "bench"),
+)
+KINDS: Final = (
+    (r"FCLKRESETN", "resetn"),
+    (r"\w*VALID", "valid"),
+    (r"\w*READY", "ready"),
+    (r"\w*ADDR", "address"),
+    (r"\w*STRB", "strobe"),
+    (r"\w*LEN", "length"),
+    (r"\w*SIZE", "size"),
+    (r"\w*BURST", "burst"),
+    (r"\w*LAST", "last"),
+    (r"\w*_a", "encoder_a"),
+    (r"\w*_b", "encoder_b"),
+    (r"\w*_z", "encoder_z"),
+    (r".*", "data"),
+)
+"""How an input is driven, by its name: the first that fits."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """A pad of the design or a port of its PS7."""
+
+    name: str
+    bits: int
+    is_input: bool
+    """Into the design: from a pad, or an output of the PS7."""
+    is_processor: bool
+
+    def lines(self) -> list[str]:
+        """The names of its bits, as the PS7's pins are named."""
+        is_bus = self.is_processor and self.bits > 1
+        return [f"{self.name}{bit}" for bit in range(self.bits)] if is_bus else [self.name]
+
+
+def ports_of(module: dict[str, Any]) -> list[Port]:
+    """The pads and the ports of the PS7 of a mapped netlist, inputs first."""
+    found = [
+        Port(name, len(port["bits"]), port["direction"] == "input", False)
+        for name, port in module["ports"].items()
+    ]
+    for cell in module["cells"].values():
+        if cell["type"] == "PS7":
+            found += [
+                Port(name, len(bits), cell["port_directions"][name] == "output", True)
+                for name, bits in cell["connections"].items()
+            ]
+    return sorted(found, key=lambda port: not port.is_input)
+
+
+def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
+    """Ports of a direction and their first bit of the bus."""
+    found, first = [], 0
+    for port in ports:
+        if port.is_input == is_input:
+            found.append((port, first))
+            first += port.bits
+    return found
+
+
+def _reference(top: str, ports: Sequence[Port]) -> str:
+    """Verilog: the top level with a PS7 whose outputs come, and whose inputs go, outside."""
+    inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
+    wide_in = bus_bits(sum(port.bits for port, _ in inputs))
+    wide_out = bus_bits(sum(port.bits for port, _ in outputs))
+    used = sum(port.bits for port, _ in outputs)
+    processor = [port for port in ports if port.is_processor]
+    lines = [
+        "package ps7_lines;",
+        f"logic [{wide_in - 1}:0] from_outside; logic [{wide_out - 1}:0] to_outside;",
+        "endpackage",
+        "module BUFG (input wire I, output wire O); assign O = I; endmodule",
+    ]
+    if processor:
+        declared = ", ".join(
+            f"{'output' if port.is_input else 'input'} wire [{port.bits - 1}:0] {port.name}"
+            for port in processor
+        )
+        lines.append(f"module PS7 ({declared});")
+        for port, first in inputs:
+            if port.is_processor:
+                lines.append(f"assign {port.name} = ps7_lines::from_outside[{first}+:{port.bits}];")
+        for port, first in outputs:
+            if port.is_processor:
+                lines.append(
+                    f"always_comb ps7_lines::to_outside[{first}+:{port.bits}] = {port.name};"
+                )
+        lines.append("endmodule")
+    lines += [
+        f"module reference (input wire [{wide_in - 1}:0] inputs, "
+        f"output wire [{wide_out - 1}:0] outputs);",
+        "always_comb ps7_lines::from_outside = inputs;",
+    ]
+    pads = []
+    for bus, placed in (("inputs", inputs), ("outputs", outputs)):
+        pads += [
+            f".{port.name}({bus}[{first}+:{port.bits}])"
+            for port, first in placed
+            if not port.is_processor
+        ]
+    lines += [
+        f"assign outputs[{first}+:{port.bits}] = ps7_lines::to_outside[{first}+:{port.bits}];"
+        for port, first in outputs
+        if port.is_processor
+    ]
+    lines += [f"assign outputs[{wide_out - 1}:{used}] = 0;" if used < wide_out else ""]
+    lines += [f"{top} top_level ({', '.join(pads)});", "endmodule", ""]
+    return "\n".join(lines)
+
+
+def _without_repeats(netlist: str) -> str:
+    """GHDL declares an output twice, as a port and as a wire, and assigns it to itself.
+
+    Verilator takes only one declaration.
+    """
+    kept = []
+    ports: set[str] = set()
+    for line in netlist.splitlines():
+        if line.startswith("module "):
+            ports = set()
+        found = re.fullmatch(r"\s*(?:output|input)\s+(?:\[[^]]*\]\s*)?(\S+?)[,);]*", line)
+        if found:
+            ports.add(found[1])
+        again = re.fullmatch(r"\s*wire\s+(?:\[[^]]*\]\s*)?(\S+);", line)
+        itself = re.fullmatch(r"\s*assign (\S+) = (\S+);.*", line)
+        is_itself = bool(itself and itself[1] == itself[2] and itself[1] in ports)
+        if not is_itself and not (again and again[1] in ports):
+            kept.append(line)
+    return "\n".join([*kept, ""])
+
+
+def _bench(decoded: Decoded, inputs: int, outputs: int) -> str:
+    active = sum(count for _, _, count in decoded.activity)
+    buses = (
+        ("input", "inputs", inputs),
+        ("input", "open_lines", len(decoded.open_pins)),
+        ("output", "expected", outputs),
+        ("output", "found", outputs),
+        ("output", "activity", active),
+    )
+    ports = ", ".join(f"{way} wire [{bus_bits(bits) - 1}:0] {name}" for way, name, bits in buses)
+    return "\n".join(
+        (
+            f"module bench ({ports});",
+            "reference reference (.inputs(inputs), .outputs(expected));",
+            "decoded decoded (.inputs(inputs), .open_lines(open_lines), .outputs(found),",
+            "  .activity(activity));",
+            "endmodule",
+            "",
+        )
+    )
+
+
+def _kind(port: Port, first: int, clock: int) -> str:
+    if first <= clock < first + port.bits:
+        return "clock"
+    return next(kind for pattern, kind in KINDS if re.fullmatch(pattern, port.name))
+
+
+def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
+    """C++: what the buses' bits are."""
+    inputs = _placed(ports, is_input=True)
+    heads: dict[str, int] = {}
+    rows = []
+    for port, first in inputs:
+        kind = _kind(port, first, decoded.clock)
+        head = port.name.rpartition("_")[0] if kind.startswith("encoder_") else ""
+        place = heads.setdefault(head, len(heads)) if head else 0
+        rows.append(f"    {{{first}, {port.bits}, Kind::{kind}, {place}}},")
+    blocks = [f'    {{"{name}", {first}, {bits}}},' for name, first, bits in decoded.activity]
+    names = ", ".join(f'"{name}"' for name in decoded.outputs)
+    active = sum(count for _, _, count in decoded.activity)
+    kinds = ", ".join(dict.fromkeys(["clock", *(kind for _, kind in KINDS)]))
+
+    def words(count: int) -> int:
+        return -(-bus_bits(count) // 32)
+
+    return "\n".join(
+        (
+            "#pragma once",
+            f"enum class Kind {{ {kinds} }};",
+            "struct Line { int first; int bits; Kind kind; unsigned encoder; };",
+            "struct Block { const char* name; int first; int bits; };",
+            f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
+            # One more, since an array of nothing is none.
+            f"constexpr int BLOCK_COUNT = {len(blocks)};",
+            f"constexpr int ENCODERS = {max(1, len(heads))};",
+            f"constexpr int CLOCK_LINE = {decoded.clock};",
+            f"constexpr int OUTPUT_COUNT = {len(decoded.outputs)};",
+            f"constexpr int OUTPUT_WORDS = {words(len(decoded.outputs))};",
+            f"constexpr int OPEN_WORDS = {words(len(decoded.open_pins))};",
+            f"constexpr int ACTIVITY_WORDS = {words(active)};",
+            f"constexpr const char* OUTPUTS[OUTPUT_WORDS * 32] = {{{names}}};",
+            f"const std::vector<Block> BLOCKS = {{\n{chr(10).join(blocks)}\n}};",
+            "",
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What came of a run: differences told by line, and figures by name."""
+
+    differences: list[str]
+    still: list[str]
+    figures: Mapping[str, int]
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether no output ever differed."""
+        return self.figures["different"] == 0
+
+
+def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, folder: Path) -> Path:
+    """The program that runs ``netlist`` (GHDL's Verilog of ``top``) beside what was decoded.
+
+    Raises ToolError where Verilator or the compiler fails.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
+    texts = {
+        "design.v": _without_repeats(netlist.read_text(encoding="utf-8")),
+        "decoded.v": decoded.verilog,
+        "reference.sv": _reference(top, ports),
+        "bench.sv": _bench(
+            decoded,
+            sum(port.bits for port, _ in inputs),
+            sum(port.bits for port, _ in outputs),
+        ),
+        "lines.h": _lines_header(ports, decoded),
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = [folder / name for name in ("reference.sv", "bench.sv", "decoded.v", "design.v")]
+    sources += [*sorted(MODELS.glob("*.v")), MODELS / "bench.cpp"]
+    made = folder / "verilated"
+    command = [*VERILATOR, "-CFLAGS", f"-I{folder.resolve()}", "--Mdir", str(made)]
+    log = folder / "verilator.log"
+    with log.open("w", encoding="utf-8") as file:
+        try:
+            done = subprocess.run(
+                [*command, *(str(source) for source in sources)],
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                check=False,
+            )
+        except OSError as error:
+            raise ToolError(f"verilator cannot be started: {error}; make setup") from error
+    if done.returncode:
+        tail = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-15:])
+        raise ToolError(f"verilator failed. The end of {log}:\n{tail}")
+    return made / "bench"
+
+
+def run(bench: Path, clocks: int, seed: int) -> Compared:
+    """Run it for so many clocks. Raises ToolError when it ends without figures."""
+    done = subprocess.run(
+        [str(bench), str(clocks), str(seed)], capture_output=True, text=True, check=False
+    )
+    lines = done.stdout.splitlines()
+    if not lines or not lines[-1].startswith("clocks="):
+        raise ToolError(f"{bench} ended early: {done.stderr.strip()[-300:]}")
+    figures = {name: int(value) for name, value in re.findall(r"(\w+)=(\d+)", lines[-1])}
+    return Compared(
+        differences=[line for line in lines if line.startswith("clock ")],
+        still=[line.removeprefix("still: ") for line in lines if line.startswith("still: ")],
+        figures=figures,
+    )

@@ -1,0 +1,274 @@
+"""A configured slice in Verilog: look-up tables, carry chain, wide multiplexers, registers.
+
+What the features of a slice do is told by the 7 Series Configurable Logic Block User Guide (UG474,
+figures 2-3 to 2-5, and "Shift Registers"). Look-up tables as RAM, latches and asynchronous resets
+are refused: the gateware has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Final
+
+from scripts.bitstream_features import vector
+from scripts.netlist import ToolError
+
+LETTERS: Final = "ABCD"
+SHIFT_CHAIN: Final = {
+    "A": ("AI", "BDI1_BMC31", "B"),
+    "B": ("BI", "DI_CMC31", "C"),
+    "C": ("CI", "DI_DMC31", "D"),
+}
+"""Look-up table: its own pin for data, the other choice, the table whose end that is."""
+
+
+@dataclass
+class Text:
+    """Verilog in the making: declarations, assignments, statements by the edge they wait for."""
+
+    declarations: list[str] = field(default_factory=list)
+    assignments: list[str] = field(default_factory=list)
+    clocked: dict[str, list[str]] = field(default_factory=dict)
+
+    def wire(self, name: str, expression: str) -> str:
+        """A wire and what it is; returns its name."""
+        self.declarations.append(f"wire {name};")
+        self.assignments.append(f"assign {name} = {expression};")
+        return name
+
+    def register(self, name: str, bits: int, initial: int) -> str:
+        """A register and its level at the start; returns its name."""
+        self.declarations.append(f"reg [{bits - 1}:0] {name} = {bits}'d{initial};")
+        return name
+
+    def at(self, edge: str, statement: str) -> None:
+        """A statement at the edge (``posedge clock``) of a clock."""
+        self.clocked.setdefault(edge, []).append(statement)
+
+
+class Slice:
+    """One slice; signals are made when they are asked for, each once."""
+
+    def __init__(
+        self,
+        name: str,
+        features: frozenset[str],
+        pin: Callable[[str], str],
+        text: Text,
+    ) -> None:
+        """``features``: without the site's name; ``pin``: the net at an input."""
+        self.name = name
+        self.features = features
+        self._pin = pin
+        self._text = text
+        self._made: dict[str, str] = {}
+        if "LATCH" in features:
+            raise ToolError(f"{name}: latches are not decoded")
+
+    def output(self, pin: str) -> str:
+        """The net at an output pin: A, AMUX, AQ, COUT and so on."""
+        if pin == "COUT":
+            return self._carry(3)
+        letter, kind = pin[0], pin[1:]
+        if kind == "":
+            return self._o6(letter)
+        if kind == "Q":
+            return self._register(f"{letter}FF", letter)
+        return self._chosen(letter, "OUTMUX")
+
+    def _wire(self, name: str, expression: str) -> str:
+        return self._text.wire(f"{self.name}_{name}", expression)
+
+    def _once(self, name: str, make: Callable[[], str]) -> str:
+        if name not in self._made:
+            self._made[name] = make()
+        return self._made[name]
+
+    def _choice(self, group: str) -> str:
+        found = [name for name in self.features if name.startswith(f"{group}.")]
+        if len(found) != 1:
+            raise ToolError(f"{self.name}: {group} has {len(found)} choices: {sorted(found)}")
+        return found[0].rpartition(".")[2]
+
+    def _chosen(self, letter: str, group: str) -> str:
+        choice = self._choice(f"{letter}{group}")
+        if choice == "O6":
+            return self._o6(letter)
+        if choice == "O5":
+            return self._o5(letter)
+        if choice == "XOR":
+            return self._sum(LETTERS.index(letter))
+        if choice == "CY":
+            return self._carry(LETTERS.index(letter))
+        if choice == "F7":
+            return self._f7(letter)
+        if choice == "F8":
+            return self._f8()
+        if choice == f"{letter}X":
+            return self._pin(f"{letter}X")
+        if choice == f"{letter}5Q":
+            return self._register(f"{letter}5FF", letter)
+        if choice == "MC31":
+            return self._shift_end(letter)
+        raise ToolError(f"{self.name}: {letter}{group}.{choice} is not decoded")
+
+    def _is_shift(self, letter: str) -> bool:
+        if f"{letter}LUT.RAM" in self.features:
+            raise ToolError(f"{self.name}: {letter}LUT is a RAM, which is not decoded")
+        return f"{letter}LUT.SRL" in self.features
+
+    def _table(self, letter: str, inputs: int) -> str:
+        init = vector(self.features, f"{letter}LUT.INIT") & ((1 << (1 << inputs)) - 1)
+        pins = [self._pin(f"{letter}{place}") for place in range(1, inputs + 1)]
+        free: list[str] = []
+        # Constant inputs first, so that what is left is a table of what changes.
+        for place in reversed(range(inputs)):
+            if pins[place] in ("1'b0", "1'b1"):
+                init = _halve(init, place, len(free) + place + 1, pins[place] == "1'b1")
+            else:
+                free.insert(0, pins[place])
+        size = 1 << len(free)
+        if init == 0:
+            return "1'b0"
+        if init == (1 << size) - 1:
+            return "1'b1"
+        if len(free) == 1 and init == 2:
+            return free[0]
+        index = ", ".join(reversed(free))
+        return f"1'b1 & ({size}'h{init:x} >> {{{index}}})"
+
+    def _o6(self, letter: str) -> str:
+        return self._once(f"{letter}o6", lambda: self._make_o6(letter))
+
+    def _make_o6(self, letter: str) -> str:
+        if not self._is_shift(letter):
+            return self._wire(f"{letter}o6", self._table(letter, 6))
+        if f"{letter}LUT.SMALL" in self.features:
+            register, bits = self._shift(letter, "hi", 16, self._pin(f"{letter}X")), range(2, 6)
+        else:
+            register, bits = self._long_shift(letter), range(2, 7)
+        index = ", ".join(self._pin(f"{letter}{place}") for place in reversed(bits))
+        return self._wire(f"{letter}o6", f"1'b1 & ({register} >> {{{index}}})")
+
+    def _o5(self, letter: str) -> str:
+        return self._once(f"{letter}o5", lambda: self._make_o5(letter))
+
+    def _make_o5(self, letter: str) -> str:
+        if not self._is_shift(letter):
+            return self._wire(f"{letter}o5", self._table(letter, 5))
+        if f"{letter}LUT.SMALL" not in self.features:
+            raise ToolError(f"{self.name}: O5 of a shift register of 32 is not decoded")
+        register = self._shift(letter, "lo", 16, self._shift_data(letter))
+        index = ", ".join(self._pin(f"{letter}{place}") for place in reversed(range(2, 6)))
+        return self._wire(f"{letter}o5", f"1'b1 & ({register} >> {{{index}}})")
+
+    def _shift_data(self, letter: str) -> str:
+        if letter == "D":
+            return self._pin("DI")
+        own, _, before = SHIFT_CHAIN[letter]
+        if f"{letter}LUT.DI1MUX.{own}" in self.features:
+            return self._pin(own)
+        return self._shift_end(before)
+
+    def _long_shift(self, letter: str) -> str:
+        return self._once(
+            f"{letter}long", lambda: self._shift(letter, "sr", 32, self._shift_data(letter))
+        )
+
+    def _shift_end(self, letter: str) -> str:
+        return f"{self._long_shift(letter)}[31]"
+
+    def _shift(self, letter: str, part: str, length: int, data: str) -> str:
+        if vector(self.features, f"{letter}LUT.INIT"):
+            raise ToolError(f"{self.name}: {letter}LUT, a shift register, begins with ones")
+        full = self._text.register(f"{self.name}_{letter}{part}", length, 0)
+        enable = self._pin("CE" if "WEMUX.CE" in self.features else "WE")
+        shifted = f"{full} <= {{{full}[{length - 2}:0], {data}}};"
+        self._text.at(self._edge(), f"if ({enable}) {shifted}")
+        return full
+
+    def _f7(self, letter: str) -> str:
+        """Of A and B where ``letter`` is A, of C and D where it is C: the lower where X is 1."""
+        upper = LETTERS[LETTERS.index(letter) + 1]
+
+        def make() -> str:
+            one, zero, choice = self._o6(letter), self._o6(upper), self._pin(f"{letter}X")
+            return self._wire(f"{letter}f7", f"{choice} ? {one} : {zero}")
+
+        return self._once(f"{letter}f7", make)
+
+    def _f8(self) -> str:
+        def make() -> str:
+            one, zero, choice = self._f7("A"), self._f7("C"), self._pin("BX")
+            return self._wire("f8", f"{choice} ? {one} : {zero}")
+
+        return self._once("f8", make)
+
+    def _carry_into(self, place: int) -> str:
+        if place:
+            return self._carry(place - 1)
+        if "PRECYINIT.CIN" in self.features:
+            return self._pin("CIN")
+        if "PRECYINIT.AX" in self.features:
+            return self._pin("AX")
+        return "1'b1" if "PRECYINIT.C1" in self.features else "1'b0"
+
+    def _carry(self, place: int) -> str:
+        def make() -> str:
+            letter = LETTERS[place]
+            own = f"CARRY4.{letter}CY0" in self.features
+            generate = self._o5(letter) if own else self._pin(f"{letter}X")
+            before, propagate = self._carry_into(place), self._o6(letter)
+            return self._wire(f"{letter}cy", f"{propagate} ? {before} : {generate}")
+
+        return self._once(f"cy{place}", make)
+
+    def _sum(self, place: int) -> str:
+        def make() -> str:
+            before = self._carry_into(place)
+            return self._wire(f"{LETTERS[place]}xor", f"{self._o6(LETTERS[place])} ^ {before}")
+
+        return self._once(f"xor{place}", make)
+
+    def _edge(self) -> str:
+        return f"{'negedge' if 'CLKINV' in self.features else 'posedge'} {self._pin('CLK')}"
+
+    def _register(self, register: str, letter: str) -> str:
+        def make() -> str:
+            initial = int(f"{register}.ZINI" not in self.features)
+            full = self._text.register(f"{self.name}_{register}", 1, initial)
+            # The name stands before its data is looked for: the data may depend on it.
+            self._made[register] = full
+            self._text.at(self._edge(), self._update(register, letter, full))
+            return full
+
+        return self._once(register, make)
+
+    def _update(self, register: str, letter: str, full: str) -> str:
+        if register[1] == "5":
+            is_pin = self._choice(f"{letter}5FFMUX") == "IN_B"
+            data = self._pin(f"{letter}X") if is_pin else self._o5(letter)
+        else:
+            data = self._chosen(letter, "FFMUX")
+        update = f"{full} <= {data};"
+        if "CEUSEDMUX" in self.features:
+            update = f"if ({self._pin('CE')}) {update}"
+        if "SRUSEDMUX" in self.features:
+            if "FFSYNC" not in self.features:
+                raise ToolError(f"{self.name}: asynchronous resets are not decoded")
+            value = int(f"{register}.ZRST" not in self.features)
+            update = f"if ({self._pin('SR')}) {full} <= 1'b{value}; else {update}"
+        return update
+
+
+@cache
+def _halve(table: int, place: int, inputs: int, level: bool) -> int:
+    """A table of ``inputs`` bits with the input at ``place`` held at a level."""
+    halved = 0
+    for index in range(1 << (inputs - 1)):
+        low = index & ((1 << place) - 1)
+        whole = (index - low) << 1 | int(level) << place | low
+        halved |= (table >> whole & 1) << index
+    return halved

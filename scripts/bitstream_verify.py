@@ -1,0 +1,154 @@
+"""``make verify-bitstream``: does what is in the bitstream compute what the VHDL says?
+
+The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
+netlist of the VHDL that it was made of, with the same random levels; docs/device.md. It reads the
+folder that ``make bitstream FLOW=open`` made. Exit code 1 when an output differs or a DSP or a
+block RAM never moved, 2 when something is missing, is not driven or is not decoded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from scripts.bitstream import PART, boards
+from scripts.bitstream_constraints import ConstraintError, check_pins
+from scripts.bitstream_database import Chip
+from scripts.bitstream_decode import Decoded, Decoder, pads_of
+from scripts.bitstream_equality import Compared, Port, build, ports_of, run
+from scripts.bitstream_features import Bits, Features, bits_of_bitstream
+from scripts.bitstream_job import CONSTRAINTS, TOPS, Tool, all_found
+from scripts.bitstream_open import INSTALL, UNPACKED, database_of
+from scripts.bitstream_pins import check_pins_driven
+from scripts.bitstream_routes import Routes
+from scripts.netlist import ROOT, ToolError
+
+CLOCKS = 200_000
+SEED = 1
+BITREAD = Tool(
+    "BITREAD",
+    ("bitread",),
+    f"{INSTALL}or build Project X-Ray's (github.com/f4pga/prjxray, folder tools); "
+    "or name it: BITREAD=/path/to/bitread",
+    UNPACKED / "bin",
+)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a bitstream was made of: GHDL's netlist, and the same mapped by Yosys."""
+
+    top: str
+    netlist: Path
+    ports: list[Port]
+
+    @staticmethod
+    def read(folder: Path, top: str) -> Design:
+        """``folder``: with ``<top>.v`` and ``<top>.flat.json``. Raises ToolError without them."""
+        netlist, mapped = folder / f"{top}.v", folder / f"{top}.flat.json"
+        for path in (netlist, mapped):
+            if not path.exists():
+                raise ToolError(f"{path} is missing: make bitstream FLOW=open makes it")
+        module = json.loads(mapped.read_text(encoding="utf-8"))["modules"][top]
+        return Design(top, netlist, ports_of(module))
+
+    @property
+    def pads(self) -> list[str]:
+        """The ports that are pads."""
+        return [port.name for port in self.ports if not port.is_processor]
+
+
+def decode(
+    chip: Chip, bits: Bits, design: Design, pins: Mapping[str, str]
+) -> tuple[Decoded, Routes]:
+    """The netlist in a configuration; ``pins``: port to pin of the package.
+
+    Raises ToolError where a bit has no meaning in the database, or where a cell is not decoded.
+    """
+    features = Features(chip, bits)
+    strange = features.unexplained()
+    if strange:
+        raise ToolError(
+            f"{len(strange)} bits mean nothing by the database, the first: {', '.join(strange[:3])}"
+        )
+    routes = Routes(features)
+    inputs = [line for port in design.ports if port.is_input for line in port.lines()]
+    decoder = Decoder(routes, pads_of(chip.family / chip.part, pins), inputs)
+    for port in design.ports:
+        if port.is_input:
+            continue
+        for line in port.lines():
+            if port.is_processor:
+                decoder.add_processor_pin(line)
+            else:
+                decoder.add_pad(line)
+    return decoder.finish(), routes
+
+
+def faults_of(compared: Compared) -> list[str]:
+    """Sentences about what speaks against a bitstream, or against the test of it."""
+    faults = []
+    if not compared.is_equal:
+        shown = "; ".join(compared.differences)
+        faults.append(f"{compared.figures['different']} words of outputs differ: {shown}")
+    if compared.still:
+        faults.append(f"never moved, so not tested: {', '.join(compared.still)}")
+    if not compared.figures["moved_outputs"]:
+        faults.append("no output ever moved, so nothing was tested")
+    return faults
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="bitstream_verify", description=__doc__)
+    parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
+    parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
+    parser.add_argument("--part", default=PART)
+    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
+    parser.add_argument("--folder", type=Path, help="of the bitstream (build/bitstream/<board>)")
+    parser.add_argument("--clocks", type=int, default=CLOCKS)
+    parser.add_argument("--seed", type=int, default=SEED)
+    return parser
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    chosen = _parser().parse_args(arguments)
+    folder = (chosen.folder or ROOT / "build" / "bitstream" / chosen.board).resolve()
+    bitstream = folder / "arctrue.bit"
+    try:
+        if not bitstream.exists():
+            raise ToolError(f"{bitstream} is missing: make bitstream FLOW=open makes it")
+        family, no_family = database_of(chosen.part)
+        (reader,) = all_found([BITREAD], [no_family] if no_family else [])
+        assert family is not None
+        chip = Chip(family, chosen.part)
+        design = Design.read(folder / "netlist", chosen.top)
+        pins = check_pins(chosen.pins or CONSTRAINTS / f"{chosen.board}.xdc", design.pads)
+        print(f"verify-bitstream: decoding {bitstream}", flush=True)
+        bits = bits_of_bitstream(bitstream, reader, family / chosen.part / "part.yaml")
+        decoded, routes = decode(chip, bits, design, pins)
+        blocks = check_pins_driven(routes)
+        print("verify-bitstream: compiling both netlists (Verilator)", flush=True)
+        bench = build(design.netlist, design.top, design.ports, decoded, folder / "verify")
+        compared = run(bench, chosen.clocks, chosen.seed)
+    except (ToolError, ConstraintError) as error:
+        print(f"verify-bitstream: {error}", file=sys.stderr)
+        return 2
+    faults = faults_of(compared)
+    for fault in faults:
+        print(f"verify-bitstream: {fault}", file=sys.stderr)
+    figures = compared.figures
+    print(
+        f"verify-bitstream: {blocks} DSPs and halves of block RAMs, every pin driven; "
+        f"{figures['clocks']:,} clocks, {figures['outputs']} outputs, of which "
+        f"{figures['moved_outputs']} moved, {'differences' if faults else 'all equal'}"
+    )
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
