@@ -166,7 +166,6 @@ make_system() {
             printf 'deb %s %s %s\n' "$archive" "$release" "${components//,/ }" \
                 >>"$root/etc/apt/sources.list"
         done
-        touch "$root/.complete"
     fi
 }
 
@@ -261,11 +260,14 @@ try_system() {
     clone_tree
     log=$results/$1.setup.log
     say "$title: set-up (log: $log)"
+    # Packages half installed by a set-up that was broken off would be in the way for good.
+    rm -f "$root/.complete"
     if ! in_system "$TREE" make setup >"$log" 2>&1; then
         tail -n 12 "$log" >&2
         say "$title: the set-up FAILED"
         return 1
     fi
+    touch "$root/.complete"
     lines=$(
         printf "system = '%s'\ncommit = '%s'\ndate = '%s'\n" "$title" "$commit" "$(date -u +%F)"
         printf "python = '%s'\n" "$(version_of .venv/bin/python --version)"
