@@ -46,12 +46,16 @@ if [ "${TRY_SYSTEMS_INSIDE:-}" != yes ]; then
         printf '[systems] Only root may change into another system: sudo %s\n' "$0 $*" >&2
         exit 2
     fi
-    export TRY_SYSTEMS_INSIDE=yes
-    exec unshare --mount --pid --fork --kill-child --propagation private -- "$BASH" "$0" "$@"
+    # With the first process of the namespace all others in it end, and its mounts.
+    TRY_SYSTEMS_INSIDE=yes unshare --mount --pid --fork --kill-child --propagation private -- \
+        "$BASH" "$0" "$@" </dev/null &
+    inside=$!
+    trap 'kill -KILL "$inside"; exit 130' INT
+    trap 'kill -KILL "$inside"; exit 143' TERM HUP
+    code=0
+    wait "$inside" || code=$?
+    exit "$code"
 fi
-# The first process of a namespace hears no signal that it does not ask for.
-trap 'exit 130' INT
-trap 'exit 143' TERM HUP
 
 invoked=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -162,7 +166,6 @@ make_system() {
             printf 'deb %s %s %s\n' "$archive" "$release" "${components//,/ }" \
                 >>"$root/etc/apt/sources.list"
         done
-        touch "$root/.complete"
     fi
 }
 
@@ -195,7 +198,8 @@ in_system() {
         PIP_INDEX_URL PIP_EXTRA_INDEX_URL PIP_TRUSTED_HOST DEBIAN_MIRROR; do
         [ -z "${!name:-}" ] || network+=("$name=${!name}")
     done
-    env -i HOME=/root LANG=C.UTF-8 TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "${network[@]}" \
+    # Whoever starts this in the background makes Ctrl-C unheard, which tests send.
+    env --ignore-environment --default-signal HOME=/root LANG=C.UTF-8 TERM=dumb PATH=/usr/sbin:/usr/bin:/sbin:/bin "${network[@]}" \
         "$(command -v chroot)" "$root" sh -c 'cd "$1" && shift && exec "$@"' sh "$place" "$@"
 }
 
@@ -256,11 +260,14 @@ try_system() {
     clone_tree
     log=$results/$1.setup.log
     say "$title: set-up (log: $log)"
+    # Packages half installed by a set-up that was broken off would be in the way for good.
+    rm -f "$root/.complete"
     if ! in_system "$TREE" make setup >"$log" 2>&1; then
         tail -n 12 "$log" >&2
         say "$title: the set-up FAILED"
         return 1
     fi
+    touch "$root/.complete"
     lines=$(
         printf "system = '%s'\ncommit = '%s'\ndate = '%s'\n" "$title" "$commit" "$(date -u +%F)"
         printf "python = '%s'\n" "$(version_of .venv/bin/python --version)"

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import subprocess
+import time
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,16 +59,18 @@ class Machine:
             ["git", *who, *words], cwd=self.tree, check=True, capture_output=True, text=True
         ).stdout.strip()
 
+    def environment(self) -> dict[str, str]:
+        return {
+            "PATH": f"{self.commands}:/usr/bin:/bin",
+            "HOME": str(self.tree.parent),
+            "SAID": str(self.tree.parent / "said"),
+        }
+
     def __call__(self, *words: str, **variables: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             ["/bin/bash", "scripts/try_systems.sh", *words],
             cwd=self.tree,
-            env={
-                "PATH": f"{self.commands}:/usr/bin:/bin",
-                "HOME": str(self.tree.parent),
-                "SAID": str(self.tree.parent / "said"),
-                **variables,
-            },
+            env={**self.environment(), **variables},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -163,6 +168,34 @@ def test_a_set_up_that_fails_is_told(machine: Machine) -> None:
     assert done.returncode == 1
     assert "Debian 13: the set-up FAILED" in done.stderr
     assert "demo" not in done.stderr.split("FAILED")[0]
+    # Packages may be half installed.
+    machine.command("chroot", CHROOT)
+    assert machine("debian13", "demo").returncode == 0
+    assert machine.said().count("trixie") == 2, "the system was not made anew"
+
+
+def test_it_ends_at_once_when_it_is_told_to(machine: Machine, tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    machine.command("chroot", f'case "$*" in *"make demo") touch {begun}; exec sleep 600;; esac')
+    script = subprocess.Popen(
+        ["/bin/bash", "scripts/try_systems.sh", "debian13", "demo"],
+        cwd=machine.tree,
+        env=machine.environment(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        while not begun.exists():
+            assert script.poll() is None
+            time.sleep(0.02)
+        script.terminate()
+        # It waits no longer for the command, which takes ten minutes.
+        assert script.wait(timeout=300) == 128 + signal.SIGTERM
+    finally:
+        # The stand-in has no namespace that ends with its first process.
+        os.killpg(script.pid, signal.SIGKILL)
+    assert not (machine.tree / "build" / "systems" / "results" / "debian13.toml").exists()
 
 
 @pytest.mark.parametrize("word", ["debian11", "tests", "--commit"])
