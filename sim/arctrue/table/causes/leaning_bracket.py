@@ -30,7 +30,8 @@ class LeaningBracket(PhysicalEffect):
         if head != self.head:
             return 0j
         conditions = conditions_of(state)
-        travel_rad = np.abs(conditions.speed_rad_s) * conditions.since_run_start_s
+        with np.errstate(invalid="ignore"):
+            travel_rad = np.abs(conditions.speed_rad_s) * conditions.since_run_start_s
         # At rest long after the start: no travel is known, and nothing is left of the stroke.
         known = np.nan_to_num(travel_rad, nan=np.inf)
         over = 1.0 - 2.0 * np.exp(-known / self.stroke_rad)
