@@ -10,6 +10,7 @@ from arctrue.studies.campaign.task import Task, digest, do_batch
 Batch = Sequence[Task]
 Done = tuple[Batch, list[tuple[Mapping[str, Any], float]]]
 RETRIES = 3
+CONNECT_S = 5.0
 
 
 def cluster(
@@ -31,7 +32,7 @@ def cluster(
             "--scheduler needs the library distributed: pip install 'arctrue[cluster]'"
         ) from error
     try:
-        client = Client(scheduler, timeout="20s")
+        client: Any = Client(scheduler, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
     except OSError as error:
         raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
     try:
@@ -47,7 +48,7 @@ def cluster(
             ): batch
             for batch in batches
         }
-        for future in as_completed(list(futures)):
+        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
             batch = futures.pop(future)
             try:
                 results = future.result()
