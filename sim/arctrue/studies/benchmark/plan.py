@@ -22,7 +22,9 @@ GENERATOR = (
     "studies/benchmark/sets.py",
     "studies/benchmark/plan.py",
 )
-SCORING = ("studies/benchmark/oracle.py", "studies/benchmark/score.py")
+SCORING = tuple(
+    f"studies/benchmark/{name}.py" for name in ("oracle", "outcome", "intervals", "score")
+)
 FILE = "plan.json"
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
 """Of the sets of each world. Of 6,600 sets: 308 with nothing a world, 2,640 with one cause of the
