@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
 from arctrue.cli._progress import SECONDS_BETWEEN_LINES, progress_console
+from arctrue.cli._terminal import say
 from arctrue.studies.campaign import CampaignError, Interrupted, Speed
 
 EXIT_INTERRUPTED = 130
@@ -57,10 +58,10 @@ def interruptible(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except Interrupted as stop:
-            click.echo(f"arctrue: {stop}", err=True)
+            say(f"arctrue: {stop}", err=True)
             raise SystemExit(EXIT_INTERRUPTED) from None
         except CampaignError as error:
-            click.echo(f"arctrue: {error}", err=True)
+            say(f"arctrue: {error}", err=True)
             raise SystemExit(2) from error
 
     return wrapped
@@ -103,7 +104,7 @@ class CampaignBar:
         self._bar.update(self._task, completed=speed.done, total=speed.total, told=told)
         if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = time.monotonic()
-            click.echo(f"{speed.done} of {speed.total} {self._what}, {told}", err=True)
+            say(f"{speed.done} of {speed.total} {self._what}, {told}", err=True)
 
 
 def _left(seconds: float) -> str:

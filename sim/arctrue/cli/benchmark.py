@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
-from arctrue.cli._outputs import OutputFile, OutputFolder, write_text
+from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import score_folders
@@ -18,6 +18,7 @@ from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
+from arctrue.whole_file import write_whole_text
 
 Folder = click.Path(path_type=Path, file_okay=False)
 
@@ -81,7 +82,6 @@ def score(
         console.print(
             f"{item['outcome']} ({item['said']}), {item['world']}, {hidden}\n  {item['command']}",
             soft_wrap=True,
-            markup=False,
         )
 
 
@@ -94,7 +94,7 @@ def page(folders: tuple[Path, ...], subject: str, path: Path) -> None:
     """Write what came out as a page."""
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
-    write_text(path, page_of(header["plan"], header["code"], found))
+    write_whole_text(path, page_of(header["plan"], header["code"], found))
     console.print(f"wrote {path}")
 
 

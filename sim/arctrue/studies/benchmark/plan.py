@@ -13,6 +13,7 @@ import numpy as np
 
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
 from arctrue.studies.campaign import Campaign, Task
+from arctrue.whole_file import write_whole_text
 
 PACKAGE = Path(__file__).resolve().parents[2]
 GENERATOR = (
@@ -144,7 +145,7 @@ def make_plan(tier: str, folder: Path) -> Plan:
     if path.exists() and (chosen.seed is None or read_plan(folder) != plan):
         raise PlanError(f"{path} is there already; take a new folder")
     folder.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(asdict(plan), indent=1) + "\n", encoding="utf-8")
+    write_whole_text(path, json.dumps(asdict(plan), indent=1) + "\n")
     return plan
 
 

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from arctrue.studies.campaign.task import Task, canonical, task_key
+from arctrue.whole_file import write_whole_text
 
 HEADER = "campaign.json"
 
@@ -79,7 +80,7 @@ def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
     # Written whole under another name and linked: of two shards that begin at once one wins.
     mine = folder / f".{HEADER}.{os.getpid()}"
-    mine.write_text(text, encoding="utf-8")
+    write_whole_text(mine, text)
     try:
         os.link(mine, path)
     except FileExistsError:
@@ -165,5 +166,5 @@ def merge(folders: Iterable[Path], into: Path) -> int:
     into.mkdir(parents=True, exist_ok=True)
     _check_header(into, read_header(listed[0]))
     text = "".join(item.line() + "\n" for item in results)
-    (into / "results.jsonl").write_text(text, encoding="utf-8")
+    write_whole_text(into / "results.jsonl", text)
     return len(results)
