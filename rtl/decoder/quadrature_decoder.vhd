@@ -25,6 +25,9 @@
 -- position - position of the zero, and wraps likewise. While nothing wraps, angle is
 -- turn_position modulo counts_per_rev in every clock, before the first index too.
 --
+-- **Phase.** `phase_of_zero` is the place of (A, B) in 00, 10, 11, 01 at position 0 and every fourth count from
+-- there. It is 2 clocks behind the position and changes by illegal transitions only, after the reset.
+--
 -- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
 -- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
 -- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
@@ -105,6 +108,7 @@ entity quadrature_decoder is
     position             : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, multi-turn
     angle                : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts, below counts_per_rev
     turn_position        : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the first index
+    phase_of_zero        : out   u_unsigned(1 downto 0);                              -- place of (A, B) at position 0 modulo 4
     direction            : out   std_ulogic;                                          -- of the last step, '1' up
     step                 : out   std_ulogic;                                          -- strobe: position changed
     step_up              : out   std_ulogic;                                          -- strobe: it rose
@@ -273,6 +277,8 @@ begin
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
     variable spacing         : natural range 0 to LARGEST              := LARGEST;
     variable too_near        : std_ulogic                              := '0';
+    -- Place of (A, B) in 00, 10, 11, 01, of the clock of the position
+    variable place           : u_unsigned(1 downto 0)                  := "00";
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
     -- Where an index told in this clock lies: behind its step up, before its step down
@@ -345,7 +351,14 @@ begin
         index_before := '1';
       end if;
 
+      phase_of_zero <= place - u_unsigned(position(1 downto 0));
+
       -- Stage 2: take the step.
+      place     := before(1) & (before(2) xor before(1));
+      if (preload = '1') then
+        phase_of_zero <= "00";
+        place         := filtered(1) & (filtered(2) xor filtered(1));
+      end if;
       zero_now  := add_with_carry(position, (position'range => meets_up and meets_inside), not meets_up);
       direction <= up;
       step      <= moves;
@@ -507,6 +520,7 @@ begin
         angle             <= (others => '0');
         turn_position     <= (others => '0');
         direction         <= '1';
+        phase_of_zero     <= "00";
         step              <= '0';
         step_up           <= '0';
         last_edge_time    <= (others => '0');

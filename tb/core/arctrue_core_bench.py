@@ -299,9 +299,13 @@ async def correction_waits_for_the_index(dut):
         snapshot.correction / 2048
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
-    # The output followed through index and start of the correction to the very count.
+    # The output followed through index and start of the correction to the very count, from the
+    # levels that belong to its first one; they are those of head 1 at that count.
     corrected = machine.corrected
-    assert machine.output[-1] - machine.output[0] == corrected[-1] - corrected[0]
+    to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
+    assert abs(to_phase) <= 2
+    place = corrected[-1] - snapshot.head1_position + machine.reading[-1][0]
+    assert (machine.output[-1] - place) % 4 == 0
     # A count of the head and a count of the ramp may fall together; a step would be 14 or more.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
     # Bypass: the correction decays, the position is the head's own again.
@@ -378,6 +382,33 @@ async def turn_length_and_rearm(dut):
     after = await names.snapshot()
     assert (after.head1_angle, after.head2_angle) == (0, 0)
     assert after.head1_position == snapshot.head1_position
+
+
+@cocotb.test()
+async def a_shorter_turn_sends_no_burst(dut):
+    """A correction beyond half of the new turn is clipped at once; the output does not follow."""
+    machine = await prepared(dut)
+    names = machine.registers
+    coefficients = Coefficients.from_harmonics(
+        [], [], [], table.COUNTS_PER_REV, LANES, offset_counts=120.0
+    )
+    await names.write_coefficients(coefficients)
+    await names.command("swap")
+    await names.update("control", compensate=1, output_enable=1)
+    await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT))
+    await ClockCycles(dut.clock, 2000)
+    assert (await names.snapshot()).correction == 120 * 2048
+    # The ramp holds the correction, so that nothing but the limit of 31 counts changes it.
+    await names.write("ramp_rate", 0)
+    before = machine.output[-1]
+    await names.write("counts_per_rev", 64)
+    await names.command("rearm")
+    await ClockCycles(dut.clock, 1500)
+    assert (await names.snapshot()).correction == 31 * 2048
+    assert abs(machine.output[-1] - before) <= 2, "to the levels of the new position"
+    assert not await names.read("status.cannot_keep_up")
+    await names.write("ramp_rate", FASTEST_RAMP)
+    await clear_coefficients(machine)
 
 
 @cocotb.test()

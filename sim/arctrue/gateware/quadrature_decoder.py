@@ -65,6 +65,8 @@ class DecoderTrace:
     position: Ints
     angle: Ints
     turn_position: Ints
+    phase_of_zero: Ints
+    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
     direction: Ints
     step: Ints
     step_up: Ints
@@ -293,12 +295,18 @@ def quadrature_decoder(
     overspeed, overspeed_count = _sticky(too_fast, clear, reset)
     index_error, index_error_count = _sticky(_was(misplaced & ~reset) & ~reset, clear, reset)
 
+    # The levels of the clock in which the position was decided.
+    place = 2 * b + (a ^ b)
+    place = np.where(preload, place, _earlier(place))
+    phase_of_zero = np.where(reset | preload, 0, _earlier((place - from_reset) % 4))
+
     direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))
     direction[0] = 1
     after = {
         "position": _wrapped(from_reset),
         "angle": from_zero % turn_in_force,
         "turn_position": _wrapped(from_zero),
+        "phase_of_zero": phase_of_zero,
         "direction": direction,
         "step": moves,
         "step_up": moved > 0,
