@@ -64,6 +64,14 @@ MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/decoder/test_quadrature_decoder.py",
     ),
     Mutation(
+        "zero_of_one_mark",
+        "a single mark in the wrong place moves the zero",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "moves_zero := judged and (are_within(1) or are_within(0)) and is_in_doubt",
+        "moves_zero := judged and is_in_doubt",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
         "silent_overspeed",
         "edges that the filter swallows are not told",
         "rtl/decoder/quadrature_decoder.vhd",

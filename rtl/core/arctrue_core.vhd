@@ -120,6 +120,7 @@ architecture rtl of arctrue_core is
   signal heads          : head_pair;
   signal pins           : std_ulogic_vector(1 to 6);
   signal clear_head     : std_ulogic_vector(1 to 2);
+  signal zero_again     : std_ulogic_vector(1 to 2);
 
   signal capture_ready   : std_ulogic;
   signal capture_overrun : std_ulogic;
@@ -167,6 +168,8 @@ begin
   -- Pins to positions ------------------------------------------------------------------------
 
   pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z;
+  -- The zero of head 2 is the separation of the heads: the processor's business.
+  zero_again <= hwif_out.lost_counts.zero_again.value & '0';
   clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value;
 
   turn_length : entity work.rearm_control
@@ -197,6 +200,7 @@ begin
         timestamp            => timestamp,
         clear                => clear_head(number),
         rearm                => rearm,
+        zero_again           => zero_again(number),
         position             => heads(number).position,
         angle                => heads(number).angle,
         turn_position        => heads(number).turn_position,

@@ -45,6 +45,8 @@ class Machine:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.z: list[int] = []
+        self.slip = 0
+        """Counts of head 1 that its wires have lost: its index comes so much earlier."""
         self.first_time = -1
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
@@ -52,7 +54,8 @@ class Machine:
         for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
             if tuple(pair) != self.pair:
                 self.pair = tuple(pair)
-                drive(self.dut, self.pair, self.index_scatter)
+                lost = (self.pair[0] + self.slip, self.pair[1])
+                drive(self.dut, lost, self.index_scatter)
             self.now = now
             await FallingEdge(self.dut.clock)
 
@@ -408,6 +411,48 @@ async def a_shorter_turn_sends_no_burst(dut):
     assert abs(machine.output[-1] - before) <= 2, "to the levels of the new position"
     assert not await names.read("status.cannot_keep_up")
     await names.write("ramp_rate", FASTEST_RAMP)
+    await clear_coefficients(machine)
+
+
+@cocotb.test()
+async def lost_counts_leave_the_correction_on(dut):
+    """A period lost on the wires: corrected throughout, at the right place again, and Z too."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.write_coefficients(
+        Coefficients.from_harmonics([1], [6.0], [0.4], table.COUNTS_PER_REV, LANES)
+    )
+    await names.command("swap")
+    await names.update("control", compensate=1, output_enable=1)
+    await names.update("lost_counts", zero_again=1)
+    motion = table.motion(4.7, CLOCKS_PER_COUNT)
+    lost_at = int(np.argmax(table.readings(motion)[:, 0] >= table.COUNTS_PER_REV + 50))
+    await machine.turn(motion[:lost_at])
+    assert await names.read("status.compensating")
+    # A period that the wires do not show: the pins are the same four counts further on.
+    machine.slip = 4
+    seen = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clock)
+            seen.append(int(dut.status_compensating.value))
+
+    cocotb.start_soon(watch())
+    await machine.turn(motion[lost_at:])
+    await ClockCycles(dut.clock, 100)
+    assert all(seen), "the correction was taken off"
+    assert await names.read("head1.flags.index_error") == 1
+    snapshot = await names.snapshot()
+    reading = machine.reading[-1][0] + machine.slip
+    assert snapshot.head1_angle == reading % table.COUNTS_PER_REV
+    assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
+    rises = np.flatnonzero(np.diff(machine.z) == 1)
+    at_z = np.array(machine.output)[rises + 1]
+    # A turn from Z to Z, but for the four counts that the output did not see either.
+    assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
+    assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4
+    assert np.abs(np.diff(machine.corrected)).max() <= 2
     await clear_coefficients(machine)
 
 

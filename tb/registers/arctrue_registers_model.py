@@ -25,6 +25,7 @@ READ_WRITE = {
     0x048: (0xFFFF, 100, "following_limit"),
     0x050: (0xFFFF, 2, "index_tolerance"),
     0x054: (0x331, 0x20, "output_index"),
+    0x058: (0x1, 0, "lost_counts"),
     0x0A0: (0x3FF, 0, None),
 }
 """Address: bits that exist, value after reset, port that shows the value."""
