@@ -264,3 +264,20 @@ def test_flag_stays_through_disable() -> None:
     )
     assert trace.cannot_keep_up[25:].all()
     assert (trace.following_error[102:] == 0).all()
+
+
+@pytest.mark.parametrize("fold", [1, 2, 4, 8])
+@pytest.mark.parametrize("clocks_a_count", [11.0, 17.3, 71.5])
+def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
+    """A reading stands for FOLD clocks: edges come 0 to FOLD - 1 clocks late, and no later."""
+    clock = np.arange(20_000)
+    position = np.floor(clock / clocks_a_count).astype(np.int64)
+    at = edges(quadrature_output(OutputInputs(position[clock // fold * fold], 0, 2**24)))[4:]
+    ideal = np.ceil(np.arange(len(at)) * clocks_a_count)
+    late = at - at[0] - ideal
+    assert np.ptp(late) <= fold - 1 + (clocks_a_count % 1 > 0)
+    if fold > 1:
+        assert set((np.diff(at) % fold).tolist()) == {0}
+        assert np.ptp(np.diff(at)) == fold
+    if (fold, clocks_a_count) == (8, 11.0):
+        assert set(np.diff(at).tolist()) == {8, 16}
