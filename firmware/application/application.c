@@ -11,6 +11,11 @@
 
 /* Turns of head 1 without a bank after which the capture is stuck. */
 enum { STUCK_TURNS = 4 };
+/* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
+   access of its bus. */
+enum { SWAP_LOOKS_MOST = 1000 };
+/* More than this head 1 does not lose from one index to the next without another fault. */
+#define LOST_TURNS_MOST (1.0 / 1024.0)
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
 enum { FAULTS_HELD = 3, FAULT_FORGOTTEN_TURNS = 20 };
 
@@ -50,6 +55,8 @@ const char *alarm_name(uint32_t bit) {
         return "temperature";
     case ALARM_ZERO_LOST:
         return "zero_lost";
+    case ALARM_SWAP:
+        return "swap";
     default:
         return NULL;
     }
@@ -320,6 +327,7 @@ static bool load_candidate(struct application *application) {
     application->active = application->candidate;
     application->has_active = true;
     application->swaps++;
+    application->swap_looks = 0;
     application->phase = PHASE_SWAP;
     set_control(application);
     return true;
@@ -419,9 +427,28 @@ static void finish_bank(struct application *application) {
     core_release_capture(&application->core);
 }
 
+/* At the index that shows it, not with the bank: that may be full minutes later. What has been
+   captured of the turn has the wrong zero, so that the capture begins anew as well. A mark far from
+   the index is rather a pulse that is none: the bank tells, which another index comes before. */
+static void watch_zero(struct application *application) {
+    if (!core_head_index_error(&application->core, 0)) {
+        return;
+    }
+    double off = fabs((double)zero_of(application, 0, 0));
+    if (off != 0.0 && off <= LOST_TURNS_MOST * application->parameters.counts_per_rev) {
+        application->report.alarms |= ALARM_ZERO_LOST;
+        application->report.fresh = true;
+        core_control(&application->core, false, true, false);
+        find_zeros_anew(application);
+        give_back_old_bank(application);
+        set_control(application);
+    }
+}
+
 static void look_for_bank(struct application *application) {
     if (!core_status(&application->core).capture_ready) {
         watch_capture(application);
+        watch_zero(application);
         return;
     }
     application->banks_without_interrupt += !application->interrupted;
@@ -434,6 +461,23 @@ static void look_for_bank(struct application *application) {
         return;
     }
     finish_bank(application);
+}
+
+/* Which coefficients are active is not known: safe is none. */
+static void swap_is_lost(struct application *application) {
+    application->report.alarms |= ALARM_SWAP;
+    application->report.fresh = true;
+    application_forget(application);
+}
+
+static void wait_for_swap(struct application *application) {
+    bool swapped = core_swap_count(&application->core) != application->swaps_before;
+    if (swapped || ++application->swap_looks > SWAP_LOOKS_MOST) {
+        application->phase = PHASE_CAPTURE;
+    }
+    if (!swapped && application->phase == PHASE_CAPTURE) {
+        swap_is_lost(application);
+    }
 }
 
 void application_interrupt(struct application *application) {
@@ -463,9 +507,7 @@ void application_step(struct application *application) {
         }
         break;
     case PHASE_SWAP:
-        if (core_swap_count(&application->core) != application->swaps_before) {
-            application->phase = PHASE_CAPTURE;
-        }
+        wait_for_swap(application);
         break;
     case PHASE_NO_CORE:
     case PHASE_HELD:

@@ -46,6 +46,7 @@ enum alarm {
     ALARM_COEFFICIENTS = 64,
     ALARM_TEMPERATURE = 128,
     ALARM_ZERO_LOST = 256,
+    ALARM_SWAP = 512,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -105,7 +106,9 @@ struct application {
        zero. Head 1's zero is found anew in place of that. */
     int32_t head2_zero;
     uint32_t swaps_before;
-    /* What is known of the error. */
+    uint32_t swap_looks;
+    /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
+    struct estimate measured;
     struct estimate estimate;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];

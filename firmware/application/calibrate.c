@@ -3,6 +3,7 @@
 #include "calibrate.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "separation.h"
 #include "units.h"
@@ -28,21 +29,21 @@ static enum refusal estimate_turn(struct application *application, struct turn *
     if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
         /* Told, and nothing more: what either method made of it would be an error for another
            table. */
-        application->estimate.measured_separation_rad = apart_rad;
+        application->measured.measured_separation_rad = apart_rad;
         return REFUSED_HEADS_EXCHANGED;
     }
     if (application->parameters.method != 0.0) {
         return least_squares_estimate(&workspace->least_squares, turn, &settings,
-                                      &application->estimate);
+                                      &application->measured);
     }
     enum refusal reason =
-        fourier_estimate(&workspace->fourier, turn, &settings, &application->estimate);
-    estimate_as_function_of_reading(&workspace->reading, &application->estimate);
+        fourier_estimate(&workspace->fourier, turn, &settings, &application->measured);
+    estimate_as_function_of_reading(&workspace->reading, &application->measured);
     return reason;
 }
 
 static enum refusal judge_noise(struct application *application) {
-    double noise = application->estimate.noise_arcsec;
+    double noise = application->measured.noise_arcsec;
     double usual = application->usual_noise_arcsec;
     enum refusal reason = gate_judge_noise(noise, usual, application->parameters.noise_limit);
     if (reason != NOT_REFUSED && ++application->noisy_turns < NOISY_TURNS_MOST) {
@@ -56,20 +57,30 @@ static enum refusal judge_noise(struct application *application) {
 
 static enum refusal make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
-    struct estimate *estimate = &application->estimate;
+    struct estimate *estimate = &application->measured;
     uint32_t lanes = application->configuration.lanes;
+    enum verdict verdicts[ORDERS_MAX];
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
-    select_orders(estimate, lanes, parameters->gain_limit, application->verdicts);
-    enum refusal reason =
-        coefficients_quantise(estimate, application->verdicts, application->capture.counts_per_rev,
-                              lanes, &application->candidate);
+    select_orders(estimate, lanes, parameters->gain_limit, verdicts);
+    enum refusal reason = coefficients_quantise(
+        estimate, verdicts, application->capture.counts_per_rev, lanes, &application->candidate);
     if (reason != NOT_REFUSED) {
         return reason;
     }
+    application->estimate = *estimate;
+    memcpy(application->verdicts, verdicts, sizeof verdicts);
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
-    return gate_judge(&application->report.prediction);
+    reason = gate_judge(&application->report.prediction);
+    if (reason != NOT_REFUSED && active != NULL &&
+        coefficients_most_order(active) > estimate->orders) {
+        /* `orders` was lowered: what no turn judges any more is not applied any more. */
+        application->candidate = *active;
+        coefficients_drop_orders(&application->candidate, estimate->orders);
+        reason = NOT_REFUSED;
+    }
+    return reason;
 }
 
 enum refusal calibrate_turn(struct application *application) {

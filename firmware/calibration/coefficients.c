@@ -58,6 +58,23 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
     return NOT_REFUSED;
 }
 
+uint32_t coefficients_most_order(const struct coefficients *coefficients) {
+    uint32_t most = 0;
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        uint32_t order = coefficients->lane[lane].order;
+        most = order > most ? order : most;
+    }
+    return most;
+}
+
+void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        if (coefficients->lane[lane].order > most) {
+            coefficients->lane[lane] = (struct lane){0};
+        }
+    }
+}
+
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order) {
     struct vector total = {0.0, 0.0};
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {

@@ -53,6 +53,8 @@ static const struct {
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
+    {"swap", "the core did not take new coefficients: the correction is off and everything is found "
+             "anew; if it comes again, do not use this board"},
     {"lost", "a fault has cleared the settings: they are at their presets and bypass is on; set what "
              "differs, then bypass off"},
     {"held", "the third fault in a row: the output follows head 1 and no turn is worked on; note "
