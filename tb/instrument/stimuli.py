@@ -154,6 +154,7 @@ def quadrature_decoder(random: np.random.Generator) -> Stimulus:
         "index_tolerance": held([0, 1, 0, 60000], clocks // 4),
         "timestamp": list(range(2**40, 2**40 + clocks)),
         "clear": pulses(random, 0.004, clocks),
+        "zero_again": held([0, 1, 1, 1], clocks // 4),
         "rearm": held(pulses(random, 0.05, clocks // 10), 10),
     }
 
