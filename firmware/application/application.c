@@ -143,7 +143,9 @@ static void give_back_old_bank(const struct application *application) {
     }
 }
 
-void application_forget(struct application *application) {
+/* What was loaded is judged anew; it need not come again. */
+static void begin_with_nothing(struct application *application) {
+    load_again(&application->load, (uint32_t)application->parameters.counts_per_rev);
     application->has_active = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
@@ -153,10 +155,15 @@ void application_forget(struct application *application) {
     }
 }
 
+void application_forget(struct application *application) {
+    load_forget(&application->load);
+    begin_with_nothing(application);
+}
+
 void application_start(struct application *application) {
     struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
-    application_forget(application);
+    begin_with_nothing(application);
     if (!core_identify(&application->core, &application->configuration) ||
         !core_set_up(&application->core, &setup)) {
         return;
@@ -215,6 +222,12 @@ enum parameter_answer application_set(struct application *application, const cha
     return answer;
 }
 
+enum load_answer application_load_end(struct application *application, uint32_t crc) {
+    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
+                    crc);
+}
+
 void application_freeze(struct application *application, bool frozen) {
     application->frozen = frozen;
     keep_settings(application);
@@ -245,7 +258,7 @@ static void capture_is_stuck(struct application *application, int32_t position) 
     application->stuck_captures++;
     application->report.alarms |= ALARM_STUCK_CAPTURE;
     application->report.fresh = true;
-    application_forget(application);
+    begin_with_nothing(application);
     core_control(&application->core, false, true, false);
     set_control(application);
     application->position_at_bank = position;
@@ -397,6 +410,20 @@ static void forget_old_faults(struct application *application) {
     }
 }
 
+/* An order to load is obeyed while the calibration is frozen, too. */
+static void take_load(struct application *application) {
+    struct load *load = &application->load;
+    if (!load_candidate(application)) {
+        application->report.result = TURN_KEPT;
+        application->report.alarms |= ALARM_COEFFICIENTS;
+        load_refuse(load, LOAD_NOT_READ_BACK);
+        return;
+    }
+    application->report.result = TURN_APPLIED;
+    load->loaded = load->received;
+    load->state = coefficients_most_order(&load->loaded) > 0 ? LOAD_ACTIVE : LOAD_NONE;
+}
+
 static void process_bank(struct application *application) {
     struct turn_report *report = &application->report;
     *report = (struct turn_report){
@@ -413,7 +440,9 @@ static void process_bank(struct application *application) {
     if (report->result == TURN_REFUSED) {
         after_refusal(application);
     }
-    if (report->result == TURN_APPLIED && !load_candidate(application)) {
+    if (application->load_judged) {
+        take_load(application);
+    } else if (report->result == TURN_APPLIED && !load_candidate(application)) {
         report->result = TURN_KEPT;
         report->alarms |= ALARM_COEFFICIENTS;
     }
@@ -467,7 +496,7 @@ static void look_for_bank(struct application *application) {
 static void swap_is_lost(struct application *application) {
     application->report.alarms |= ALARM_SWAP;
     application->report.fresh = true;
-    application_forget(application);
+    begin_with_nothing(application);
 }
 
 static void wait_for_swap(struct application *application) {

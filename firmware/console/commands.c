@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "advice.h"
+#include "load_commands.h"
 #include "units.h"
 
 typedef void command_action(struct console *console, char *const *words, uint32_t number);
@@ -313,6 +314,7 @@ static const struct command commands[] = {
     {"status", "status", 1, 1, status},
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
+    {"load", load_use, 2, 7, load_command},
     {"dump", "dump: the next turn's capture as CSV", 1, 1, dump},
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},

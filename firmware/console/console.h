@@ -9,7 +9,7 @@
 #include "application.h"
 #include "text.h"
 
-enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 4 };
+enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 7 };
 
 /* A word that somebody else knows. */
 typedef const char *console_word(void);

@@ -47,7 +47,7 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
         ("set orders 3.5", "error: a whole number is needed, not 3.5"),
         ("set colour 1", "error: no parameter colour"),
         ("bypass maybe", "error: on or off, not maybe"),
-        ("a b c d e", "error: the line is too long or is not text; try help"),
+        ("a b c d e f g h", "error: the line is too long or is not text; try help"),
         ("x" * 81, "error: the line is too long or is not text; try help"),
         ("x" * 5000, "error: the line is too long or is not text; try help"),
         ("st\x01atus", "error: the line is too long or is not text; try help"),
