@@ -17,10 +17,12 @@ from arctrue.measurement import write_measurement_set
 SIGNED = {
     ("calibrate", "separation"),
     ("export", "temperature"),
+    ("import", "separation"),
+    ("import", "clock_offset"),
     ("simulate", "sizes"),
     ("calibrate", "runs"),
 }
-"""Angles, °C, sizes of causes and numbers of runs may be negative."""
+"""Angles, °C, clocks, sizes of causes and numbers of runs may be negative."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:
