@@ -1,8 +1,9 @@
 """The command line: ``arctrue COMMAND``.
 
 One file a command: ``arctrue/cli/<command>.py`` holds a click command called ``<command>`` (or
-``command``), and is found by its name. A ``_`` in the file's name is a ``-`` on the command line;
-a file whose name begins with ``_`` or without such a command is no command.
+``command``), and is found by its name. A ``_`` in the file's name is a ``-`` on the command line,
+one at its end (``import_``) is left out; a file whose name begins with ``_`` or without such a
+command is no command.
 """
 
 from __future__ import annotations
@@ -39,8 +40,15 @@ class _Commands(click.Group):
     """Imports a command's module only when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        modules = pkgutil.iter_modules(cli.__path__)
-        return sorted(m.name.replace("_", "-") for m in modules if not m.name.startswith("_"))
+        return sorted(self._modules())
+
+    @staticmethod
+    def _modules() -> dict[str, str]:
+        """The module of each command."""
+        names = (module.name for module in pkgutil.iter_modules(cli.__path__))
+        return {
+            name.rstrip("_").replace("_", "-"): name for name in names if not name.startswith("_")
+        }
 
     def invoke(self, ctx: click.Context) -> object:
         try:
@@ -51,9 +59,9 @@ class _Commands(click.Group):
             raise
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in self.list_commands(ctx):
+        name = self._modules().get(cmd_name)
+        if name is None:
             return None
-        name = cmd_name.replace("-", "_")
         try:
             module = importlib.import_module(f"arctrue.cli.{name}")
         except ModuleNotFoundError as error:

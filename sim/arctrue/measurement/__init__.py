@@ -4,6 +4,7 @@ from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import (
     Capture,
     MeasurementSet,
+    Origin,
     Reference,
     Table,
 )
@@ -14,6 +15,7 @@ __all__ = [
     "Capture",
     "MeasurementError",
     "MeasurementSet",
+    "Origin",
     "Reference",
     "Table",
     "open_capture",

@@ -51,6 +51,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "standard_uncertainty_arcsec": Key("number", low=0),
         "clock_offset_s": Key("number"),
     },
+    "origin": {"command": Key("text"), "program": Key("text")},
 }
 _KIND_NAMES = {
     "text": "text",

@@ -115,6 +115,14 @@ class Reference(_Rows):
 
 
 @dataclass(frozen=True)
+class Origin:
+    """How a set was made: the ``command`` that makes it again, and the ``program``'s version."""
+
+    command: str | None = None
+    program: str | None = None
+
+
+@dataclass(frozen=True)
 class MeasurementSet:
     """A whole set.
 
@@ -126,6 +134,7 @@ class MeasurementSet:
     capture: Capture | None = None
     reference: Reference | None = None
     title: str = ""
+    origin: Origin = field(default_factory=Origin)
     other: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     folder: Path | None = None

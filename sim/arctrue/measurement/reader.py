@@ -20,6 +20,7 @@ from arctrue.measurement.measurement_set import (
     REFERENCE_OPTIONAL,
     Capture,
     MeasurementSet,
+    Origin,
     Reference,
     Table,
 )
@@ -59,6 +60,7 @@ def read_measurement_set(
         capture=heads,
         reference=compared,
         title=description.values[""].get("title", ""),
+        origin=Origin(**description.values["origin"]),
         other=description.other,
         warnings=tuple(warnings),
         folder=folder,

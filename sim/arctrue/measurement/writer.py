@@ -91,6 +91,7 @@ def _description(measurement: MeasurementSet) -> str:
             "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
             "clock_offset_s": measurement.reference.clock_offset_s,
         }
+    sections["origin"] = vars(measurement.origin)
     for name, section in sections.items():
         entries = {key: value for key, value in section.items() if value is not None}
         if entries:

@@ -18,10 +18,12 @@ SIGNED = {
     ("calibrate", "separation"),
     ("iso230", "temperature"),
     ("export", "temperature"),
+    ("import", "separation"),
+    ("import", "clock_offset"),
     ("simulate", "sizes"),
     ("calibrate", "runs"),
 }
-"""Angles, °C, sizes of causes and numbers of runs may be negative."""
+"""Angles, °C, clocks, sizes of causes and numbers of runs may be negative."""
 
 
 def _numeric() -> Iterator[tuple[click.Context, str, click.Parameter]]:

@@ -1,0 +1,245 @@
+"""arctrue import: files of other programs become a measurement set."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.table import Table as Grid
+
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import say
+from arctrue.cli._workbench import console, for_people
+from arctrue.importing import (
+    Ambiguous,
+    Choices,
+    Imported,
+    ReadSettings,
+    Settings,
+    import_recordings,
+    read_recording,
+)
+from arctrue.importing.choices import refuse
+from arctrue.importing.quantities import QUANTITIES, UNITS
+from arctrue.measurement import Capture, Origin, Reference, Table, write_measurement_set
+from arctrue.measurement.description import FILE_NAME
+from arctrue.printable import one_line
+from arctrue.runs import run_spans
+
+_UNITS = "; ".join(
+    f"{kind}: {', '.join(units)}" for kind, units in UNITS.items() if kind != "whole"
+)
+
+
+def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
+    """NAME=VALUE of an option. Raises ValueError."""
+    found: dict[str, str] = {}
+    for pair in given:
+        name, equals, value = pair.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise ValueError(f"{option} {pair}: expected NAME=VALUE")
+        if name in found:
+            raise ValueError(f"{option} {name}: is given twice")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _ask(asked: Ambiguous) -> str:
+    """The answer of the person at the terminal."""
+    kind = None if asked.free_text else click.Choice([*asked.answers])
+    say(asked.question, err=True)
+    return str(click.prompt(asked.option.strip("-"), type=kind, err=True))
+
+
+@click.command("import", short_help="Make a measurement set of files of other programs.")
+@click.argument(
+    "files",
+    metavar="FILE...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+)
+@click.argument("out", metavar="OUT", type=OutputFolder())
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="NAME=COLUMN",
+    help=f"The file's column (name or number, 1 is the first; 2:NAME in the second file) of "
+    f"{', '.join(QUANTITIES)}; another NAME is a condition.",
+)
+@click.option("--unit", "units", multiple=True, metavar="NAME=UNIT", help=f"Of a column. {_UNITS}.")
+@click.option("--format", "reader", default="", metavar="NAME", help="The reader of the files.")
+@click.option(
+    "--delimiter",
+    type=click.Choice(["comma", "semicolon", "tab", "space"]),
+    help="Between the columns of text.",
+)
+@click.option("--decimal", type=click.Choice(["point", "comma"]), help="In numbers of text.")
+@click.option("--group", default="", metavar="PATH", help="Of HDF5; the variable of EPICS.")
+@click.option("--period", type=Finite(min=0.0, min_open=True), help="Seconds between two rows.")
+@click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts of one turn.")
+@click.option("--separation", type=Finite(-360.0, 360.0), help="Degrees from head 1 to head 2.")
+@click.option(
+    "--sign",
+    type=click.Choice(["reading-true", "true-reading"]),
+    help="What the error column is; ISO 230-2 has true-reading.",
+)
+@click.option(
+    "--zero",
+    type=click.Choice(["shift", "keep"]),
+    help="Where reading and reference have different zeros: shift the reference's, or keep it.",
+)
+@click.option("--clock-offset", type=Finite(), help="Seconds from the reference's clock.")
+@click.option("--missing", type=click.Choice(["drop"]), help="Leave rows without a value out.")
+@click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
+@click.option("--gear-teeth", type=click.IntRange(min=1), help="Of the drive.")
+@click.option("--faces", type=click.IntRange(min=1), help="Of the polygon.")
+@click.option("--instrument", metavar="TEXT", help="What the reference is.")
+@click.option("--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of it, arcsec.")
+@click.option("--title", default="", metavar="TEXT", help="Of the set.")
+@click.option("--dry-run", is_flag=True, help="Say what would be written; write nothing.")
+@for_people
+def import_(
+    files: tuple[Path, ...],
+    out: Path,
+    columns: tuple[str, ...],
+    units: tuple[str, ...],
+    reader: str,
+    delimiter: str | None,
+    decimal: str | None,
+    group: str,
+    period: float | None,
+    counts_per_rev: int | None,
+    separation: float | None,
+    sign: str | None,
+    zero: str | None,
+    clock_offset: float | None,
+    missing: str | None,
+    lines: int | None,
+    gear_teeth: int | None,
+    faces: int | None,
+    instrument: str | None,
+    u_arcsec: float | None,
+    title: str,
+    dry_run: bool,
+) -> None:
+    """Make the measurement set OUT of FILEs that other programs recorded.
+
+    Text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of LinuxCNC,
+    camonitor logs of EPICS. What the files do not say is asked at a terminal; a script is told the
+    options (exit code 2). The command that repeats the import is written into the set.
+    """
+    if not dry_run and (out / FILE_NAME).exists():
+        raise ValueError(f"{out}: holds a measurement set already; name a new folder")
+    choices = Choices(_ask if sys.stdin.isatty() else refuse)
+    reading = ReadSettings(delimiter or "", decimal or "", group, period)
+    recordings = [read_recording(path, reader, reading, choices) for path in files]
+    imported = import_recordings(
+        recordings,
+        Settings(
+            columns=_pairs("--column", columns),
+            units=_pairs("--unit", units),
+            sign=sign or "",
+            zero=zero or "",
+            clock_offset_s=clock_offset,
+            missing=missing or "",
+            table=Table(
+                counts_per_rev=counts_per_rev,
+                head_separation_deg=separation,
+                grating_lines=lines,
+                drive_gear_teeth=gear_teeth,
+                faces=faces,
+            ),
+            instrument=instrument,
+            standard_uncertainty_arcsec=u_arcsec,
+            title=title,
+        ),
+        choices,
+    )
+    command = _command(choices.answers)
+    _print(files, imported)
+    if dry_run:
+        console.print(f"{out} is not written (--dry-run); the whole command: {command}")
+        return
+    origin = Origin(one_line(command), f"arctrue {version('arctrue')}")
+    write_measurement_set(out, replace(imported.measurement, origin=origin))
+    from arctrue.report.import_figure import plot_imported
+
+    picture = plot_imported(imported.measurement, out)
+    console.print(f"wrote {out}; first look: {picture}", soft_wrap=True)
+
+
+def _command(answers: Sequence[tuple[str, str]]) -> str:
+    """What repeats this import: the command as it was typed, and the answers given."""
+    context = click.get_current_context()
+    words = ["arctrue", "import"]
+    assert isinstance(context.command, click.Command)
+    given = context.params
+    for option in context.command.params:
+        value = given.get(option.name or "")
+        if isinstance(option, click.Argument) or option.name == "dry_run" or not value:
+            continue
+        for item in value if option.multiple else [value]:
+            words += [option.opts[0], str(item)]
+    for name, answer in answers:
+        words += [name, answer]
+    return shlex.join([*words, *map(str, given["files"]), str(given["out"])])
+
+
+def _print(files: Sequence[Path], imported: Imported) -> None:
+    grid = Grid(title="Columns")
+    for heading in ("file", "column", "is", "unit", "said by"):
+        grid.add_column(heading, overflow="fold")
+    for path, sources in zip(files, imported.mapped, strict=True):
+        for name, source in sources.items():
+            grid.add_row(path.name, source.column, name, source.unit or "–", source.said_by)
+    console.print(grid)
+    for note in imported.notes:
+        console.print(f"• {note}", soft_wrap=True)
+    for label, part in (
+        ("capture", imported.measurement.capture),
+        ("reference", imported.measurement.reference),
+    ):
+        if part is not None:
+            _print_runs(label, part, imported.measurement.table.counts_per_rev)
+
+
+SHOWN_RUNS = 12
+
+
+def _print_runs(label: str, part: Capture | Reference, counts_per_rev: int | None) -> None:
+    if isinstance(part, Capture):
+        angle_deg = part.head1_counts / float(counts_per_rev or 1) * 360.0
+        error = (part.head2_counts - part.head1_counts) / float(counts_per_rev or 1) * 1_296_000.0
+        run = part.run
+    else:
+        angle_deg, error = part.target_deg, part.error_arcsec
+        run = part.run if part.run is not None else np.zeros(error.size, dtype=np.int64)
+    grid = Grid(title=f"{label}: {error.size:,} rows")
+    what = "R₂ − R₁" if isinstance(part, Capture) else "error"
+    for heading in ("run", "rows", "from °", "to °", "seconds", f"{what}\nmean ″", "RMS\nof it ″"):
+        grid.add_column(heading, justify="right")
+    spans = run_spans(run)
+    for start, end in spans[:SHOWN_RUNS]:
+        seconds = math.nan if part.time_s is None else part.time_s[end - 1] - part.time_s[start]
+        grid.add_row(
+            str(run[start]),
+            f"{end - start:,}",
+            f"{angle_deg[start]:.3f}",
+            f"{angle_deg[end - 1]:.3f}",
+            "–" if math.isnan(seconds) else f"{seconds:.1f}",
+            f"{error[start:end].mean():.3f}",
+            f"{error[start:end].std():.3f}",
+        )
+    console.print(grid)
+    if len(spans) > SHOWN_RUNS:
+        console.print(f"and {len(spans) - SHOWN_RUNS} more runs")

@@ -1,0 +1,360 @@
+"""Makes a measurement set of recordings; every decision is told, every open question asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
+from arctrue.importing.columns import NONE, Mapped, map_columns
+from arctrue.importing.errors_and_signs import error_of_readings, signed_error
+from arctrue.importing.file_rows import FileRows, rows_of
+from arctrue.importing.motion import Pass, cycles, passes
+from arctrue.importing.recording import Recording
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.measurement.wraps import same_turn, unwrapped_counts
+from arctrue.units import ARCSEC_PER_TURN
+
+Integer = NDArray[np.int64]
+Float = NDArray[np.float64]
+
+LATE_START_S = 1e6
+"""A log that begins later than this counts from an epoch, not from its own start."""
+KEEP_ZERO, REFERENCE_ZERO = "keep", "shift"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a person said of the recordings; "" or None: not said.
+
+    ``columns``, ``units``: by quantity (``quantities``). ``sign``: ``reading-true`` or
+    ``true-reading``, of an error column. ``zero``: ``keep``, or ``shift`` to turn the reference's
+    zero to that of the reading. ``clock_offset_s``: added to the reference's time it gives the
+    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``table``, ``instrument``,
+    ``title``: as in the set.
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    sign: str = ""
+    zero: str = ""
+    clock_offset_s: float | None = None
+    missing: str = ""
+    table: Table = field(default_factory=Table)
+    instrument: str | None = None
+    standard_uncertainty_arcsec: float | None = None
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Imported:
+    """The set, where each column came from, and what was decided on the way."""
+
+    measurement: MeasurementSet
+    mapped: Sequence[Mapped]
+    notes: Sequence[str]
+    clocks: ClockOffset | None = None
+
+
+def import_recordings(
+    recordings: Sequence[Recording], settings: Settings, choices: Choices
+) -> Imported:
+    """The measurement set of ``recordings``.
+
+    Files with the same quantities are runs of one set. A file with a reading and one with a
+    reference are two logs of one motion: their clocks are aligned and the reading is interpolated
+    at the reference's times. Raises MeasurementError, AmbiguousError, ValueError.
+    """
+    for recording in recordings:
+        for text in recording.notes:
+            choices.note(text)
+    mapped = map_columns(recordings, settings.columns, settings.units, choices)
+    table = settings.table
+    if table.counts_per_rev is None and _needs_counts(mapped):
+        asked = Ambiguous(
+            "--counts-per-rev", "How many counts are one turn?", ["16777216"], free_text=True
+        )
+        table = replace(table, counts_per_rev=_whole(choices.ask(asked)))
+    files = [
+        rows_of(recording, sources, table.counts_per_rev, settings.missing, choices)
+        for recording, sources in zip(recordings, mapped, strict=True)
+    ]
+    files = _from_the_start(files, choices)
+    encoders = [f for f in files if "head1" in f.angles and "target" not in f.angles]
+    references = [f for f in files if "target" in f.angles]
+    clocks: ClockOffset | None = None
+    lonely = [f for f in references if not {"head1", "error"} & set(f.angles)]
+    if lonely:
+        references, clocks = _joined_logs(encoders, lonely, references, settings, choices)
+    heads = [f for f in files if {"head1", "head2"} <= set(f.angles) and f.time_s is not None]
+    capture = None
+    if heads:
+        table = _with_separation(table, choices)
+        capture = _capture(heads, table, choices)
+    reference = _reference(references, settings, choices) if references else None
+    if reference is not None and clocks is not None and capture is not None:
+        reference = replace(reference, clock_offset_s=clocks.offset_s)
+    if capture is None and reference is None:
+        raise ValueError(
+            "the columns make neither a capture (time, head1 and head2) nor a reference run "
+            "(target, with error or head1)"
+        )
+    measurement = MeasurementSet(table, capture, reference, title=settings.title)
+    return Imported(measurement, mapped, tuple(choices.notes), clocks)
+
+
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"expected a whole number, found {text!r}") from None
+
+
+def _needs_counts(mapped: Sequence[Mapped]) -> bool:
+    in_counts = any(source.unit == "counts" for sources in mapped for source in sources.values())
+    return in_counts or any({"head1", "head2"} <= set(sources) for sources in mapped)
+
+
+def _with_separation(table: Table, choices: Choices) -> Table:
+    if table.head_separation_deg is not None:
+        return table
+    asked = Ambiguous(
+        "--separation",
+        "How many degrees is head 2 from head 1, in the direction of increasing counts?",
+        ["180", "90", "33"],
+        free_text=True,
+    )
+    given = choices.ask(asked)
+    try:
+        return replace(table, head_separation_deg=float(given))
+    except ValueError:
+        raise ValueError(f"--separation: expected degrees, found {given!r}") from None
+
+
+def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
+    """Times counted from the first of all files, where they count from an epoch."""
+    starts = [float(f.time_s[0]) for f in files if f.time_s is not None and f.time_s.size]
+    if not starts or min(starts) < LATE_START_S:
+        return files
+    start = float(np.floor(min(starts)))
+    choices.note(f"times count from {start:.0f} s, the beginning of the first log")
+    return [f if f.time_s is None else replace(f, time_s=f.time_s - start) for f in files]
+
+
+def _joined_logs(
+    encoders: list[FileRows],
+    lonely: list[FileRows],
+    references: list[FileRows],
+    settings: Settings,
+    choices: Choices,
+) -> tuple[list[FileRows], ClockOffset | None]:
+    """The references with the encoder's reading at their times."""
+    if len(encoders) != 1 or len(lonely) != 1:
+        raise ValueError(
+            f"{len(encoders)} files have a reading without a reference and {len(lonely)} a "
+            "reference without a reading; expected one of each: import each pair by itself, then "
+            "arctrue join"
+        )
+    encoder, log = encoders[0], lonely[0]
+    for one in (encoder, log):
+        if one.time_s is None:
+            raise ValueError(f"{one.name}: two logs are brought together by their times; say "
+                             "--column time=…")  # fmt: skip
+        _require_order(one)
+    assert encoder.time_s is not None
+    assert log.time_s is not None
+    reading = encoder.unwrapped("head1", choices)
+    target = log.unwrapped("target", choices)
+    clocks = _clocks(log.time_s, target, encoder.time_s, reading, settings, choices)
+    at = log.time_s + clocks.offset_s
+    inside = (at >= encoder.time_s[0]) & (at <= encoder.time_s[-1])
+    if not inside.any():
+        raise ValueError(f"{encoder.name} and {log.name} do not overlap in time")
+    if not inside.all():
+        choices.note(
+            f"{int((~inside).sum())} rows of {log.name} are outside the times of {encoder.name} "
+            "and are left out"
+        )
+    found = replace(log, angles={**log.angles, "target": target}).where(inside)
+    head1 = np.interp(at[inside], encoder.time_s, reading)
+    found = replace(found, angles={**found.angles, "head1": head1})
+    return [f for f in references if f is not log] + [found], clocks
+
+
+def _require_order(rows: FileRows) -> None:
+    assert rows.time_s is not None
+    back = np.flatnonzero(np.diff(rows.time_s) <= 0.0)
+    if back.size:
+        raise rows.fault("time does not go on here", int(back[0]) + 1, "time")
+
+
+def _clocks(
+    reference_time_s: Float,
+    target: Float,
+    time_s: Float,
+    reading: Float,
+    settings: Settings,
+    choices: Choices,
+) -> ClockOffset:
+    nan = float("nan")
+    if settings.clock_offset_s is not None:
+        return ClockOffset(settings.clock_offset_s, nan, nan, nan, nan)
+    try:
+        found = clock_offset(reference_time_s, target, time_s, reading)
+    except UndeterminedOffsetError as error:
+        candidates = [f"{value:.6g}" for value in error.candidates_s] or ["0"]
+        given = choices.ask(
+            Ambiguous(
+                "--clock-offset",
+                f"The two logs: {error}. How many seconds are added to the reference's time?",
+                candidates,
+                free_text=not error.candidates_s,
+            )
+        )
+        return ClockOffset(float(given), nan, nan, nan, nan)
+    choices.note(
+        f"clocks: {found.offset_s:+.6f} s are added to the reference's time, standard uncertainty "
+        f"{found.u_s:.2g} s; the offset of parts of the log is within {found.left_s:.2g} s of it, "
+        f"the rates differ by {found.drift_ppm:.2g} ± {found.u_drift_ppm:.2g} ppm"
+    )
+    return found
+
+
+def _labelled(
+    rows: FileRows, angle: Float, choices: Choices, *, split: bool
+) -> tuple[Integer, Integer | None, Integer]:
+    """Run, direction (None: no motion) and cycle of each row; ``split``: a run has one direction.
+
+    The file's own columns count more than what the motion says.
+    """
+    given = rows.whole.get("run")
+    label = np.zeros(angle.size, dtype=np.int64) if given is None else given
+    starts = np.flatnonzero(np.diff(label)) + 1
+    if rows.time_s is not None:
+        back = np.flatnonzero((np.diff(rows.time_s) < 0.0) & (np.diff(label) == 0)) + 1
+        if back.size:
+            choices.note(
+                f"{rows.name}: time goes back {back.size} times, first at row "
+                f"{rows.line(int(back[0]))}: a new run begins there"
+            )
+        starts = np.union1d(starts, back)
+    edges = [0, *starts.tolist(), angle.size]
+    run = np.zeros(angle.size, dtype=np.int64)
+    direction = np.zeros(angle.size, dtype=np.int64)
+    cycle = np.zeros(angle.size, dtype=np.int64)
+    moved = True
+    number = 0
+    for start, end in pairwise(edges):
+        found = passes(angle[start:end])
+        moved = moved and bool(found)
+        cycle[start:end] = cycles(angle[start:end], found)
+        pieces = found or [Pass(0, end - start, 0)]
+        for piece in pieces:
+            here = slice(start + piece.start, start + piece.end)
+            direction[here] = piece.direction
+            run[here] = number
+            number += int(split or given is None)
+        number += int(not split and given is not None)
+    if given is None and moved and number > 1:
+        choices.note(f"{rows.name}: {number} runs, from the reversals of the motion")
+    elif given is not None and split and number > len(edges) - 1:
+        choices.note(f"{rows.name}: runs that turn back are divided: {number} runs")
+    if not moved:
+        choices.note(
+            f"{rows.name}: the rows are in no order of angle: no directions and no cycles are found"
+        )
+    own_direction = rows.whole.get("direction")
+    if own_direction is not None:
+        return run, own_direction, rows.whole.get("cycle", cycle)
+    return run, direction if moved else None, rows.whole.get("cycle", cycle)
+
+
+def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
+    counts_per_rev = table.counts_per_rev
+    assert counts_per_rev is not None
+    assert table.head_separation_deg is not None
+    parts: dict[str, list[Any]] = {}
+    first_run = 0
+    for rows in files:
+        assert rows.time_s is not None
+        run, _, _ = _labelled(rows, rows.unwrapped("head1", choices), choices, split=True)
+        columns: dict[str, Any] = {"run": run + first_run, "time_s": rows.time_s}
+        first_run = int(columns["run"].max()) + 1
+        wrapped = 0
+        for name in ("head1", "head2"):
+            counts = rows.counts(name, counts_per_rev)
+            counts, wraps = unwrapped_counts(counts, run, rows.time_s, counts_per_rev)
+            columns[f"{name}_counts"] = counts
+            wrapped += wraps
+            if wraps:
+                choices.note(
+                    f"{rows.name}: {name} starts anew at {counts_per_rev} counts {wraps} times; "
+                    "it is counted on past the turn"
+                )
+        if wrapped:
+            columns["head2_counts"] = same_turn(
+                columns["head1_counts"],
+                columns["head2_counts"],
+                run,
+                counts_per_rev,
+                table.head_separation_deg,
+            )
+        columns |= rows.further()
+        for name, values in columns.items():
+            parts.setdefault(name, []).append(values)
+    joined = _stacked(parts, len(files))
+    conditions = {name[1:]: joined.pop(name) for name in list(joined) if name.startswith("=")}
+    return Capture(**joined, conditions=conditions)
+
+
+def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> Reference:
+    parts: dict[str, list[Any]] = {}
+    first_run = first_cycle = 0
+    for rows in files:
+        columns: dict[str, Any] = {}
+        if "head1" in rows.angles:
+            target, error = error_of_readings(rows, settings.sign, settings.zero, choices)
+        else:
+            target, error = rows.angles["target"], signed_error(rows, settings.sign, choices)
+        run, direction, cycle = _labelled(
+            rows, rows.unwrapped("target", choices, target), choices, split=False
+        )
+        columns["run"], columns["cycle"] = run + first_run, cycle + first_cycle
+        first_run, first_cycle = int(columns["run"].max()) + 1, int(columns["cycle"].max()) + 1
+        if rows.time_s is not None:
+            columns["time_s"] = rows.time_s
+        if direction is not None:
+            columns["direction"] = direction
+        columns["target_deg"] = target * 360.0
+        columns["error_arcsec"] = error * ARCSEC_PER_TURN
+        if "head1" in rows.angles and settings.table.counts_per_rev is not None:
+            columns["head1_counts"] = rows.counts("head1", settings.table.counts_per_rev)
+        columns |= rows.further()
+        for name, values in columns.items():
+            parts.setdefault(name, []).append(values)
+    joined = _stacked(parts, len(files))
+    conditions = {name[1:]: joined.pop(name) for name in list(joined) if name.startswith("=")}
+    instrument = settings.instrument or next((f.instrument for f in files if f.instrument), None)
+    return Reference(
+        **joined,
+        instrument=instrument,
+        faces=settings.table.faces,
+        standard_uncertainty_arcsec=settings.standard_uncertainty_arcsec,
+        conditions=conditions,
+    )
+
+
+def _stacked(parts: Mapping[str, list[Any]], files: int) -> dict[str, Any]:
+    lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
+    if lacking:
+        raise ValueError(f"not every file has {', '.join(lacking)}: import them by themselves")
+    return {name: np.concatenate(values) for name, values in parts.items()}
+
+
+__all__ = ["NONE", "Imported", "Settings", "import_recordings"]

@@ -1,0 +1,177 @@
+"""Two logs of the same motion on different clocks: the offset between them, and what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+LARGEST_GRID = 1 << 20
+PARTS = 8
+"""Parts of the log whose offsets are found on their own."""
+RIVAL = 0.98
+"""A second match as good as this share of the best makes the offset ambiguous."""
+LEAST_MATCH = 0.5
+LEAST_VARIATION = 1e-3
+"""Relative variation of the speed below which no offset can be found."""
+
+
+class UndeterminedOffsetError(ValueError):
+    """The motion does not tell the offset; ``candidates_s``: what is equally good."""
+
+    def __init__(self, message: str, candidates_s: tuple[float, ...] = ()) -> None:
+        """Keep the candidates apart."""
+        super().__init__(message)
+        self.candidates_s = candidates_s
+
+
+@dataclass(frozen=True)
+class ClockOffset:
+    """What is added to the reference's time to get the encoder's.
+
+    ``u_s``: standard uncertainty, from the scatter of the offsets of parts of the log;
+    ``drift_ppm``, ``u_drift_ppm``: how much faster the encoder's clock runs; ``left_s``: the
+    largest offset that is left in a part.
+    """
+
+    offset_s: float
+    u_s: float
+    drift_ppm: float
+    u_drift_ppm: float
+    left_s: float
+
+
+def clock_offset(
+    reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float
+) -> ClockOffset:
+    """The offset that brings two logs of one motion together.
+
+    Cross-correlation of the speeds finds it within a sample; least squares of the angles,
+    ``turns(t + τ) = ±reference(t) + c``, finds it beyond. Raises UndeterminedOffsetError for a
+    motion of constant speed, logs that do not match, and a motion that repeats.
+    """
+    coarse = _coarse(reference_time_s, reference_turns, time_s, turns)
+    offset, _ = _fine(reference_time_s, reference_turns, time_s, turns, coarse)
+    edges = np.linspace(reference_time_s[0], reference_time_s[-1], PARTS + 1)
+    middles, offsets = [], []
+    for low, high in pairwise(edges):
+        part = (reference_time_s >= low) & (reference_time_s <= high)
+        try:
+            own, _ = _fine(reference_time_s[part], reference_turns[part], time_s, turns, offset)
+        except UndeterminedOffsetError:
+            continue
+        middles.append(0.5 * (low + high))
+        offsets.append(own)
+    left = np.array(offsets) - offset
+    if left.size < 3:
+        return ClockOffset(offset, float("nan"), float("nan"), float("nan"), float("nan"))
+    at = np.array(middles) - np.mean(middles)
+    slope = float(at @ left / (at @ at))
+    rest = left - left.mean() - slope * at
+    scatter = float(np.sqrt(rest @ rest / (left.size - 2)))
+    return ClockOffset(
+        offset,
+        float(left.std(ddof=1) / np.sqrt(left.size)),
+        1e6 * slope,
+        1e6 * scatter / float(np.sqrt(at @ at)),
+        float(np.abs(left).max()),
+    )
+
+
+def _speed(time_s: Float, turns: Float, grid: Float) -> Float:
+    return np.gradient(np.interp(grid, time_s, turns), grid)
+
+
+def _coarse(reference_time_s: Float, reference_turns: Float, time_s: Float, turns: Float) -> float:
+    """The lag of the highest cross-correlation of the speeds."""
+    shortest = min(np.ptp(reference_time_s), np.ptp(time_s))
+    step = max(
+        float(np.median(np.diff(reference_time_s))),
+        float(np.median(np.diff(time_s))),
+        max(np.ptp(reference_time_s), np.ptp(time_s)) / LARGEST_GRID,
+    )
+    if shortest < 8 * step:
+        raise UndeterminedOffsetError("one of the logs is too short to find the clocks' offset")
+    ours = np.arange(time_s[0], time_s[-1], step)
+    theirs = np.arange(reference_time_s[0], reference_time_s[-1], step)
+    speed, reference_speed = (
+        _speed(time_s, turns, ours),
+        _speed(reference_time_s, reference_turns, theirs),
+    )
+    for one in (speed, reference_speed):
+        if float(one.std()) < LEAST_VARIATION * float(np.abs(one).mean()):
+            raise UndeterminedOffsetError(
+                "the table moves at constant speed: nothing in the motion tells the clocks' offset"
+            )
+    first, second = speed - speed.mean(), reference_speed - reference_speed.mean()
+    size = 1 << int(np.ceil(np.log2(first.size + second.size)))
+    product = np.fft.irfft(
+        np.fft.rfft(first, size) * np.conj(np.fft.rfft(second, size)), size
+    ) / np.sqrt((first @ first) * (second @ second))
+    # The logs may count in opposite directions.
+    match = np.abs(product)
+    best = int(np.argmax(match))
+    longest = max(first.size, second.size) / min(first.size, second.size)
+    if match[best] * np.sqrt(longest) < LEAST_MATCH:
+        raise UndeterminedOffsetError(
+            f"the logs do not match: the correlation of their speeds is {match[best]:.2f} at most"
+        )
+
+    def lag_s(place: int) -> float:
+        lag = place if place < size // 2 else place - size
+        return float(ours[0] + lag * step - theirs[0])
+
+    # Not the flanks of the same peak: down to half its height on both sides.
+    clear = match.copy()
+    for way in (1, -1):
+        place = best
+        while match[place % size] > 0.5 * match[best] and abs(place - best) < size // 2:
+            clear[place % size] = 0.0
+            place += way
+    rival = int(np.argmax(clear))
+    if clear[rival] > RIVAL * match[best]:
+        raise UndeterminedOffsetError(
+            "the motion repeats, and several offsets fit alike", (lag_s(best), lag_s(rival))
+        )
+    return lag_s(best)
+
+
+def _fine(
+    reference_time_s: Float,
+    reference_turns: Float,
+    time_s: Float,
+    turns: Float,
+    start_s: float,
+) -> tuple[float, float]:
+    """Offset by Gauss–Newton, and its σ from the residuals."""
+    offset, sigma = start_s, float("nan")
+    speed = np.gradient(turns, time_s)
+    sign = 0.0
+    for _ in range(30):
+        at = reference_time_s + offset
+        inside = (at > time_s[0]) & (at < time_s[-1])
+        if int(inside.sum()) < 8:
+            raise UndeterminedOffsetError("the logs do not overlap")
+        read = np.interp(at[inside], time_s, turns)
+        rate = np.interp(at[inside], time_s, speed)
+        reference = reference_turns[inside]
+        if sign == 0.0:
+            sign = float(np.sign((read - read.mean()) @ (reference - reference.mean()))) or 1.0
+        rest = read - sign * reference
+        rest = rest - rest.mean()
+        varying = rate - rate.mean()
+        power = float(varying @ varying)
+        if power <= (LEAST_VARIATION**2) * float(rate @ rate):
+            raise UndeterminedOffsetError(
+                "the table moves at constant speed: nothing in the motion tells the clocks' offset"
+            )
+        step = -float(varying @ rest) / power
+        sigma = float(np.sqrt(rest @ rest / rest.size / power))
+        offset += step
+        if abs(step) < 1e-9:
+            break
+    return offset, sigma

@@ -1,0 +1,240 @@
+"""Which column of which file is which quantity of the set, and in which unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.quantities import QUANTITIES, UNITS, Kind, name_and_unit, unit_named
+from arctrue.importing.recording import Recording
+
+NONE = "none"
+"""Answer for "there is no such column"."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A column of a file, with its unit ("" for whole numbers and conditions)."""
+
+    column: str
+    unit: str
+    said_by: str
+
+
+Mapped = dict[str, Source]
+"""Sources of one file by quantity, then by condition."""
+
+
+def map_columns(
+    recordings: Sequence[Recording],
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    choices: Choices,
+) -> list[Mapped]:
+    """The sources of every file.
+
+    ``columns``: source by quantity or condition, ``NAME``, ``NUMBER`` (1 is the first) or
+    ``FILE:NAME`` with the number of the file (1 is the first). ``units``: unit by quantity.
+
+    Raises ValueError for a column that no file has, AmbiguousError for what is not said.
+    """
+    found: list[Mapped] = [{} for _ in recordings]
+    for name, unit in units.items():
+        kind = QUANTITIES.get(name)
+        if kind is None or (unit and unit_named(kind, unit) is None):
+            options = "no unit" if kind is None else ", ".join(UNITS[kind])
+            raise ValueError(f"--unit {name}={unit}: expected {options}")
+    for name, source in columns.items():
+        if source == NONE:
+            continue
+        places = _places(recordings, name, source)
+        for file, column in places:
+            unit = _unit(recordings[file], name, column, units, choices)
+            found[file][name] = Source(column, unit, "--column")
+    for file, recording in enumerate(recordings):
+        for name, known in recording.known.items():
+            if not any(name in mapped for mapped in found[file : file + 1]) and name not in columns:
+                found[file][name] = Source(known.column, known.unit, f"format {recording.format}")
+        _by_own_names(recording, found[file], columns, units, choices)
+    _ask_for_what_is_needed(recordings, found, columns, units, choices)
+    return found
+
+
+def _places(recordings: Sequence[Recording], name: str, source: str) -> list[tuple[int, str]]:
+    """The files, with the column's name there, that ``source`` means."""
+    number, colon, rest = source.partition(":")
+    if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
+        file = int(number) - 1
+        column = _column(recordings[file], rest)
+        if column is not None:
+            return [(file, column)]
+    places = [
+        (file, column)
+        for file, recording in enumerate(recordings)
+        if (column := _column(recording, source)) is not None
+    ]
+    if not places:
+        listed = "; ".join(f"{r.path.name}: {_listed(r)}" for r in recordings)
+        raise ValueError(f"--column {name}={source}: no such column. There are in {listed}")
+    if 1 < len(places) < len(recordings):
+        listed = ", ".join(f"{file + 1}:{column}" for file, column in places)
+        raise ValueError(f"--column {name}={source}: is in several files, say which: {listed}")
+    return places
+
+
+def _column(recording: Recording, source: str) -> str | None:
+    if source in recording.columns:
+        return source
+    names = list(recording.columns)
+    if source.isdigit() and 1 <= int(source) <= len(names):
+        return names[int(source) - 1]
+    return None
+
+
+def _listed(recording: Recording) -> str:
+    return ", ".join(f"{number} {name}" for number, name in enumerate(recording.columns, start=1))
+
+
+def _unit(
+    recording: Recording, name: str, column: str, units: Mapping[str, str], choices: Choices
+) -> str:
+    kind = QUANTITIES.get(name)
+    if kind is None or kind == "whole":
+        return ""
+    if name in units:
+        return unit_named(kind, units[name]) or ""
+    if kind == "time" and recording.columns[column].dtype.kind == "U":
+        return "iso"
+    if name in recording.known and recording.known[name].column == column:
+        return recording.known[name].unit
+    written = name_and_unit(kind, column)[1]
+    if written is not None:
+        return written
+    for option, answer in choices.answers:
+        if option == "--unit" and answer.startswith(f"{name}="):
+            return answer.partition("=")[2]
+    return choices.ask(
+        Ambiguous(
+            f"--unit {name}",
+            f"{recording.path}, column {column}: its unit is not in its name.",
+            [unit for unit in UNITS[kind] if unit != "iso"],
+        )
+    )
+
+
+def _by_own_names(
+    recording: Recording,
+    found: Mapped,
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    """Columns that are named as in a measurement set need no --column."""
+    for column in recording.columns:
+        for name, kind in QUANTITIES.items():
+            if name in columns or name in found:
+                continue
+            base = column if kind == "whole" else name_and_unit(kind, column)[0]
+            if base.lower() == name:
+                unit = _unit(recording, name, column, units, choices)
+                found[name] = Source(column, unit, "its name")
+
+
+def _ask_for_what_is_needed(
+    recordings: Sequence[Recording],
+    found: list[Mapped],
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    def there(name: str) -> bool:
+        return any(name in mapped for mapped in found)
+
+    def ask(name: str, what: str, *, may_lack: bool) -> None:
+        if there(name) or columns.get(name) == NONE:
+            return
+        several = len(recordings) > 1
+        options = [
+            f"{file + 1}:{column}" if several else column
+            for file, recording in enumerate(recordings)
+            for column in recording.columns
+            if column not in {source.column for source in found[file].values()}
+        ]
+        listed = "; ".join(f"{r.path.name} has {_listed(r)}" for r in recordings)
+        asked = Ambiguous(
+            f"--column {name}",
+            f"Which column is {what}? {listed}.",
+            [*options, NONE] if may_lack else options,
+        )
+        given = choices.ask(asked)
+        if given != NONE:
+            for file, column in _places(recordings, name, given):
+                unit = _unit(recordings[file], name, column, units, choices)
+                found[file][name] = Source(column, unit, "answer")
+
+    if not (there("head1") and there("head2")):
+        ask("target", "the angle by the reference (target)", may_lack=True)
+    if there("target") and not there("error"):
+        if not there("head1"):
+            ask("error", "the error (reading against target)", may_lack=True)
+        if not there("error"):
+            ask("head1", "the reading of the encoder (head1)", may_lack=False)
+    if not there("target"):
+        ask("head1", "the reading of head 1", may_lack=False)
+        ask("head2", "the reading of head 2", may_lack=False)
+        if not all("time" in mapped for mapped in found if "head1" in mapped):
+            ask("time", "the time", may_lack=False)
+
+
+def numbers(recording: Recording, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
+    """The column as numbers, finite or NaN. Raises MeasurementError for the first other field."""
+    values = recording.columns[source.column]
+    if values.dtype.kind in "iu":
+        return values.astype(np.int64)
+    if values.dtype.kind == "b":
+        return values.astype(np.int64)
+    if values.dtype.kind == "f":
+        infinite = np.flatnonzero(np.isinf(values))
+        if infinite.size:
+            raise recording.fault(
+                "expected a finite number, found inf", int(infinite[0]), source.column
+            )
+        return values.astype(np.float64)
+    for row, text in enumerate(values.tolist()):
+        try:
+            wrong = "_" in text or not np.isfinite(float(text))
+        except ValueError:
+            wrong = bool(str(text).strip())
+        if wrong:
+            raise recording.fault(f"expected a number, found {text!r}", row, source.column)
+    return np.array([float(t) if str(t).strip() else np.nan for t in values.tolist()])
+
+
+def seconds(recording: Recording, source: Source) -> NDArray[np.float64]:
+    """Time in seconds since 1970 or since the log's own start; NaN where it is missing."""
+    values = recording.columns[source.column]
+    if source.unit != "iso":
+        return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
+    found = np.empty(values.size, dtype=np.float64)
+    for row, text in enumerate(values.tolist()):
+        try:
+            moment = datetime.fromisoformat(str(text).strip())
+            # A time without a zone is UTC: only differences count.
+            found[row] = moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
+        except ValueError:
+            raise recording.fault(
+                f"expected a time such as 2026-01-31T12:00:00.125, found {text!r}",
+                row,
+                source.column,
+            ) from None
+    return found
+
+
+def kind_of(name: str) -> Kind | None:
+    """The kind of a quantity; None: a condition."""
+    return QUANTITIES.get(name)

@@ -1,0 +1,112 @@
+"""The readers of foreign files: plug-ins of the entry-point group ``arctrue.readers``.
+
+Those of this package are registered in the same way (pyproject.toml), so that one of another
+package is no different: a module or object with ``recognises`` and ``read``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.recording import Known, Recording
+from arctrue.measurement import MeasurementError
+
+GROUP = "arctrue.readers"
+HEAD_BYTES = 65536
+
+
+@dataclass(frozen=True)
+class ReadSettings:
+    """What a person said of the files; "" or None: not said.
+
+    ``delimiter``: comma, semicolon, tab or space. ``decimal``: point or comma. ``group``: where in
+    a file of several tables the columns are. ``period_s``: seconds between two rows.
+    """
+
+    delimiter: str = ""
+    decimal: str = ""
+    group: str = ""
+    period_s: float | None = None
+
+
+class Reader(Protocol):
+    """What an entry point names."""
+
+    def recognises(self, path: Path, head: bytes) -> bool:
+        """True if the file is of this format; ``head``: its first bytes."""
+        ...
+
+    def read(self, path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+        """The columns. Raises MeasurementError with row and column, OSError, AmbiguousError."""
+        ...
+
+
+@cache
+def readers() -> Mapping[str, Reader]:
+    """All readers by name. Raises ValueError for a plug-in that cannot be loaded."""
+    found: dict[str, Reader] = {}
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            reader = point.load()
+        except Exception as error:
+            raise ValueError(f"the reader {point.name} ({point.value}): {error}") from error
+        if not all(callable(getattr(reader, name, None)) for name in ("recognises", "read")):
+            raise ValueError(
+                f"the reader {point.name} ({point.value}): has no functions recognises and read"
+            )
+        found[point.name] = reader
+    if not found:
+        raise ValueError(
+            "no reader is installed: the package's entry points are missing; install it again "
+            "(make setup in a source tree)"
+        )
+    return found
+
+
+FALLBACK = "text"
+"""Takes every file that is text; asked last."""
+
+
+def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+    """The file read by the reader ``name``; by the one that recognises it where name is "".
+
+    Raises MeasurementError, OSError, AmbiguousError, ValueError for a name that no reader has.
+    """
+    recording = _read(path, name, settings, choices)
+    if settings.period_s is None or "time" in recording.known:
+        return recording
+    time_s = np.arange(recording.rows) * settings.period_s
+    return replace(
+        recording,
+        columns={**recording.columns, "row_time_s": time_s},
+        known={**recording.known, "time": Known("row_time_s", "s")},
+        notes=(*recording.notes, f"{path.name}: time = row × {settings.period_s:g} s"),
+    )
+
+
+def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+    known = readers()
+    if name:
+        if name not in known:
+            raise ValueError(f"no reader {name!r}; there are {', '.join(known)}")
+        return known[name].read(path, settings, choices)
+    if path.is_dir():
+        raise MeasurementError("format", path, "is a folder, expected a file")
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    if not head.strip():
+        raise MeasurementError("empty", path, "is empty")
+    fits = [
+        key for key, reader in known.items() if key != FALLBACK and reader.recognises(path, head)
+    ]
+    if len(fits) > 1:
+        fits = [choices.ask(Ambiguous("--format", f"{path}: could be of several formats.", fits))]
+    return known[fits[0] if fits else FALLBACK].read(path, settings, choices)

@@ -1,0 +1,124 @@
+"""Logs of EPICS process variables, as ``camonitor`` prints them: NAME DATE TIME VALUE."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.recording import Known, Recording
+from arctrue.measurement import MeasurementError
+
+_LINE = re.compile(r"(\S+)\s+(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d:\d\d(?:\.\d+)?)\s+(\S+)(.*)\Z")
+_NOT_THERE = re.compile(r"\S+\s+\*\*\* ")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True where the first line is of this form."""
+    text = head.decode("utf-8", "replace")
+    return any(_LINE.match(line) for line in text.splitlines()[:3])
+
+
+def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    """One column a variable, at the times of one of them; the others are interpolated linearly.
+
+    A variable is posted when it changes, each at its own times. ``settings.group`` names the one
+    whose times are taken; asked where they differ. Rows outside another's times are left out.
+    Raises MeasurementError naming the row, AmbiguousError.
+    """
+    times: dict[str, list[float]] = {}
+    values: dict[str, list[float]] = {}
+    lines: dict[str, list[int]] = {}
+    gone = 0
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for number, text in enumerate(file, start=1):
+            text = text.strip()
+            if not text or text.startswith("#"):
+                continue
+            if _NOT_THERE.match(text):
+                gone += 1
+                continue
+            name, moment, value = _fields(path, number, text)
+            if name in times and moment < times[name][-1]:
+                raise MeasurementError("time", path, "time runs backwards", row=number, column=name)
+            times.setdefault(name, []).append(moment)
+            values.setdefault(name, []).append(value)
+            lines.setdefault(name, []).append(number)
+    names = list(times)
+    base = _base(path, settings.group, times, choices)
+    at = np.array(times[base])
+    inside = np.ones(at.size, dtype=bool)
+    for name in names:
+        inside &= (at >= times[name][0]) & (at <= times[name][-1])
+    if not inside.any():
+        raise MeasurementError("empty", path, "its variables were never recorded together")
+    start = float(at[inside][0])
+    columns: dict[str, NDArray[np.float64]] = {"time_s": at[inside] - start}
+    told = [f"{path.name}: {len(names)} EPICS variables, {int(inside.sum())} rows"]
+    for name in names:
+        columns[name] = np.interp(at[inside], times[name], values[name])
+        if times[name] != times[base]:
+            longest = float(np.diff(times[name]).max(initial=0.0))
+            told.append(
+                f"{path.name}: {name} is interpolated to the times of {base}; "
+                f"its posts are {longest:.3g} s apart at most"
+            )
+    if gone or int((~inside).sum()):
+        told.append(
+            f"{path.name}: {int((~inside).sum())} rows outside the others' times and {gone} lines "
+            "without a value are left out"
+        )
+    return Recording(
+        path,
+        "epics",
+        columns,
+        np.array(lines[base])[inside],
+        known={"time": Known("time_s", "s")},
+        notes=tuple(told),
+    )
+
+
+def _fields(path: Path, row: int, text: str) -> tuple[str, float, float]:
+    found = _LINE.match(text)
+    if found is None:
+        raise MeasurementError(
+            "format", path, "expected NAME DATE TIME VALUE of camonitor", row=row
+        )
+    name, day, hour, value, _ = found.groups()
+    try:
+        moment = datetime.fromisoformat(f"{day}T{hour}").replace(tzinfo=UTC).timestamp()
+    except ValueError as error:
+        raise MeasurementError("time", path, f"{day} {hour}: {error}", row=row) from error
+    try:
+        number = float(value)
+    except ValueError:
+        raise MeasurementError(
+            "value", path, f"expected a number, found {value!r}", row=row, column=name
+        ) from None
+    if not np.isfinite(number):
+        raise MeasurementError(
+            "not_a_number", path, f"expected a number, found {value!r}", row=row, column=name
+        )
+    return name, moment, number
+
+
+def _base(path: Path, wanted: str, times: dict[str, list[float]], choices: Choices) -> str:
+    names = list(times)
+    if not wanted:
+        if all(times[name] == times[names[0]] for name in names):
+            return names[0]
+        wanted = choices.ask(
+            Ambiguous(
+                "--group", f"{path}: its variables have times of their own; whose are taken?", names
+            )
+        )
+    if wanted not in times:
+        raise MeasurementError(
+            "missing", path, f"no variable {wanted}; there are {', '.join(names)}"
+        )
+    return wanted

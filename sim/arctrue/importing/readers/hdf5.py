@@ -1,0 +1,63 @@
+"""HDF5 files; needs h5py (``pip install arctrue[hdf5]``)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.arrays import recording_of
+from arctrue.importing.recording import Recording
+from arctrue.measurement import MeasurementError
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for the signature at the beginning."""
+    return head.startswith(b"\x89HDF\r\n\x1a\n")
+
+
+def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    """The datasets of one group as columns; a table (compound or two-dimensional) by itself.
+
+    ``settings.group`` names the group or the dataset; asked where several hold data. Raises
+    MeasurementError for a damaged file or an unknown group, ValueError without h5py.
+    """
+    try:
+        import h5py  # type: ignore[import-not-found,import-untyped,unused-ignore]
+    except ImportError as error:
+        raise ValueError(f"{path}: HDF5 needs h5py: pip install 'arctrue[hdf5]'") from error
+    try:
+        with h5py.File(path, "r") as file:
+            found: dict[str, dict[str, Any]] = {}
+
+            def visit(name: str, item: Any) -> None:
+                if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
+                    parent, _, own = name.rpartition("/")
+                    # A table stands for itself, a column with those beside it.
+                    table = item.ndim == 2 or item.dtype.names
+                    found.setdefault(name if table else parent, {})["" if table else own] = item
+
+            file.visititems(visit)
+            group = _group(path, settings.group.strip("/"), list(found), choices)
+            arrays = {name: np.asarray(item[()]) for name, item in found[group].items()}
+    except OSError as error:
+        raise MeasurementError("format", path, f"cannot be read as HDF5: {error}") from error
+    return recording_of(path, "hdf5", arrays)
+
+
+def _group(path: Path, wanted: str, groups: list[str], choices: Choices) -> str:
+    if not groups:
+        raise MeasurementError("empty", path, "holds no columns of numbers")
+    if not wanted and len(groups) > 1:
+        wanted = choices.ask(
+            Ambiguous("--group", f"{path}: several groups hold data.", [f"/{g}" for g in groups])
+        ).strip("/")
+    if not wanted and len(groups) == 1:
+        return groups[0]
+    if wanted not in groups:
+        listed = ", ".join(f"/{name}" for name in groups)
+        raise MeasurementError("missing", path, f"no data in /{wanted}; there are {listed}")
+    return wanted

@@ -1,0 +1,95 @@
+"""Samples of LinuxCNC's HAL: what ``halsampler`` prints.
+
+A line a sample, the pins in the order of the sampler's configuration with spaces between them; the
+sample's number first where it was started with -t; ``overrun`` where samples were lost.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.recording import Known, Recording
+from arctrue.measurement import MeasurementError
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True where a line says ``overrun``; without one it is like any text: --format linuxcnc."""
+    return any(line.strip() == b"overrun" for line in head.splitlines())
+
+
+def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    """Columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
+
+    Without numbers of the samples, nobody knows how many an overrun lost: such a file is refused.
+    Raises MeasurementError naming the row, AmbiguousError where the period is not said.
+    """
+    rows: list[list[float]] = []
+    places: list[int] = []
+    overruns: list[int] = []
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for number, text in enumerate(file, start=1):
+            words = text.split()
+            if not words:
+                continue
+            if words == ["overrun"]:
+                overruns.append(number)
+                continue
+            if rows and len(words) != len(rows[0]):
+                raise MeasurementError(
+                    "format", path, f"expected {len(rows[0])} pins, found {len(words)}", row=number
+                )
+            rows.append([_number(path, number, place, word) for place, word in enumerate(words)])
+            places.append(number)
+    if not rows:
+        raise MeasurementError("empty", path, "holds no samples")
+    values = np.array(rows)
+    columns = {str(place + 1): values[:, place] for place in range(values.shape[1])}
+    steps = np.diff(values[:, 0])
+    tagged = bool((values[:, 0] % 1.0 == 0.0).all() and (steps >= 1.0).all() and steps.size)
+    if overruns and not tagged:
+        raise MeasurementError(
+            "format",
+            path,
+            "samples were lost here, and no number of the samples says how many: "
+            "record with halsampler -t",
+            row=overruns[0],
+        )
+    period = settings.period_s
+    if period is None:
+        period = float(
+            choices.ask(
+                Ambiguous(
+                    "--period",
+                    f"{path}: how many seconds are between two samples (the thread's period)?",
+                    ["0.001"],
+                    free_text=True,
+                )
+            )
+        )
+    sample = values[:, 0] - values[0, 0] if tagged else np.arange(len(rows), dtype=np.float64)
+    columns["time_s"] = sample * period
+    told = [f"{path.name}: {len(rows)} samples of LinuxCNC, {period:g} s apart"]
+    if tagged:
+        lost = int((steps - 1.0).sum())
+        told.append(f"{path.name}: column 1 is the number of the sample; {lost} samples are lost")
+    return Recording(
+        path,
+        "linuxcnc",
+        columns,
+        np.array(places),
+        known={"time": Known("time_s", "s")},
+        notes=tuple(told),
+    )
+
+
+def _number(path: Path, row: int, place: int, word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise MeasurementError(
+            "value", path, f"expected a number, found {word!r}", row=row, column=str(place + 1)
+        ) from None

@@ -1,0 +1,30 @@
+"""Apache Parquet files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]
+import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
+
+from arctrue.importing.choices import Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.arrays import recording_of
+from arctrue.importing.recording import Recording
+from arctrue.measurement import MeasurementError
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for the magic at the beginning."""
+    return head.startswith(b"PAR1")
+
+
+def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    """The columns of the table. Raises MeasurementError for a damaged file."""
+    try:
+        table = pa_parquet.read_table(path)
+        arrays = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
+        raise MeasurementError("format", path, f"cannot be read as Parquet: {error}") from error
+    return recording_of(path, "parquet", arrays)

@@ -1,0 +1,203 @@
+"""Guide logs of PHD2: a telescope's axis against a guide star.
+
+Distances are camera pixels from the lock position, with the guiding's own corrections in them.
+The axis's error without guiding is the distance plus all corrections sent before, times the pixel
+scale, divided by the cosine of the star's declination. Format: the project's wiki, "PHD2 Guide
+Log Format".
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.importing.choices import Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.recording import Known, Recording
+from arctrue.measurement import MeasurementError
+
+SIDEREAL_DAY_S = 86164.0905
+_NEEDED = ("Time", "mount", "RARawDistance", "RAGuideDistance", "RADuration")
+_SCALE = re.compile(r"Pixel scale = ([\d.]+) arc-sec/px")
+_DECLINATION = re.compile(r"\bDec = (-?[\d.]+) deg")
+_RATE = re.compile(r"\bxRate = ([\d.]+)")
+
+
+@dataclass
+class _Section:
+    """One stretch of guiding around one lock position."""
+
+    scale: float | None
+    declination_deg: float | None
+    rate_px_s: float | None
+    header: list[str] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    rows: list[dict[str, str]] = field(default_factory=list)
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """True for the first line of a guide log."""
+    return head.lstrip(b"\xef\xbb\xbf").startswith(b"PHD2 version")
+
+
+def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    """``error_arcsec`` over ``target_deg``, the axis's sidereal rotation since guiding began.
+
+    A run for each stretch of guiding; a dither or another lock position begins a new one, whose
+    zero is unknown, so the mean of each run is taken off. The sign of the error is the camera's
+    and is asked for. Raises MeasurementError naming the row, AmbiguousError.
+    """
+    sections, dropped = _sections(path)
+    sections = [section for section in sections if len(section.rows) > 1]
+    if not sections:
+        raise MeasurementError("empty", path, "holds no guiding")
+    columns: dict[str, list[NDArray[Any]]] = {
+        name: [] for name in ("run", "time_s", "target_deg", "error_arcsec", "direction")
+    }
+    told = [f"{path.name}: PHD2 guide log with {len(sections)} stretches of guiding"]
+    for run, section in enumerate(sections):
+        time_s, error = _error(path, section, choices, told)
+        columns["run"].append(np.full(time_s.size, run))
+        columns["time_s"].append(time_s)
+        columns["target_deg"].append(time_s * (360.0 / SIDEREAL_DAY_S))
+        columns["error_arcsec"].append(error - error.mean())
+        columns["direction"].append(np.ones(time_s.size, dtype=np.int64))
+    told.append(
+        f"{path.name}: target = sidereal rotation since guiding began; the mean of each run is "
+        "taken off, since the lock position is anywhere"
+    )
+    if dropped:
+        told.append(f"{path.name}: {dropped} dropped frames are left out")
+    return Recording(
+        path,
+        "phd2",
+        {name: np.concatenate(parts) for name, parts in columns.items()},
+        np.concatenate([np.array(section.lines) for section in sections]),
+        known={
+            "run": Known("run"),
+            "time": Known("time_s", "s"),
+            "target": Known("target_deg", "deg"),
+            "error": Known("error_arcsec", "arcsec"),
+            "direction": Known("direction"),
+        },
+        notes=tuple(told),
+        instrument="guide star",
+    )
+
+
+def _sections(path: Path) -> tuple[list[_Section], int]:
+    found: list[_Section] = []
+    scale: float | None = None
+    declination: float | None = None
+    rate: float | None = None
+    dropped = 0
+    guiding = False
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        for number, text in enumerate(file, start=1):
+            text = text.strip()
+            if text.startswith("Guiding Begins"):
+                scale = declination = rate = None
+                guiding = True
+            elif text.startswith(("Guiding Ends", "Calibration Begins")):
+                guiding = False
+            elif match := _SCALE.search(text):
+                scale = float(match[1])
+            elif guiding and text.startswith("Frame,"):
+                header = text.split(",")
+                for name in _NEEDED:
+                    if name not in header:
+                        raise MeasurementError(
+                            "missing", path, "is missing in the header", row=number, column=name
+                        )
+                found.append(_Section(scale, declination, rate, header))
+            elif text.startswith("INFO:") and ("DITHER" in text or "SET LOCK POS" in text):
+                if found and guiding and found[-1].rows:
+                    last = found[-1]
+                    found.append(
+                        _Section(last.scale, last.declination_deg, last.rate_px_s, last.header)
+                    )
+            elif guiding and found and text[:1].isdigit() and found[-1].header:
+                fields = next(csv.reader([text]))
+                row = dict(zip(found[-1].header, fields, strict=False))
+                if row.get("mount") == "DROP":
+                    dropped += 1
+                    continue
+                found[-1].rows.append(row)
+                found[-1].lines.append(number)
+            else:
+                if match := _DECLINATION.search(text):
+                    declination = float(match[1])
+                if match := _RATE.search(text):
+                    rate = rate if rate is not None else float(match[1])
+    return found, dropped
+
+
+def _error(
+    path: Path, section: _Section, choices: Choices, told: list[str]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Time in seconds and error in arcseconds of the axis without guiding."""
+    time_s = _numbers(path, section, "Time")
+    raw = _numbers(path, section, "RARawDistance")
+    guide = _numbers(path, section, "RAGuideDistance")
+    duration_s = _numbers(path, section, "RADuration") / 1000.0
+    rate = section.rate_px_s
+    sent = np.copysign(duration_s * (rate or 0.0), guide)
+    moved = (duration_s > 0.0) & (guide != 0.0)
+    # A pulse is limited in length; its duration says what was really sent. Old logs give the rate
+    # in pixels a millisecond, and then the two do not agree.
+    agrees = moved.any() and 0.5 < float(np.median(np.abs(sent[moved] / guide[moved]))) < 2.0
+    if not (rate and agrees):
+        sent = guide
+        if moved.any():
+            choices.note(
+                f"{path.name}: the guide rate is not in the log; RAGuideDistance stands for what "
+                "was sent"
+            )
+    scale = section.scale
+    if scale is None:
+        raise MeasurementError(
+            "missing",
+            path,
+            "the pixel scale is not in the log (Pixel scale = … arc-sec/px)",
+            row=section.lines[0],
+        )
+    if section.declination_deg is None:
+        raise MeasurementError(
+            "missing",
+            path,
+            "the declination of the star is not in the log (Dec = … deg), and without it the angle "
+            "of the axis is not known",
+            row=section.lines[0],
+        )
+    told.append(
+        f"{path.name}: {scale:g}″ a pixel at declination {section.declination_deg:g}°, "
+        f"{time_s.size} frames in {time_s[-1] - time_s[0]:.0f} s"
+    )
+    before = np.concatenate(([0.0], np.cumsum(sent)[:-1]))
+    return time_s, (raw + before) * scale / math.cos(math.radians(section.declination_deg))
+
+
+def _numbers(path: Path, section: _Section, name: str) -> NDArray[np.float64]:
+    found = np.empty(len(section.rows))
+    for place, row in enumerate(section.rows):
+        text = row.get(name, "")
+        try:
+            found[place] = float(text) if text else 0.0 if name == "RADuration" else math.nan
+        except ValueError:
+            found[place] = math.nan
+        if not math.isfinite(found[place]):
+            raise MeasurementError(
+                "value",
+                path,
+                f"expected a number, found {text!r}",
+                row=section.lines[place],
+                column=name,
+            )
+    return found

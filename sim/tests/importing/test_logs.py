@@ -1,0 +1,201 @@
+"""Logs of PHD2, LinuxCNC and EPICS, written here in their public layouts."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.importing import (
+    AmbiguousError,
+    Choices,
+    ReadSettings,
+    Settings,
+    import_recordings,
+    read_recording,
+)
+from arctrue.importing.recording import Recording
+from arctrue.measurement import MeasurementError, Reference
+from arctrue.units import ARCSEC_PER_TURN
+
+HEADER = (
+    "Frame,Time,mount,dx,dy,RARawDistance,DECRawDistance,RAGuideDistance,DECGuideDistance,"
+    "RADuration,RADirection,DECDuration,DECDirection,XStep,YStep,StarMass,SNR,ErrorCode"
+)
+SCALE, DECLINATION_DEG, RATE_PX_S = 2.66, 22.6, 5.0
+
+
+def read(path: Path, name: str = "", **settings: object) -> Recording:
+    return read_recording(path, name, ReadSettings(**settings), Choices())  # type: ignore[arg-type]
+
+
+def worm(time_s: float) -> float:
+    """Periodic error of the axis in pixels on the sky, without guiding."""
+    return 1.3 * math.sin(2 * math.pi * time_s / 120.0)
+
+
+def guide_log(path: Path, *, dither_at: int = -1, begin: str = "") -> None:
+    """A mount that is guided: each pulse is half of what was seen, at most 100 ms long."""
+    lines = [
+        "PHD2 version 2.6.9, Log version 2.5. Log enabled at 2026-01-31 20:00:00",
+        "",
+        "Guiding Begins at 2026-01-31 20:10:00",
+        f"Pixel scale = {SCALE} arc-sec/px, Binning = 1, Focal length = 400 mm",
+        f"RA = 5.20 hr, Dec = {DECLINATION_DEG} deg, Hour angle = -1.2 hr, Pier side = East",
+        f"Mount = M,xAngle = 91.0, xRate = {RATE_PX_S:.3f}, yAngle = 1.0, yRate = {RATE_PX_S:.3f}",
+        HEADER,
+    ]
+    sent = lock = 0.0
+    for frame in range(1, 201):
+        time_s = 2.0 * frame
+        if frame == dither_at:
+            lines.append("INFO: DITHER by 1.500, 0.000, new lock pos = 10.0, 20.0")
+            lock = 4.0
+        if frame == 50:
+            lines.append(f'{frame},{time_s:.3f},"DROP",,,,,,,,,,,,,0,0,3,"Star lost"')
+            continue
+        raw = worm(time_s) - sent - lock
+        duration_ms = min(round(abs(0.5 * raw) / RATE_PX_S * 1000.0), 100)
+        way = "W" if raw > 0 else "E"
+        lines.append(
+            f'{frame},{time_s:.3f},"Mount",{raw:.3f},0.0,{raw:.6f},0.0,{0.5 * raw:.6f},0.0,'
+            f"{duration_ms},{way},0,,,,1000,20.0,0"
+        )
+        sent += math.copysign(duration_ms / 1000.0 * RATE_PX_S, raw)
+    path.write_text(begin + "\n".join([*lines, "Guiding Ends at 2026-01-31 20:20:00"]) + "\n")
+
+
+def phd2(path: Path, sign: str = "reading-true") -> Reference:
+    found = import_recordings([read(path)], Settings(sign=sign), Choices()).measurement.reference
+    assert found is not None
+    return found
+
+
+def test_a_guide_log_gives_the_error_without_guiding(tmp_path: Path) -> None:
+    guide_log(tmp_path / "PHD2_GuideLog.txt")
+    found = phd2(tmp_path / "PHD2_GuideLog.txt")
+    assert found.time_s is not None
+    assert found.instrument == "guide star"
+    assert found.time_s.size == 199, "the dropped frame is left out"
+    on_axis = SCALE / math.cos(math.radians(DECLINATION_DEG))
+    expected = np.array([worm(t) for t in found.time_s]) * on_axis
+    # Six decimals of a pixel are in the log.
+    np.testing.assert_allclose(found.error_arcsec, expected - expected.mean(), atol=1e-4)
+    # 15.041″ of rotation a second (sidereal rate).
+    np.testing.assert_allclose(found.target_deg * 3600.0 / found.time_s, 15.041067, rtol=1e-6)
+
+
+def test_a_dither_begins_a_new_run(tmp_path: Path) -> None:
+    guide_log(tmp_path / "log.txt", dither_at=120, begin="\ufeff")
+    found = phd2(tmp_path / "log.txt")
+    assert found.run is not None
+    assert np.bincount(found.run).tolist() == [118, 81]
+
+
+def test_the_sign_of_a_guide_log_is_asked_for(tmp_path: Path) -> None:
+    guide_log(tmp_path / "log.txt")
+    with pytest.raises(AmbiguousError, match="--sign"):
+        phd2(tmp_path / "log.txt", sign="")
+
+
+def test_a_guide_log_without_declination_is_refused(tmp_path: Path) -> None:
+    guide_log(tmp_path / "log.txt")
+    text = (tmp_path / "log.txt").read_text().replace(f"Dec = {DECLINATION_DEG} deg, ", "")
+    (tmp_path / "log.txt").write_text(text)
+    with pytest.raises(MeasurementError, match=r"log\.txt, row 8: the declination"):
+        phd2(tmp_path / "log.txt")
+
+
+def test_samples_of_linuxcnc_with_an_overrun(tmp_path: Path) -> None:
+    rows = [f"{n} {n * 0.36:.4f} {n * 0.36 + 0.01:.4f}" for n in range(40) if n not in (20, 21)]
+    rows.insert(20, "overrun")
+    path = tmp_path / "samples.txt"
+    path.write_text("\n".join(rows) + "\n")
+    found = read(path, period_s=0.002)
+    assert found.format == "linuxcnc"
+    np.testing.assert_allclose(found.columns["time_s"][[0, 19, 20]], [0.0, 0.038, 0.044])
+    assert any("2 samples are lost" in note for note in found.notes)
+    with pytest.raises(AmbiguousError, match="--period"):
+        read(path)
+    path.write_text("\n".join(row.partition(" ")[2] or row for row in rows) + "\n")
+    with pytest.raises(MeasurementError, match="row 21: samples were lost here"):
+        read(path, period_s=0.002)
+
+
+def epics_log(path: Path) -> None:
+    lines = []
+    for n in range(200):
+        at = n * 0.1
+        second, micro = int(at), round((at % 1.0) * 1e6)
+        lines.append(f"AX:Enc-RB  2026-01-31 12:00:{second:02d}.{micro:06d} {2.0 * at:.6f}")
+        late = at + 0.05
+        second, micro = int(late), round((late % 1.0) * 1e6)
+        lines.append(f"AX:Ref-I   2026-01-31 12:00:{second:02d}.{micro:06d} {2.0 * late:.6f} HIGH")
+    path.write_text("AX:Enc-RB  *** Not connected (PV not found)\n" + "\n".join(lines) + "\n")
+
+
+def test_a_log_of_epics_variables(tmp_path: Path) -> None:
+    epics_log(tmp_path / "monitor.log")
+    with pytest.raises(AmbiguousError, match="--group AX:Enc-RB, --group AX:Ref-I"):
+        read(tmp_path / "monitor.log")
+    found = read(tmp_path / "monitor.log", group="AX:Ref-I")
+    assert found.format == "epics"
+    settings = Settings(
+        columns={"target": "AX:Ref-I", "head1": "AX:Enc-RB"},
+        units={"target": "deg", "head1": "deg"},
+    )
+    reference = import_recordings([found], settings, Choices()).measurement.reference
+    assert reference is not None
+    # A straight line is interpolated exactly; six decimals of a degree are in the log.
+    assert np.abs(reference.error_arcsec).max() < 1e-6 / 360.0 * ARCSEC_PER_TURN
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1,2\n3,x\n5,6\n", "row 2, column 2: expected a number, found 'x'"),
+        ("1,2\n3\n5,6\n7,8\n", "row 2: expected 2 fields, found 1"),
+        ('{"a": 1}\n{"a": }\n', "row 2: is not JSON"),
+        ('{"a": 1}\n{"a": [1]}\n', "row 2, column a: expected a number or a text"),
+        ("", "is empty"),
+        ("no numbers here\n", "no rows of numbers"),
+    ],
+)
+def test_faults_name_file_row_and_column(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "bad.txt"
+    path.write_text(text)
+    with pytest.raises(MeasurementError) as caught:
+        import_recordings(
+            [read(path)],
+            Settings(
+                columns={"target": "1", "error": "2"},
+                units={"target": "deg", "error": "deg"},
+                sign="reading-true",
+            ),
+            Choices(),
+        )
+    assert str(path) in str(caught.value)
+    assert said in str(caught.value)
+
+
+def test_a_comma_that_may_be_either_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("1,250 2,250\n1,500 2,500\n")
+    with pytest.raises(AmbiguousError, match="--decimal point, --decimal comma"):
+        read(path)
+    assert read(path, decimal="comma").columns["1"].tolist() == [1.25, 1.5]
+    assert read(path, decimal="point").columns["1"].tolist() == [1250, 1500]
+    path.write_text("1,25 2,250\n1,500 2,500\n")
+    assert read(path).columns["1"].tolist() == [1.25, 1.5]
+    path.write_text("10.0;1\n20.0;2\n")
+    assert read(path).columns["1"].tolist() == [10.0, 20.0]
+    path.write_text("1;2\n3;4\n")
+    assert read(path).columns["2"].tolist() == [2, 4]
+
+
+def test_pickled_objects_are_never_loaded(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    with pytest.raises(MeasurementError, match="cannot be read as NumPy"):
+        read(tmp_path / "a.npy")
