@@ -20,8 +20,8 @@
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
--- **Reset** is synchronous. It stops and forgets everything but the coefficient banks; hold it for
--- 64 clocks at least, so that the pipeline holds no angle from before.
+-- **Reset** is synchronous. It stops and forgets everything but the coefficient banks and the levels of out_a
+-- and out_b, which stand; hold it for 64 clocks at least, so that the pipeline holds no angle from before.
 
 library ieee;
   use ieee.std_logic_1164.all;
