@@ -8,13 +8,15 @@ import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.answers import score_folders
+from arctrue.studies.benchmark.answers import score_folders, write_sets
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
@@ -42,17 +44,24 @@ def make(folder: Path, tier: str) -> None:
 
 @benchmark.command("run")
 @click.argument("folder", type=Folder)
+@click.option(
+    "--subject",
+    type=click.Choice(list(SUBJECTS)),
+    default="arctrue",
+    show_default=True,
+    help="Who answers.",
+)
 @campaign_options
 @interruptible
 @for_people
 def run(
     folder: Path,
+    subject: str,
     workers: int | None,
     scheduler: str | None,
     shard: tuple[int, int] | None,
 ) -> None:
     """Make and diagnose every set of the plan that is not done yet."""
-    subject = "arctrue"
     campaign = read_plan(folder).campaign(folder, subject)
     with CampaignBar("sets") as bar:
         done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
@@ -111,3 +120,15 @@ def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> 
     made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
     write_measurement_set(folder, made.measurement)
     console.print(f"wrote {folder}; what is in it is in {write_truth(folder, made.truth)}")
+
+
+@benchmark.command("sets")
+@click.argument("folder", type=Folder)
+@click.argument("out", type=OutputFolder())
+@click.option("--first", type=click.IntRange(min=1), help="Only so many, from the first.")
+@for_people
+def sets(folder: Path, out: Path, first: int | None) -> None:
+    """Write the plan's measurement sets to OUT without their truth, for anybody to answer."""
+    with Progress("writing sets") as progress:
+        digest = write_sets(read_plan(folder), out, first, progress.now)
+    console.print(f"wrote {out}; digest {digest}", soft_wrap=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.instrument.errors import InstrumentError
 from arctrue.table import Motion, RotaryTable, TableState
+from arctrue.table.causes.cause import READING, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
 """How far the cubic between knots may lie from the table's geometry; checked in every piece."""
@@ -62,8 +63,10 @@ class TableCurves:
     ) -> None:
         """``knot_clocks``: clocks between two knots; without it some counts of travel.
 
-        ``conditions`` adds what the motion does not know: temperature, another time.
+        ``conditions`` adds what the motion does not know: temperature, another time. Raises
+        UnhonouredCauseError for a cause that acts on more than the readings.
         """
+        refuse_unhonoured(table.effects, READING, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
         self._conditions = conditions or (lambda state: state)
         self.counts_per_rev = table.counts_per_rev

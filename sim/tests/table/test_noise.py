@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import periodogram
 
+from arctrue.instrument.curves import TableCurves
 from arctrue.table import Motion, RotaryTable, count_edges, sample, two_heads
 from arctrue.table.causes.autoregressive_noise import AutoregressiveNoise
 from arctrue.table.causes.base import PhysicalEffect
@@ -169,6 +170,8 @@ def test_a_cause_that_edges_do_not_have_is_an_error(cause: PhysicalEffect) -> No
         count_edges(table, 0, motion)
     with pytest.raises(UnhonouredCauseError, match=next(iter(acts_on(cause)))):
         sample(table, motion, 0.01)
+    with pytest.raises(UnhonouredCauseError, match="virtual instrument"):
+        TableCurves(table, motion, 1e6)
 
 
 def test_lost_counts_are_lost_in_a_sampled_run() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -60,5 +61,12 @@ def _rounded(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.7g}") for name, value in values.items()}
 
 
-SUBJECTS: dict[str, Subject] = {"arctrue": arctrue}
-"""By name; peers add themselves."""
+SUBJECTS = {"arctrue": f"{__name__}:arctrue"}
+"""``module:function`` by name; imported where they are asked."""
+
+
+def find_subject(name: str) -> Subject:
+    """The function of a subject. Raises KeyError for a name that is none."""
+    module, _, function = SUBJECTS[name].partition(":")
+    found: Subject = getattr(importlib.import_module(module), function)
+    return found

@@ -9,7 +9,7 @@ from typing import Any
 
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.sets import make_set
-from arctrue.studies.benchmark.subject import SUBJECTS, Answer
+from arctrue.studies.benchmark.subject import Answer, find_subject
 
 
 def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -22,7 +22,7 @@ def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
         folder = Path(place) / "set"
         write_measurement_set(folder, made.measurement)
         try:
-            answer: Answer = SUBJECTS[task["subject"]](folder)
+            answer: Answer = find_subject(task["subject"])(folder)
         except Exception as error:
             answer = {"verdict": "error", "error": f"{type(error).__name__}: {error}"}
     return {"truth": made.truth, "answer": answer}

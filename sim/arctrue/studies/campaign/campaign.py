@@ -27,6 +27,9 @@ MOST_BROKEN_POOLS = 3
 
 
 STOP_POLL_S = 0.5
+PARENT_POLL_S = 2.0
+STOPS = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and what a batch system sends to a job whose time is over."""
 
 
 class CampaignError(RuntimeError):
@@ -145,7 +148,8 @@ def pool(
         executor = ProcessPoolExecutor(
             max_workers=min(workers, len(left)),
             mp_context=multiprocessing.get_context("spawn"),
-            initializer=_leave_interrupts_to_the_parent,
+            initializer=_serve_the_parent,
+            initargs=(os.getpid(),),
         )
         waiting = iter(list(left))
         running: dict[Future[list[tuple[Mapping[str, Any], float]]], int] = {}
@@ -178,7 +182,7 @@ def pool(
 
 @contextmanager
 def _interrupts() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; a second one ends the program at once."""
+    """Whether the program was asked to stop; asked a second time it ends at once."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set
@@ -189,12 +193,21 @@ def _interrupts() -> Iterator[Callable[[], bool]]:
             raise KeyboardInterrupt
         pressed.set()
 
-    before = signal.signal(signal.SIGINT, note)
+    before = {number: signal.signal(number, note) for number in STOPS}
     try:
         yield pressed.is_set
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _serve_the_parent(parent: int) -> None:
+    """Leave interrupts to the parent, and end when it is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(PARENT_POLL_S)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

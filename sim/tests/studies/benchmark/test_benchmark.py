@@ -254,7 +254,7 @@ def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type
     def fails(folder: Path) -> dict[str, Any]:
         raise RuntimeError("no such matrix")
 
-    monkeypatch.setitem(run_set.__globals__["SUBJECTS"], "arctrue", fails)
+    monkeypatch.setitem(run_set.__globals__, "find_subject", lambda name: fails)
     answer = run_set({**TASK, "subject": "arctrue"})["answer"]
     assert answer == {"verdict": "error", "error": "RuntimeError: no such matrix"}
 
@@ -310,3 +310,21 @@ def test_answers_that_cannot_be_scored_are_refused(tmp_path: Path, change: Any, 
 def test_good_outcomes_are_outcomes() -> None:
     assert set(GOOD) < set(OUTCOMES)
     assert rate([True, False]) == Rate(1, 2)
+
+
+def test_public_sets_tell_nothing_and_have_one_digest(tmp_path: Path) -> None:
+    make_plan("quick", tmp_path / "plan")
+    said = []
+    for name in "ab":
+        arguments = ["benchmark", "sets", str(tmp_path / "plan"), str(tmp_path / name), "--first=2"]
+        done = CliRunner().invoke(main, arguments)
+        assert done.exit_code == 0, done.output
+        said.append(done.output.split()[-1])
+    assert said[0] == said[1]
+    assert len(said[0]) == 64
+    tasks = read_plan(tmp_path / "plan").tasks("arctrue")[:2]
+    folders = sorted(item.name for item in (tmp_path / "a").iterdir())
+    assert folders == sorted(set_name(task) for task in tasks)
+    for folder in (tmp_path / "a").iterdir():
+        text = (folder / "measurement.toml").read_text(encoding="utf-8")
+        assert not any(str(task["seed"]) in text or task["world"] in text for task in tasks)

@@ -127,7 +127,10 @@ def test_a_task_that_kills_every_worker_ends_the_campaign(tmp_path: Path) -> Non
         campaign(tmp_path, 2, "always_killed").run(workers=1)
 
 
-def test_ctrl_c_loses_nothing_and_the_same_command_goes_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_a_stop_loses_nothing_and_the_same_command_goes_on(
+    tmp_path: Path, asked: signal.Signals
+) -> None:
     program = (
         "from pathlib import Path\n"
         "from arctrue.studies.campaign import Interrupted\n"
@@ -153,14 +156,43 @@ def test_ctrl_c_loses_nothing_and_the_same_command_goes_on(tmp_path: Path) -> No
     while not lines.exists() or lines.stat().st_size == 0:
         assert process.poll() is None
         time.sleep(0.02)
-    # As a terminal does: the signal goes to the workers too.
-    os.killpg(process.pid, signal.SIGINT)
+    if asked == signal.SIGINT:
+        # As a terminal does: the signal goes to the workers too.
+        os.killpg(process.pid, asked)
+    else:
+        process.send_signal(asked)
     said, _ = process.communicate(timeout=60)
     done = int(said.split()[0])
     assert said == f"{done} of 400 are done; the same command goes on from there\n"
     assert 0 < done < 400
     assert len(squares(tmp_path / "c")) == done
     assert len({json.loads(line)["key"] for line in lines.read_text().splitlines()}) == done
+
+
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+    place = tmp_path / "runs"
+    place.mkdir()
+    script = tmp_path / "killed.py"
+    script.write_text(
+        "from pathlib import Path\n"
+        "from sim.tests.studies.campaign.test_campaign import campaign\n"
+        "if __name__ == '__main__':\n"
+        f"    campaign(Path({str(tmp_path / 'c')!r}), 400, 'noted', "
+        f"place={str(place)!r}).run(workers=1)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")])}
+    process = subprocess.Popen([sys.executable, str(script)], env=environment)
+    while not list(place.iterdir()):
+        assert process.poll() is None
+        time.sleep(0.02)
+    worker = int(next(place.iterdir()).name.split("-")[1])
+    process.kill()
+    process.wait()
+    for _ in range(300):
+        if not Path(f"/proc/{worker}").exists():
+            return
+        time.sleep(0.1)
+    pytest.fail(f"worker {worker} goes on without its parent")
 
 
 def test_a_shard_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -57,8 +57,8 @@ def asked(
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.5, 3, "head_angle_error", "direction"),
         ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
-        # A gear whose order meets 24 faces as a low one; stations between the faces do not.
-        ("drive_gear_error", "full", 0.15, 6, "radial_error_motion", "polygon_turned"),
+        # 90 teeth meet 24 faces as order 6; stations between the faces do not.
+        ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),
     ],
 )
 def test_next_measurement_splits_the_pair(
