@@ -13,7 +13,8 @@ from sim.tests.workbench.small_sets import (
 )
 
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.noise_fit import white_noise
+from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
 
@@ -26,7 +27,9 @@ def _graduation() -> Term:
 
 def test_capture_alone_is_least_squares_with_the_design_written_out() -> None:
     observations = observations_of(measurement_set(runs=1, reference=False))
-    solution = fit([_graduation()], observations)
+    # With the same weight for every row: what the noise makes of the weights is tested beside it.
+    noise = white_noise(observations, (CAPTURE_NOISE, None))
+    solution = fit([_graduation()], observations, noise=noise)
     rows = observations.capture
     assert rows is not None
     design = [np.ones(rows.angle_rad.size)]

@@ -16,9 +16,10 @@ from sim.tests.workbench.small_sets import (
 
 from arctrue.workbench.diagnose.parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.identifiability import identifiability, needed_gain
-from arctrue.workbench.inference.likeness import canonical_correlations
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.noise_fit import white_noise
+from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
@@ -93,7 +94,8 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
 def test_canonical_correlations_against_numpy() -> None:
     observations = observations_of(measurement_set(runs=2, reference=False))
     model = [_graduation(orders=[1, 2])]
-    residuals = Residuals(fit(model, observations))
+    noise = white_noise(observations, (0.1, None))
+    residuals = Residuals(fit(model, observations, noise=noise))
     rows = observations.capture
     assert rows is not None
     first = Term(ProductOfParts(ALWAYS, (3.0,), "head2"), {})

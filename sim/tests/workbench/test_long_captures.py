@@ -18,7 +18,7 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import scan
 from arctrue.workbench.inference.every_row import capture_figures, on_every_row
-from arctrue.workbench.inference.normal import BLOCK_ROWS, RunningSums, Term
+from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, RunningSums, Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import fitted

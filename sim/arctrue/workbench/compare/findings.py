@@ -18,7 +18,7 @@ from arctrue.workbench.compare.maps import ResidualMap, variance_share
 from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
-from arctrue.workbench.inference.normal import row_blocks
+from arctrue.workbench.inference.normal_equations import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
 
 Float = NDArray[np.float64]
@@ -108,12 +108,10 @@ class _Product(_Follower):
         self.words = " × ".join(_words(part) for part in _told_parts(effect))
 
     def variance_share(self, residuals: Residuals, whole: float) -> float:
-        sigma = (
-            residuals.reference_sigma_arcsec
-            if self.channel == "reference"
-            else residuals.capture_sigma_arcsec
-        )
-        return residuals.score(self._effect, {}).gain * sigma**2 / max(whole, 1e-30)
+        # What the product takes of the sum of squares, not of χ².
+        before = _centred(residuals, self.channel)
+        after = _centred(self.taken_from(residuals), self.channel)
+        return float(before @ before - after @ after) / max(whole, 1e-30)
 
     def taken_from(self, residuals: Residuals) -> Residuals:
         coefficients = residuals.score(self._effect, {}).coefficients

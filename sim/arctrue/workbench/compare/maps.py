@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.surrogates import capture_surrogates, reference_surrogates
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
@@ -18,7 +17,7 @@ Integer = NDArray[np.int64]
 ANGLE_BINS = 72
 PHASE_BINS = 24
 VALUE_BINS = 12
-NULL_SURROGATES = 19
+NULL_DRAWS = 19
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class ResidualMap:
     share: float
     """Of the residual's variance that the bins' means take."""
     null_share: float
-    """The largest share that surrogates of the residual reach: chance alone."""
+    """The largest share that draws of the fitted noise reach: chance alone."""
     group: Integer = field(repr=False, compare=False)
     """Number of the bin of every row, shape (rows,)."""
     bins: int
@@ -127,13 +126,21 @@ def residual_maps(residuals: Residuals, random: np.random.Generator) -> list[Res
     """Every map of both channels; the largest share beyond chance first."""
     found: list[ResidualMap] = []
     capture, reference = residuals.observations.capture, residuals.observations.reference
+    noise = residuals.solution.noise
+    drawn = [
+        residuals.with_residuals(
+            None if noise.capture is None else noise.capture.draw(random),
+            None if noise.reference is None else noise.reference.draw(random),
+        )
+        for _ in range(NULL_DRAWS)
+    ]
     if capture is not None and residuals.capture_arcsec is not None:
         centred = residuals.capture_arcsec - residuals.capture_arcsec.mean()
-        nulls = list(capture_surrogates(capture, centred, NULL_SURROGATES, random))
+        nulls = [item.capture_arcsec for item in drawn if item.capture_arcsec is not None]
         found += _maps("capture", centred, nulls, _capture_binnings(capture))
     if reference is not None and residuals.reference_arcsec is not None:
         centred = residuals.reference_arcsec - residuals.reference_arcsec.mean()
-        nulls = list(reference_surrogates(reference, centred, NULL_SURROGATES, random))
+        nulls = [item.reference_arcsec for item in drawn if item.reference_arcsec is not None]
         found += _maps("reference", centred, nulls, _reference_binnings(reference))
     return sorted(found, key=lambda item: -item.excess_share)
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.evidence import Evidence
 from arctrue.workbench.diagnose.heldout import HeldOut, Improvement
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
@@ -34,13 +35,22 @@ class Candidate:
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Places that its p pays for, where the level is not shared out evenly among them."""
+    evidence: Evidence | None = None
+    """With the noise estimated anew; None where the first test tells enough."""
     held_out: HeldOut | None = None
+    held_out_before: HeldOut | None = None
+    """Of the model without it, with the same noise and the same rows left out."""
     improvement: dict[str, Improvement] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
         """Name of the effect."""
         return self.effect.name
+
+    @property
+    def freedom(self) -> float:
+        """Degrees of freedom with which the noise of its size is known."""
+        return float("inf") if self.evidence is None else self.evidence.freedom
 
     @property
     def term(self) -> Term:

@@ -45,9 +45,23 @@ def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
 
 
 def adds(item: Candidate, other: Candidate) -> bool:
-    """With the other in the model, the first still takes more than chance gives at its place."""
-    left = Residuals(other.solution).score(item.effect, item.nonlinear)
-    return corrected_p_value(left.gain, left.rank, item.trials, 1) < NOTHING_LEFT_P
+    """With the other in the model, the first still takes more than chance gives at its place.
+
+    Both with the same noise: that beside the first, or beside the other where the first was not
+    weighed with a noise of its own.
+    """
+    known = item.evidence or other.evidence
+    solution, share = other.solution, 1.0
+    if known is not None:
+        score = known.base.score(other.effect, other.nonlinear)
+        solution = known.base.solution_with(other.effect, other.nonlinear, score)
+        alone = known.base.score(item.effect, item.nonlinear).gain
+        # On the scale of the likelihoods with the noise free on both sides.
+        share = item.gain / max(alone, 1e-300)
+    left = Residuals(solution).score(item.effect, item.nonlinear)
+    freedom = min(item.freedom, other.freedom)
+    p_value = corrected_p_value(left.gain * share, left.rank, item.trials, 1, freedom)
+    return p_value < NOTHING_LEFT_P
 
 
 def stands_in(best: Candidate, other: Candidate) -> bool:

@@ -12,9 +12,15 @@ from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.workbench.diagnose.classes import adds, alike, stands_in
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.evidence import Evidence, evidence, restricted_likelihood
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
-from arctrue.workbench.diagnose.heldout import HeldOut, held_out, improvement
-from arctrue.workbench.diagnose.inflation import noise_inflation
+from arctrue.workbench.diagnose.heldout import (
+    HeldOut,
+    Improvement,
+    held_out_with,
+    holds_out,
+    improvement,
+)
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
 from arctrue.workbench.diagnose.next_measurement import (
     AT_ONE_SPEED,
@@ -28,9 +34,9 @@ from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.every_row import on_every_row
-from arctrue.workbench.inference.likeness import canonical_correlations
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
@@ -55,8 +61,14 @@ LACK_OF_FIT = 1e-4
 LEAST_EXCESS = 0.25
 """A model with a lack of fit this sure, and an excess over the repeats larger than this share of
 their noise, is not adequate even where nothing describes what is left."""
-HELD_OUT_LIMIT = 6
-"""So many candidates at most are tried on rows that the fit never saw."""
+NEAR_P = 0.3
+"""A first p below this is near to a name: the noise is estimated anew beside it."""
+MOST_WEIGHED = 6
+"""So many candidates at most are weighed with the noise free on both sides."""
+FAR_BEHIND = 60.0
+"""BIC by which a candidate that is not weighed yet cannot come before one that is real."""
+RUNS_ARE_THE_SAMPLE = 0.5
+"""Share of the index in the variance of an effect's size."""
 
 
 @dataclass
@@ -131,11 +143,9 @@ def diagnose(
             result.candidates.append(candidate)
     progress("trying products of parts")
     result.parts = _try_parts(base, residuals)
-    progress("checking on held-out rows")
-    _hold_out(result, base)
     count = observations.count_arcsec
     matters = 0.0 if count is None else matters_counts * count
-    _correct_for_surrogates(result, base, len(absent), matters, progress)
+    _weigh(result, residuals, len(absent), matters, progress)
     _rank(result)
     _decide(result, residuals, matters)
     _look_beside(result, len(absent), matters)
@@ -203,7 +213,7 @@ def _try_effect(
         score.gain,
         score.rank,
         trials,
-        base,
+        residuals,
         candidates,
         effect.variety(observations),
     )
@@ -215,16 +225,14 @@ def _candidate(
     gain: float,
     rank: int,
     trials: float,
-    base: Solution,
+    residuals: Residuals,
     candidates: int,
     lacking_variety: list[str],
 ) -> Candidate:
-    solution = fit([*base.terms, Term(effect, nonlinear)], base.observations, base.context)
-    # The gain at the maximum of the likelihood; the score's holds the noise of the base model.
-    likelihood_gain = 2.0 * (solution.log_likelihood - base.log_likelihood)
+    base = residuals.solution
+    score = residuals.score(effect, nonlinear)
+    solution = residuals.solution_with(effect, nonlinear, score)
     size_arcsec = sizes_arcsec(base, solution)
-    rows = _rows_moved(size_arcsec, base) or base.observations.rows
-    charged = rank * np.log(rows) + 2.0 * np.log(max(trials, 1.0))
     return Candidate(
         effect=effect,
         nonlinear=nonlinear,
@@ -232,11 +240,18 @@ def _candidate(
         rank=rank,
         trials=trials,
         solution=solution,
-        delta_bic=float(likelihood_gain - charged),
+        delta_bic=_delta_bic(gain, rank, trials, size_arcsec, base),
         size_arcsec=size_arcsec,
         p_corrected=corrected_p_value(gain, rank, trials, candidates),
         lacking_variety=lacking_variety,
     )
+
+
+def _delta_bic(
+    gain: float, rank: int, trials: float, size_arcsec: Mapping[str, float], base: Solution
+) -> float:
+    rows = _rows_moved(size_arcsec, base) or base.observations.rows
+    return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))
 
 
 def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
@@ -262,73 +277,141 @@ def _try_parts(base: Solution, residuals: Residuals) -> list[Candidate]:
     for item in best_parts(residuals):
         if item.rank == 0:
             continue
-        tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, base, 1, [])
+        tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, residuals, 1, [])
         tried.level_trials = item.level_trials
         tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, 1)
         found.append(tried)
     return sorted(found, key=lambda item: -item.delta_bic)
 
 
-def _correct_for_surrogates(
-    result: Diagnosis, base: Solution, candidates: int, matters_arcsec: float, progress: Progress
+def _weigh(
+    result: Diagnosis,
+    residuals: Residuals,
+    candidates: int,
+    matters_arcsec: float,
+    progress: Progress,
 ) -> None:
-    """Let the noise's own correlation speak where it could decide.
+    """Evidence with the noise free on both sides, for whatever may be named.
 
-    That is the product of parts that stands first, and the catalogue's candidates until one is
-    still significant: the one that would be named. Those behind it are judged by what they add.
+    That is the catalogue's candidates, best first, until those that follow have no chance to come
+    before one that is real, and the product of parts that stands first if it has.
     """
-    ranked = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    products = result.parts[:1]
-    # Many columns may put a weak effect behind others that are nothing.
-    significant = [item for item in ranked if item.p_corrected < SIGNIFICANCE]
-    everything = [*(significant or ranked)[:1], *products]
-    if not everything:
-        return
-    # Not by ΔBIC: what takes most leaves the noise, and no rest of a weak effect in it.
-    best = max(everything, key=lambda item: item.gain)
-    for item in products:
-        _correct(item, best, 1, progress)
-    for item in significant:
-        _correct(item, best, candidates, progress)
+    null = restricted_likelihood(residuals)
+    base = residuals.solution
+    waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
+    waiting = [item for item in waiting if item.p_corrected < NEAR_P or item.effect.step_at]
+    real: Candidate | None = None
+    for _ in range(MOST_WEIGHED):
+        if real is not None:
+            beside = real
+            waiting = [item for item in waiting if _may_come_before(item, beside)]
+        if not waiting:
+            break
+        item = waiting.pop(0)
+        _judge(item, residuals, null, candidates, progress)
         if (
             item.p_corrected < SIGNIFICANCE
             and _matters(item, matters_arcsec)
             and _holds_out(item)
             and at_other_speeds(item)
             and on_every_pass(item, base)
+            and (real is None or item.delta_bic > real.delta_bic)
         ):
-            break
-
-
-def _correct(item: Candidate, best: Candidate, candidates: int, progress: Progress) -> None:
-    progress(f"surrogates for {item.name}")
-    item.p_corrected = corrected_p_value(
-        item.gain,
-        item.rank,
-        item.trials if item.level_trials is None else item.level_trials,
-        candidates,
-        noise_inflation(item, best),
+            real = item
+            beside = real
+            waiting.sort(key=lambda item: -_bic_beside(item, beside))
+    for item in result.parts[:1]:
+        ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
+        if item.p_corrected < NEAR_P and ahead:
+            _judge(item, residuals, null, 1, progress)
+    if real is not None:
+        _same_noise(result, real)
+    result.held_out_before = next(
+        (item.held_out_before for item in waiting if item.held_out_before is not None), None
     )
+
+
+def _gain_beside(item: Candidate, real: Candidate) -> float:
+    """Gain with the noise of one that is real, on the scale of that one's likelihoods."""
+    assert real.evidence is not None
+    scale = real.gain / max(real.evidence.score.gain, 1e-300)
+    return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
+
+
+def _bic_beside(item: Candidate, real: Candidate) -> float:
+    """By how much an effect is ahead of one that is real, both with that one's noise."""
+    assert real.evidence is not None
+    base = real.evidence.base.solution
+    gain = _gain_beside(item, real)
+    return _delta_bic(gain, item.rank, item.trials, item.size_arcsec, base) - real.delta_bic
+
+
+def _may_come_before(item: Candidate, real: Candidate) -> bool:
+    """It is not far behind, or takes more: then it may be the larger effect around the other."""
+    return _bic_beside(item, real) > -FAR_BEHIND or _gain_beside(item, real) > real.gain
+
+
+def _same_noise(result: Diagnosis, real: Candidate) -> None:
+    """What was not weighed for itself is compared with the noise of the one that is real."""
+    assert real.evidence is not None
+    base = real.evidence.base
+    for item in (*result.candidates, *result.parts):
+        if item.evidence is not None:
+            continue
+        score = base.score(item.effect, item.nonlinear)
+        gain = _gain_beside(item, real)
+        if gain > item.gain:
+            item.gain, item.rank = gain, score.rank
+            item.solution = base.solution_with(item.effect, item.nonlinear, score)
+            item.delta_bic = _delta_bic(
+                item.gain, item.rank, item.trials, item.size_arcsec, base.solution
+            )
+
+
+def _judge(
+    item: Candidate, residuals: Residuals, null: float, candidates: int, progress: Progress
+) -> None:
+    """Evidence, and rows that the fit never saw where that is significant."""
+    progress(f"the noise beside {item.name}")
+    found = item.evidence = evidence(residuals, null, item.effect, item.nonlinear)
+    item.gain, item.rank = found.gain, found.score.rank
+    item.solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
+    item.size_arcsec = sizes_arcsec(found.base.solution, item.solution)
+    trials = item.trials if item.level_trials is None else item.level_trials
+    item.p_corrected = corrected_p_value(item.gain, item.rank, trials, candidates, found.freedom)
+    item.delta_bic = _delta_bic(
+        item.gain, item.rank, item.trials, item.size_arcsec, residuals.solution
+    )
+    if item.p_corrected < SIGNIFICANCE and found.index_share < RUNS_ARE_THE_SAMPLE:
+        progress(f"held-out rows for {item.name}")
+        _hold_out(item, found)
+
+
+def _hold_out(item: Candidate, found: Evidence) -> None:
+    base = found.base.solution
+    before, after = held_out_with(
+        base.terms, item.term, base.observations, base.context, base.noise
+    )
+    item.held_out, item.held_out_before = after, before
+    item.improvement = _falls(before, after, base)
+
+
+def _falls(before: HeldOut, after: HeldOut, base: Solution) -> dict[str, Improvement]:
+    """By channel."""
+    found = {}
+    for channel, of_rows in (("capture", base.noise.capture), ("reference", base.noise.reference)):
+        if of_rows is None:
+            continue
+        fall = improvement(
+            getattr(before, f"{channel}_arcsec"), getattr(after, f"{channel}_arcsec"), of_rows.scale
+        )
+        if fall is not None:
+            found[channel] = fall
+    return found
 
 
 def _matters(item: Candidate, matters_arcsec: float) -> bool:
     return max(item.size_arcsec.values(), default=0.0) >= matters_arcsec
-
-
-def _hold_out(result: Diagnosis, base: Solution) -> None:
-    result.held_out_before = before = held_out(base.terms, base.observations, base.context)
-    worth = [item for item in result.candidates if item.p_corrected < 0.05]
-    worth = sorted(worth, key=lambda item: -item.delta_bic)[:HELD_OUT_LIMIT]
-    for item in [*worth, *result.parts[:1]]:
-        item.held_out = after = held_out(
-            item.solution.terms, base.observations, item.solution.context
-        )
-        for channel in ("capture", "reference"):
-            fall = improvement(
-                getattr(before, f"{channel}_square"), getattr(after, f"{channel}_square")
-            )
-            if fall is not None:
-                item.improvement[channel] = fall
 
 
 def _rank(result: Diagnosis) -> None:
@@ -428,11 +511,18 @@ def _look_beside(result: Diagnosis, candidates: int, matters_arcsec: float) -> N
     # A line beside its place would leave a rest for others.
     found.solution = refined(found.solution)
     left = Residuals(found.solution)
+    null = restricted_likelihood(left)
 
     def adds_more(item: Candidate) -> bool:
         score = left.score(item.effect, item.nonlinear)
         p_value = corrected_p_value(score.gain, score.rank, item.trials, candidates)
-        return item is not found and p_value < SIGNIFICANCE
+        if item is found or p_value > NEAR_P:
+            return False
+        further = evidence(left, null, item.effect, item.nonlinear)
+        p_value = corrected_p_value(
+            further.gain, further.score.rank, item.trials, candidates, further.freedom
+        )
+        return p_value < SIGNIFICANCE
 
     result.negligible = [item for item in result.negligible if adds_more(item)]
     if result.verdict != "named":
@@ -440,11 +530,17 @@ def _look_beside(result: Diagnosis, candidates: int, matters_arcsec: float) -> N
     result.beside = [
         item
         for item in result.candidates
-        if item.p_corrected < SIGNIFICANCE
-        and item.held_out is not None
-        and _matters(item, matters_arcsec)
-        and adds_more(item)
+        if _matters(item, matters_arcsec) and adds_more(item) and _confirmed_beside(item, left)
     ]
+
+
+def _confirmed_beside(item: Candidate, left: Residuals) -> bool:
+    """Rows that were left out show it too, beside what was found."""
+    base = left.solution
+    before, after = held_out_with(
+        base.terms, item.term, base.observations, base.context, base.noise
+    )
+    return holds_out(_falls(before, after, base).values())
 
 
 def _same(best: Candidate, product: Candidate) -> bool:
@@ -492,11 +588,11 @@ def _leaves_too_much(result: Diagnosis, matters_arcsec: float) -> bool:
 
 
 def _holds_out(item: Candidate) -> bool:
-    """The error on held-out rows falls by more than its own standard error in some channel.
+    """The error on held-out rows falls by more than two standard errors.
 
-    Effects known from run to run only are free in every run's offset, so that held-out
-    revolutions cannot show them; there the runs' own statistics decide.
+    What is known from run to run only is free in every run's offset, so that rows of the same run
+    cannot show it; there the runs are the sample, and the index's scatter among them decides.
     """
-    if item.effect.run_level:
+    if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
         return True
-    return any(fall.is_real for fall in item.improvement.values())
+    return bool(item.improvement) and holds_out(item.improvement.values())

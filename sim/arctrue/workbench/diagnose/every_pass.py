@@ -1,4 +1,4 @@
-"""What is fixed to the disc is met on every turn; a disturbance was there once."""
+"""What an effect is, it is on every turn and in every run; a disturbance was there once."""
 
 from __future__ import annotations
 
@@ -8,28 +8,37 @@ from arctrue.workbench.diagnose.candidate import ACTING_SHARE, Candidate
 from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
-"""Of the gain that the other turns would give if it were as large there."""
+"""Of the gain that the other turns or runs would give if it were as large there."""
+WOULD_SHOW = 16.0
+"""χ² that the others would give: below it, noise may hide it there."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
-    """False for a local effect of the disc that a single turn shows and the others do not.
+    """False for an effect that one turn, or one run, shows and the others do not.
 
-    Only effects that act on few rows of a turn are asked: of the others a turn says little.
+    Of an effect that acts on few rows of a turn the turns are asked, of others the runs: an order
+    of the disc that is there at one speed only is a line in time, or its alias.
     """
     rows = base.observations.capture
-    if rows is None or not item.effect.local_on_disc or rows.revolution.size == 0:
+    if rows is None or rows.revolution.size == 0:
         return True
     before = base.capture_residual_arcsec()
     if before is None:
         return True
     change = item.solution.capture_prediction_arcsec(False) - base.capture_prediction_arcsec(False)
-    change[np.abs(change) < ACTING_SHARE * np.abs(change).max(initial=0.0)] = 0.0
-    turns = int(rows.revolution.max()) + 1
-    expected = np.bincount(rows.revolution, weights=change**2, minlength=turns)
-    gain = np.bincount(rows.revolution, weights=change * before, minlength=turns)
+    local = item.effect.local_on_disc
+    if local:
+        change[np.abs(change) < ACTING_SHARE * np.abs(change).max(initial=0.0)] = 0.0
+    group = rows.revolution if local else rows.run
+    count = int(group.max()) + 1
+    expected = np.bincount(group, weights=change**2, minlength=count)
+    gain = np.bincount(group, weights=change * before, minlength=count)
     strongest = int(np.argmax(gain))
     others = expected.sum() - expected[strongest]
     if others <= 0.0 or gain[strongest] <= 0.0 or expected[strongest] <= 0.0:
         return True
     height = gain[strongest] / expected[strongest]
+    noise = base.capture_sigma_arcsec or 1.0
+    if not local and height**2 * others < WOULD_SHOW * noise**2:
+        return True
     return bool((gain.sum() - gain[strongest]) > LEAST_SHARE * height * others)

@@ -1,241 +1,273 @@
-"""Error on rows that the fit never saw, judged by revolutions of the capture, cycles of the
-reference.
+"""Error on rows that the fit never saw, given the rows beside them and the noise's correlation.
 
-Of each revolution a quarter is left out of each fit, another one from turn to turn: every angle
-and every stretch of time stay in the fit, so that a step in the last turn can be known too.
+Single rows, a quarter of all, are left out in turn. A row left out is predicted from the model and
+from what the coloured noise of its neighbours tells: the correlation is carried by the covariance,
+not by the length of a fold. The same noise is taken for the model with the effect and without it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.normal import (
-    ChannelSums,
-    Matrix,
-    RunningSums,
+from arctrue.workbench.inference.normal_equations import (
     Term,
-    capture_columns,
-    reference_columns,
-    row_blocks,
-    term_widths,
+    channel_columns,
+    measured_arcsec,
 )
-from arctrue.workbench.inference.solution import solve
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import Observations
 
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
 FOLDS = 4
-SINGLE_TURN_PIECES = 128
+STANDARD_ERRORS = 2.0
+"""The error must fall by more than so many of its standard errors."""
+ENOUGH_ERRORS = 3.0
+"""Where an effect that is there would lower it by less than this, it is not asked to."""
+SEED = 20_120_215
+"""Of the order in which blocks are left out; a fixed one: same set, same folds."""
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Mean squared held-out error of every unit (revolution or cycle), by channel."""
+    """Held-out error of every row, by channel, arcseconds."""
 
-    capture_square: NDArray[np.float64] | None
-    reference_square: NDArray[np.float64] | None
+    capture_arcsec: Float | None
+    reference_arcsec: Float | None
 
     @property
     def capture_rms_arcsec(self) -> float | None:
-        """RMS over all units."""
-        return _rms(self.capture_square)
+        """RMS over all rows."""
+        return _rms(self.capture_arcsec)
 
     @property
     def reference_rms_arcsec(self) -> float | None:
-        """RMS over all units."""
-        return _rms(self.reference_square)
+        """RMS over all rows."""
+        return _rms(self.reference_arcsec)
 
 
 @dataclass(frozen=True)
 class Improvement:
-    """How much the held-out RMS falls, with its standard error over the units."""
+    """How much the held-out error of one channel falls, with its standard error."""
 
     fall_arcsec: float
+    """Of the RMS."""
     standard_error_arcsec: float
-
-    @property
-    def is_real(self) -> bool:
-        """It falls by more than its own standard error."""
-        return self.fall_arcsec > self.standard_error_arcsec
-
-
-def _rms(squares: NDArray[np.float64] | None) -> float | None:
-    return None if squares is None or squares.size == 0 else float(np.sqrt(np.mean(squares)))
+    gain: float
+    """Rise of the log predictive density of all rows of the channel."""
+    information: float
+    """Σ (change of the prediction)²/variance: the rise has half of it as its mean when the effect
+    is there, and all of it as its variance."""
 
 
-def improvement(
-    before: NDArray[np.float64] | None, after: NDArray[np.float64] | None
-) -> Improvement | None:
-    """Of the RMS, from the paired differences of the units' mean squares."""
+def holds_out(channels: Iterable[Improvement]) -> bool:
+    """The predictive density of rows that were left out rises by more than two standard errors.
+
+    Where such rows cannot show it (neighbours and slow noise already tell them), it must not fall.
+    """
+    found = list(channels)
+    gain = sum(item.gain for item in found)
+    information = sum(item.information for item in found)
+    error = float(np.sqrt(information))
+    if 0.5 * information < ENOUGH_ERRORS * error:
+        return gain > -STANDARD_ERRORS * error
+    return gain > STANDARD_ERRORS * error
+
+
+@dataclass(frozen=True)
+class Folds:
+    """Number of the fit that leaves each row out, by channel; shape (rows,)."""
+
+    capture: Integer | None
+    reference: Integer | None
+
+
+def _rms(errors: Float | None) -> float | None:
+    return None if errors is None or errors.size == 0 else float(np.sqrt(np.mean(errors**2)))
+
+
+def improvement(before: Float | None, after: Float | None, scale: Float) -> Improvement | None:
+    """Of the errors of the same rows; ``scale`` is that of their noise, shape (rows,)."""
     if before is None or after is None or before.size == 0:
         return None
-    old, new = float(np.sqrt(before.mean())), float(np.sqrt(after.mean()))
-    differences = before - after
-    spread = float(differences.std(ddof=1) / np.sqrt(differences.size)) if before.size > 1 else 0.0
-    return Improvement(old - new, spread / max(old + new, 1e-30))
+    old, new = before / scale, after / scale
+    variance = max(float(np.mean(new**2)), 1e-30)
+    change = old - new
+    information = float(change @ change) / variance
+    gain = 0.5 * float(old @ old - new @ new) / variance
+    # Of the mean square: twice the sum of change times error, whose variance is known.
+    spread = 2.0 * np.sqrt(float(change @ change) * variance) / old.size
+    rms_before, rms_after = float(np.sqrt(np.mean(before**2))), float(np.sqrt(np.mean(after**2)))
+    unit = float(np.mean(scale**2)) / max(rms_before + rms_after, 1e-30)
+    return Improvement(rms_before - rms_after, float(spread * unit), gain, information)
 
 
-def capture_units(observations: Observations) -> NDArray[np.int64] | None:
-    """Number of the held-out unit of each capture row: its revolution."""
-    rows = observations.capture
-    return None if rows is None else rows.revolution
+def folds_of(observations: Observations) -> Folds:
+    """Each four rows in a row go to the four folds, in an order that is drawn.
 
-
-def reference_units(observations: Observations) -> NDArray[np.int64] | None:
-    """Number of the held-out unit of each reference row: its cycle, or a piece of the run."""
-    rows = observations.reference
-    if rows is None:
-        return None
-    if rows.cycle is not None:
-        pairs = rows.run * (int(rows.cycle.max(initial=0)) + 1) + rows.cycle
-        _, units = np.unique(pairs, return_inverse=True)
-        if units.max(initial=0) >= 3:
-            return _evened(np.asarray(units, dtype=np.int64))
-    # Pieces in turn, so that every piece has neighbours in the fit.
-    return np.asarray(np.arange(rows.run.size) * 16 // max(rows.run.size, 1), dtype=np.int64)
-
-
-def _evened(units: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Units of many rows, as passes on the move are, in pieces of the usual size.
-
-    A pass at a speed of its own is then never left out as a whole, and its many rows do not weigh
-    like the few of a cycle over the stations.
+    Single rows are shorter than half of any period that rows can show, so that every wave is seen
+    on both sides of what is left out. Taken in turn, the same stations of every cycle could be
+    left out together.
     """
-    counts = np.bincount(units)
-    usual = float(np.median(counts))
-    pieces = np.maximum(np.round(counts / usual), 1.0).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(pieces)[:-1]])
-    order = np.argsort(units, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    place = np.empty_like(units)
-    place[order] = np.arange(units.size) - np.repeat(starts, counts)
-    return np.asarray(first[units] + place * pieces[units] // counts[units])
-
-
-def held_out(terms: Sequence[Term], observations: Observations, context: FitContext) -> HeldOut:
-    """Fit without each fold of units, judge on it. Sums are additive: one pass over the rows."""
-    widths = term_widths(terms, observations)
-    capture_fold = _capture_folds(observations)
-    reference_fold = _folds(reference_units(observations))
-    capture_parts = _fold_sums(terms, widths, observations, context, capture_fold, capture=True)
-    reference_parts = _fold_sums(
-        terms, widths, observations, context, reference_fold, capture=False
-    )
-    squares: list[NDArray[np.float64] | None] = []
-    solutions = []
-    for fold in range(FOLDS):
-        solutions.append(
-            solve(
-                terms,
-                observations,
-                context,
-                capture=_without(capture_parts, fold),
-                reference=_without(reference_parts, fold),
-            )
-        )
-    for channel, units, fold_of in (
-        ("capture", capture_units(observations), capture_fold),
-        ("reference", reference_units(observations), reference_fold),
-    ):
-        if units is None or fold_of is None:
-            squares.append(None)
+    found: list[Integer | None] = []
+    for rows in (observations.capture, observations.reference):
+        if rows is None:
+            found.append(None)
             continue
-        total = np.zeros(int(units.max()) + 1)
-        for block in row_blocks(units.size):
-            matrix, run, measured = _block(
-                terms, widths, observations, context, block, capture=channel == "capture"
-            )
-            shared = np.stack([item.coefficients for item in solutions], axis=1)
-            offsets = np.stack(
-                [
-                    item.run_offsets_arcsec
-                    if channel == "capture"
-                    else np.array([item.reference_offset_arcsec])
-                    for item in solutions
-                ],
-                axis=1,
-            )
-            predictions = matrix @ shared + offsets[run]
-            chosen = predictions[np.arange(measured.size), fold_of[block]]
-            total += np.bincount(
-                units[block], weights=(measured - chosen) ** 2, minlength=total.size
-            )
-        counts = np.bincount(units, minlength=total.size)
-        there = counts > 0
-        # A rest of a few rows after the last whole revolution would weigh like a revolution.
-        whole = there & (counts > 0.25 * np.median(counts[there]))
-        squares.append(total[whole] / counts[whole])
-    return HeldOut(*squares)
+        random = np.random.default_rng(SEED)
+        rounds = -(-rows.run.size // FOLDS)
+        order = random.permuted(np.tile(np.arange(FOLDS), (rounds, 1)), axis=1).ravel()
+        found.append(order[: rows.run.size])
+    return Folds(*found)
 
 
-def _capture_folds(observations: Observations) -> NDArray[np.int64] | None:
-    """Which fit leaves each row out: its quarter of the turn, one further every revolution."""
-    rows = observations.capture
-    if rows is None:
-        return None
-    # In a single turn short pieces, as no other turn has the angles that are left out.
-    pieces = FOLDS if float(np.ptp(rows.angle_rad)) > 3.0 * np.pi else SINGLE_TURN_PIECES
-    piece = np.floor(np.mod(rows.angle_rad / (2.0 * np.pi), 1.0) * pieces).astype(np.int64)
-    return np.asarray((piece + rows.revolution) % FOLDS)
-
-
-def _folds(units: NDArray[np.int64] | None) -> NDArray[np.int64] | None:
-    return None if units is None else np.asarray(units % FOLDS)
-
-
-def _fold_sums(
-    terms: Sequence[Term],
-    widths: Sequence[int],
-    observations: Observations,
-    context: FitContext,
-    fold_of: NDArray[np.int64] | None,
-    *,
-    capture: bool,
-) -> list[ChannelSums] | None:
-    if fold_of is None:
-        return None
-    offsets = observations.runs if capture else 1
-    sums = [RunningSums(sum(widths), offsets) for _ in range(FOLDS)]
-    for block in row_blocks(fold_of.size):
-        matrix, run, measured = _block(terms, widths, observations, context, block, capture=capture)
-        for fold in range(FOLDS):
-            inside = fold_of[block] == fold
-            sums[fold].add(matrix[inside], run[inside], measured[inside])
-    return [item.sums() for item in sums]
-
-
-def _block(
-    terms: Sequence[Term],
-    widths: Sequence[int],
-    observations: Observations,
-    context: FitContext,
-    block: slice,
-    *,
-    capture: bool,
-) -> tuple[Matrix, NDArray[np.int64], Matrix]:
-    """Columns, number of the offset, and measured value of a block of rows of one channel."""
-    if capture:
-        matrix, rows = capture_columns(terms, widths, observations, block, context)
-        return matrix, rows.run, rows.difference_arcsec
-    assert observations.reference is not None
-    measured = observations.reference.error_arcsec[block]
-    matrix = reference_columns(terms, widths, observations, block, context)
-    return matrix, np.zeros(measured.size, dtype=np.int64), measured
-
-
-def _without(parts: list[ChannelSums] | None, fold: int) -> ChannelSums | None:
-    if parts is None:
-        return None
-    kept = [part for index, part in enumerate(parts) if index != fold]
-    rows = sum(part.rows for part in kept)
-    if rows == 0:
-        return None
-    return ChannelSums(
-        np.sum([part.gram for part in kept], axis=0),
-        np.sum([part.moment for part in kept], axis=0),
-        sum(part.square for part in kept),
-        rows,
+def without(
+    observations: Observations, keep_capture: NDArray[np.bool_] | None,
+    keep_reference: NDArray[np.bool_] | None,
+) -> Observations:  # fmt: skip
+    """The observations with some of their rows only."""
+    capture, reference = observations.capture, observations.reference
+    return replace(
+        observations,
+        capture=None if capture is None else capture.part(keep_capture),  # type: ignore[arg-type]
+        reference=None if reference is None else reference.part(keep_reference),  # type: ignore[arg-type]
+        stored=None,
+        kept_columns={},
     )
+
+
+def held_out(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise | None = None,
+) -> HeldOut:
+    """What the model alone is off by, on rows that the fit did not see.
+
+    ``noise`` weights the rows; it is estimated if it is not given.
+    """
+    if noise is None:
+        noise = fit(terms, observations, context).noise
+    folds = folds_of(observations)
+    left = _Errors(observations, noise, by_neighbours=False)
+    for keep, train, of_kept in _trainings(observations, noise, folds):
+        left.judge(fit(terms, train, context, noise=of_kept), keep)
+    return left.found()
+
+
+def held_out_with(
+    terms: Sequence[Term], further: Term, observations: Observations, context: FitContext,
+    noise: Noise,
+) -> tuple[HeldOut, HeldOut]:  # fmt: skip
+    """The same without and with one term more, on the same folds and with the same noise.
+
+    What the further term searches for is searched again in each fold.
+    """
+    folds = folds_of(observations)
+    before, after = _Errors(observations, noise), _Errors(observations, noise)
+    for keep, train, of_kept in _trainings(observations, noise, folds):
+        residuals = Residuals(fit(terms, train, context, noise=of_kept))
+        before.judge(residuals.solution, keep)
+        place = further.nonlinear
+        if further.effect.search:
+            found = further.effect.scan(residuals)
+            if found:
+                place = found[0].nonlinear
+        score = residuals.score(further.effect, place)
+        after.judge(residuals.solution_with(further.effect, place, score), keep)
+    return before.found(), after.found()
+
+
+Keep = tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]
+
+
+def _trainings(
+    observations: Observations, noise: Noise, folds: Folds
+) -> Iterator[tuple[Keep, Observations, Noise]]:
+    for fold in range(FOLDS):
+        keep = (
+            None if folds.capture is None else folds.capture != fold,
+            None if folds.reference is None else folds.reference != fold,
+        )
+        yield keep, without(observations, keep[0], keep[1]), noise.part(keep[0], keep[1])
+
+
+class _Errors:
+    """Held-out errors of every row, as the folds come in."""
+
+    def __init__(
+        self, observations: Observations, noise: Noise, *, by_neighbours: bool = True
+    ) -> None:
+        self._observations, self._noise = observations, noise
+        self._by_neighbours = by_neighbours
+        self._capture, self._reference = (
+            None if rows is None else np.zeros(rows.run.size)
+            for rows in (observations.capture, observations.reference)
+        )
+
+    def judge(self, solution: Solution, keep: Keep) -> None:
+        """Errors of a solution of the kept rows on all others."""
+        for total, kept, of_rows, is_capture in (
+            (self._capture, keep[0], self._noise.capture, True),
+            (self._reference, keep[1], self._noise.reference, False),
+        ):
+            if total is not None and kept is not None and of_rows is not None:
+                total[~kept] = _errors(
+                    solution,
+                    self._observations,
+                    kept,
+                    of_rows if self._by_neighbours else None,
+                    capture=is_capture,
+                )
+
+    def found(self) -> HeldOut:
+        """Of all folds."""
+        return HeldOut(self._capture, self._reference)
+
+
+def _errors(
+    solution: Solution,
+    observations: Observations,
+    kept: NDArray[np.bool_],
+    noise: RowNoise | None,
+    *,
+    capture: bool,
+) -> Float:
+    """Measured less predicted, of the rows that were left out; ``noise`` of all rows lets the
+    neighbours tell of the coloured part."""
+    apart = _left_out(observations, kept, capture=capture)
+    columns = channel_columns(solution.terms, apart, solution.context, capture=capture)
+    predicted = columns @ solution.coefficients
+    if capture:
+        assert apart.capture is not None
+        predicted = predicted + solution.run_offsets_arcsec[apart.capture.run]
+        left = solution.capture_residual_arcsec()
+        of_kept = solution.noise.capture
+    else:
+        predicted = predicted + solution.reference_offset_arcsec
+        left = solution.reference_residual_arcsec()
+        of_kept = solution.noise.reference
+    if noise is not None and left is not None and of_kept is not None:
+        precise = of_kept.precise(of_kept.whiten(left))
+        predicted = predicted + noise.expected(kept, precise)
+    return np.asarray(measured_arcsec(apart, capture=capture) - predicted)
+
+
+def _left_out(
+    observations: Observations, kept: NDArray[np.bool_], *, capture: bool
+) -> Observations:
+    """The rows of one channel that were left out."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    apart = rows.part(~kept)
+    shown = {"capture": apart} if capture else {"reference": apart}
+    return replace(observations, **shown, kept_columns={})  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Does the model fit at all? Residuals against the scatter of their own repeats, by channel."""
+"""Does the model fit at all? Whitened residuals against the scatter of their own repeats."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _reference_groupings(rows: ReferenceRows) -> Iterator[Integer]:
 
 def capture_lack_of_fit(residuals: Residuals) -> float | None:
     """Smallest p of all groupings, times their number; None without a capture."""
-    rows, residual = residuals.observations.capture, residuals.capture_arcsec
+    rows, residual = residuals.observations.capture, residuals.capture_whitened
     if rows is None or residual is None:
         return None
     found = [analysis_of_variance(residual, group) for group in _capture_groupings(rows)]
@@ -115,7 +115,7 @@ def capture_lack_of_fit(residuals: Residuals) -> float | None:
 
 def reference_lack_of_fit(residuals: Residuals) -> float | None:
     """Smallest p of all groupings, times their number; None without a reference."""
-    rows, residual = residuals.observations.reference, residuals.reference_arcsec
+    rows, residual = residuals.observations.reference, residuals.reference_whitened
     if rows is None or residual is None:
         return None
     found = [analysis_of_variance(residual, group) for group in _reference_groupings(rows)]

@@ -16,7 +16,7 @@ from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.planned import PLANS, Plan
 from arctrue.workbench.effects.base import Nonlinear
-from arctrue.workbench.inference.normal import Term, capture_sums, reference_sums, term_widths
+from arctrue.workbench.inference.normal_equations import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution, solve
 from arctrue.workbench.observations import Observations
@@ -153,8 +153,7 @@ def _split(first: Candidate, second: Candidate, there: Observations) -> float:
 
 def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float:
     shown = _showing(truth, there)
-    sigma = (truth.solution.capture_sigma_arcsec, truth.solution.reference_sigma_arcsec)
-    known = (sigma[0] or sigma[1], sigma[1] or sigma[0])
+    noise = truth.solution.noise.on(shown)
     base_terms = truth.solution.terms[:-1]
 
     def solved(terms: Sequence[Term]) -> Solution:
@@ -163,9 +162,9 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
             terms,
             shown,
             context,
-            capture=capture_sums(terms, shown, context),
-            reference=reference_sums(terms, shown, context),
-            fixed_sigma=known,
+            noise,
+            capture=channel_sums(terms, shown, context, noise, capture=True),
+            reference=channel_sums(terms, shown, context, noise, capture=False),
         )
 
     places: list[Nonlinear] = [other.nonlinear]
@@ -215,12 +214,8 @@ def _showing(truth: Candidate, there: Observations) -> Observations:
 
 def _chi_square(solution: Solution) -> float:
     residuals = Residuals(solution)
-    offsets = solution.run_offsets_arcsec / solution.observations.index_sigma_arcsec
-    total = float(offsets @ offsets)
-    for values, sigma in (
-        (residuals.capture_arcsec, residuals.capture_sigma_arcsec),
-        (residuals.reference_arcsec, residuals.reference_sigma_arcsec),
-    ):
+    total = float(np.sum(solution.run_offsets_arcsec**2)) / solution.noise.index_variance
+    for values in (residuals.capture_whitened, residuals.reference_whitened):
         if values is not None:
-            total += float(values @ values) / sigma**2
+            total += float(values @ values)
     return total

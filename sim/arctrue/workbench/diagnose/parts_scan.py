@@ -16,7 +16,7 @@ from arctrue.workbench.diagnose.parts import (
     conditions,
     settling_condition,
 )
-from arctrue.workbench.inference.normal import row_blocks
+from arctrue.workbench.inference.normal_equations import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 
@@ -75,38 +75,50 @@ def condition_shares(found: Sequence[Condition]) -> list[float]:
     return [1.0 / (len(sizes) * sizes[kind]) for kind in kinds]
 
 
-def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> tuple[Float, Float]:
     """Approximate gain of every (condition, half order), and of (condition, constant)."""
-    rows, residual = residuals.observations.capture, residuals.capture_arcsec
+    observations, noise = residuals.observations, residuals.solution.noise
+    rows = observations.capture if capture else observations.reference
+    precise = residuals.capture_precise if capture else residuals.reference_precise
+    of_rows = noise.capture if capture else noise.reference
     assert rows is not None
-    assert residual is not None
+    assert precise is not None
+    assert of_rows is not None
     orders = _half_orders()
     sums = np.zeros((len(factors), orders.size), dtype=np.complex128)
     constant = np.zeros(len(factors))
-    for block in row_blocks(residual.size):
-        weighted = np.stack([factor[block] * residual[block] for factor in factors])
+    for block in row_blocks(precise.size):
+        weighted = np.stack([factor[block] * precise[block] for factor in factors])
         step = np.exp(-0.5j * rows.angle_rad[block])
         power = np.ones_like(step)
         for index in range(orders.size):
             power = power * step
             sums[:, index] += weighted @ power
         constant += weighted.sum(axis=1)
-    squares = np.array([float(factor @ factor) for factor in factors])
-    variance = residuals.capture_sigma_arcsec**2
-    scale = np.maximum(squares, 1e-30) * variance
-    return 2.0 * np.abs(sums) ** 2 / scale[:, None], constant**2 / scale
+    told = np.full((len(factors), orders.size), 1e-30)
+    told_constant = np.full(len(factors), 1e-30)
+    for part, spectrum in zip(of_rows.stretches, of_rows.spectra, strict=True):
+        if part.stop - part.start < 2:
+            continue
+        step_s = of_rows.step(part)
+        way = float(np.median(np.abs(np.diff(rows.angle_rad[part])))) / (2.0 * np.pi)
+        density = spectrum.density(orders * (way / max(step_s, 1e-300)), step_s)
+        level = of_rows.mean_square_scale(part)
+        squares = np.array([float(np.sum(factor[part] ** 2)) for factor in factors])
+        told += squares[:, np.newaxis] / (density * level)
+        told_constant += squares / (float(spectrum.density(np.zeros(1), step_s)[0]) * level)
+    return 2.0 * np.abs(sums) ** 2 / told, constant**2 / told_constant
+
+
+def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
+    return _waves(residuals, factors, capture=True)
 
 
 def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
-    rows, residual = residuals.observations.reference, residuals.reference_arcsec
+    rows = residuals.observations.reference
     assert rows is not None
-    assert residual is not None
     orders = _half_orders()
-    waves = np.exp(-1j * np.outer(rows.angle_rad, orders))
-    weighted = np.stack([factor * residual for factor in factors])
-    squares = np.array([float(factor @ factor) for factor in factors])
-    scale = np.maximum(squares, 1e-30) * residuals.reference_sigma_arcsec**2
-    power = 2.0 * np.abs(weighted @ waves) ** 2 / scale[:, None]
+    power, constants = _waves(residuals, factors, capture=False)
     if rows.face is not None and rows.faces is not None:
         # Faces see an order n and its alias faces − n alike: the lower one stands for both.
         power[:, orders > rows.faces / 2.0] = 0.0
@@ -114,7 +126,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     if arc < LEAST_ARC_RAD:
         # On an arc, what is less than a period is a slow curve and no order.
         power[:, orders * arc < 2.0 * np.pi] = 0.0
-    return power, weighted.sum(axis=1) ** 2 / scale
+    return power, constants
 
 
 def _frames(order: float | None, observations: Observations, in_reference: bool) -> list[Frame]:
@@ -191,7 +203,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
     scored: list[PartsCandidate] = []
-    chosen = [*places[: 4 * SHORTLIST], *certain]
+    chosen = [*places[: 2 * SHORTLIST], *certain]
     for _, condition, order, in_reference in chosen:
         orders_of = () if order is None else (order,)
         tried_frames = [

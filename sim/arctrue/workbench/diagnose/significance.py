@@ -1,24 +1,40 @@
-"""From a gain in χ² to a probability that counts every place that was looked at."""
+"""From a likelihood ratio to a probability that counts every place that was looked at."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.stats import chi2
+from scipy.stats import f as f_distribution
+
+MANY = 1e5
+"""Degrees of freedom from which the noise is as good as known."""
 
 
-def corrected_p_value(
-    gain: float, rank: int, trials: float, candidates: int, inflation: float = 1.0
-) -> float:
-    """Probability of such a gain, or more, by chance somewhere among all that was tried.
+def single_p_value(gain: float, rank: int, freedom: float) -> float:
+    """Probability of such a gain, or more, at one place.
 
-    ``gain`` is χ² with ``rank`` degrees of freedom at the best of ``trials`` independent places,
-    for one of ``candidates`` effects; ``inflation`` ≥ 1 is the noise's excess over white noise,
-    from surrogates. Šidák over places, Bonferroni over candidates.
+    ``gain`` is twice the rise of the log likelihood with the noise free on both sides, of ``rank``
+    columns; ``freedom`` is the number of degrees of freedom that the noise is known with once the
+    columns are fitted. In white noise that is the F test: with m degrees of freedom left, a rise
+    of (m + q)·log(1 + q·F/m). (Kenward and Roger, Biometrics 53 (1997) 983, for m in other noise.)
     """
     if rank <= 0:
         return 1.0
-    log_single = float(chi2.logsf(gain / max(inflation, 1.0), rank))
-    single = np.exp(log_single)
+    if freedom > MANY:
+        return float(chi2.sf(gain, rank))
+    ratio = freedom / rank * float(np.expm1(min(gain / (freedom + rank), 600.0)))
+    return float(f_distribution.sf(ratio, rank, freedom))
+
+
+def corrected_p_value(
+    gain: float, rank: int, trials: float, candidates: int, freedom: float = np.inf
+) -> float:
+    """Probability of such a gain, or more, by chance somewhere among all that was tried.
+
+    At the best of ``trials`` independent places, for one of ``candidates`` effects: Šidák over
+    places, Bonferroni over candidates.
+    """
+    single = single_p_value(gain, rank, freedom)
     # 1 − (1 − p)^m without loss for small p; for tiny p it is m·p.
     placed = float(-np.expm1(max(trials, 1.0) * np.log1p(-min(single, 1.0 - 1e-15))))
     return float(min(1.0, max(placed, 0.0) * max(candidates, 1)))

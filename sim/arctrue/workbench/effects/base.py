@@ -136,8 +136,6 @@ class Effect(ABC):
     """The columns depend on the fitted error function, so that the fit iterates."""
     step_at: ClassVar[tuple[str, str] | None] = None
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
-    run_level: ClassVar[bool] = False
-    """Its size is known from run to run only, so that the runs are the sample."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.workbench.inference.normal import row_blocks, stored_columns
+from arctrue.workbench.inference.normal_equations import row_blocks, stored_columns
 from arctrue.workbench.inference.search_parameters import refined, with_steps_on_every_row
 from arctrue.workbench.inference.solution import Solution, fit
 
@@ -29,7 +29,8 @@ def on_every_row(solution: Solution) -> Solution:
     if observations.stored is None or solution.every_row or solution.held:
         return solution
     terms = with_steps_on_every_row(solution)
-    return refined(fit(terms, observations, solution.context, every_row=True))
+    tried = fit(terms, observations, solution.context, noise=solution.noise, every_row=True)
+    return refined(tried)
 
 
 def capture_figures(solution: Solution) -> CaptureFigures | None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.normal import Term, capture_sums, reference_sums, term_widths
+from arctrue.workbench.inference.noise_fit import estimated_noise_of_residuals, white_noise
+from arctrue.workbench.inference.normal_equations import Term, term_widths
 from arctrue.workbench.inference.solution import Solution, context_of
+from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import Observations
 
 
@@ -27,33 +30,46 @@ def with_fixed_coefficients(
         raise ValueError(f"expected {shared} coefficients, found {coefficients.size}")
     draft = _solution(terms, observations, FitContext(), widths, coefficients)
     context = context_of(draft)
-    capture = capture_sums(terms, observations, context, every_row=True)
-    reference = reference_sums(terms, observations, context)
-    offsets = np.zeros(observations.runs)
-    capture_sigma = reference_sigma = None
-    constant = 0.0
-    if capture is not None:
-        own = slice(shared, None)
-        counts = np.diag(capture.gram)[own]
-        moment = capture.moment[own] - capture.gram[own, :shared] @ coefficients
-        offsets = moment / np.maximum(counts, 1.0)
-        square = capture.residual_square(np.concatenate([coefficients, offsets]))
-        capture_sigma = float(np.sqrt(square / max(capture.rows, 1)))
-    if reference is not None:
-        left = reference.moment[shared] - reference.gram[shared, :shared] @ coefficients
-        constant = float(left / max(reference.gram[shared, shared], 1.0))
-        square = reference.residual_square(np.append(coefficients, constant))
-        reference_sigma = float(np.sqrt(square / max(reference.rows, 1)))
-    return _solution(
-        terms,
-        observations,
-        context,
-        widths,
-        coefficients,
-        offsets=offsets,
-        constant=constant,
-        sigma=(capture_sigma, reference_sigma),
+    draft = replace(draft, context=context)
+    left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
+    # Coefficients of another set take no freedom: only constants are fitted to these rows.
+    noise, unknown = estimated_noise_of_residuals(observations, left)
+    sums = [
+        _constants(None if values is None else of_rows, values, run, offsets, prior)
+        for values, of_rows, run, offsets, prior in (
+            (
+                left[0], noise.capture,
+                None if observations.capture is None else observations.capture.run,
+                observations.runs, 1.0 / noise.index_variance,
+            ),
+            (
+                left[1], noise.reference,
+                None if left[1] is None else np.zeros(left[1].size, dtype=np.int64), 1, 0.0,
+            ),
+        )
+    ]  # fmt: skip
+    return replace(
+        draft,
+        run_offsets_arcsec=sums[0] if observations.runs else np.zeros(0),
+        reference_offset_arcsec=float(sums[1][0]) if sums[1].size else 0.0,
+        noise=noise,
+        unknown_noise=unknown,
     )
+
+
+def _constants(
+    noise: RowNoise | None,
+    values: NDArray[np.float64] | None,
+    run: NDArray[np.int64] | None,
+    offsets: int,
+    prior: float,
+) -> NDArray[np.float64]:
+    """Least squares of the constants of one channel."""
+    if noise is None or values is None or run is None:
+        return np.zeros(offsets)
+    ones, whitened = noise.whiten(np.ones(values.size)), noise.whiten(values)
+    told = np.bincount(run, ones**2, offsets) + prior
+    return np.asarray(np.bincount(run, ones * whitened, offsets) / np.maximum(told, 1e-300))
 
 
 def _solution(
@@ -62,10 +78,6 @@ def _solution(
     context: FitContext,
     widths: Sequence[int],
     coefficients: NDArray[np.float64],
-    *,
-    offsets: NDArray[np.float64] | None = None,
-    constant: float = 0.0,
-    sigma: tuple[float | None, float | None] = (None, None),
 ) -> Solution:
     size = coefficients.size
     return Solution(
@@ -75,10 +87,9 @@ def _solution(
         widths=tuple(widths),
         coefficients=coefficients,
         covariance=np.zeros((size, size)),
-        run_offsets_arcsec=np.zeros(observations.runs) if offsets is None else offsets,
-        reference_offset_arcsec=constant,
-        capture_sigma_arcsec=sigma[0],
-        reference_sigma_arcsec=sigma[1],
+        run_offsets_arcsec=np.zeros(observations.runs),
+        reference_offset_arcsec=0.0,
+        noise=white_noise(observations, (1.0, 1.0)),
         log_likelihood=0.0,
         rank=0,
         condition=1.0,

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.normal import capture_sums, reference_sums
+from arctrue.workbench.inference.normal_equations import channel_sums
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.inference.symmetric import RANK_TOLERANCE
@@ -86,21 +86,18 @@ def _undetermined(solution: Solution, size: int) -> NDArray[np.bool_]:
     """Share of each coefficient in the null space of both channels together."""
     observations, terms, context = solution.observations, solution.terms, solution.context
     normal = np.zeros((size, size))
-    capture = capture_sums(terms, observations, context)
-    reference = reference_sums(terms, observations, context)
-    for sums, error in (
-        (capture, solution.capture_sigma_arcsec),
-        (reference, solution.reference_sigma_arcsec),
-    ):
-        if sums is None or error is None:
+    noise = solution.noise
+    for is_capture in (True, False):
+        sums = channel_sums(terms, observations, context, noise, capture=is_capture)
+        if sums is None:
             continue
         # Less what constants (of the runs, or a₀) can stand in for.
         own, cross = sums.gram[:size, :size], sums.gram[:size, size:]
         constants = np.diag(sums.gram)[size:]
         shrunk = np.where(constants > 0.0, constants, 1.0)
-        if sums is capture:
-            shrunk = shrunk + (error / observations.index_sigma_arcsec) ** 2
-        normal += (own - (cross / shrunk) @ cross.T) / error**2
+        if is_capture:
+            shrunk = shrunk + 1.0 / noise.index_variance
+        normal += own - (cross / shrunk) @ cross.T
     if size == 0:
         return np.zeros(0, dtype=bool)
     scale = np.sqrt(np.maximum(np.diag(normal), 0.0))

@@ -1,7 +1,8 @@
 """Where the search parameters of an effect fit best to what a model leaves.
 
-Each scan goes over the rows once and finds its maxima by FFT on bins; the best places are then
-scored exactly, with the model projected out. ``trials`` is the number of independent places.
+Each scan goes over the rows once and finds its maxima by FFT on bins, of C⁻¹·residual and over
+what the spectrum of the noise leaves of a wave; the best places are then scored exactly, with the
+model projected out. ``trials`` is the number of independent places.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Candidate, Effect
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import ReferenceRows
 
 Float = NDArray[np.float64]
@@ -55,14 +57,30 @@ def peaks(power: Float, count: int) -> NDArray[np.int64]:
     return places[np.argsort(power[places])[::-1][:count]]
 
 
-def disc_spectrum(residuals: Residuals) -> NDArray[np.complex128]:
-    """Σ r·e^{−jnθ} over all capture rows, n = 0 … DISC_BINS/2."""
-    capture, residual = residuals.observations.capture, residuals.capture_arcsec
+def disc_spectrum(residuals: Residuals, bins: int) -> NDArray[np.complex128]:
+    """Σ (C⁻¹r)·e^{−jnθ} over all capture rows, n = 0 … bins/2."""
+    capture, precise = residuals.observations.capture, residuals.capture_precise
     assert capture is not None
-    assert residual is not None
-    place = np.floor(capture.line1_rad * (DISC_BINS / (2.0 * np.pi))).astype(np.int64) % DISC_BINS
-    binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
-    return np.asarray(np.fft.rfft(binned))
+    assert precise is not None
+    place = np.floor(capture.line1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
+    return np.asarray(np.fft.rfft(np.bincount(place, weights=precise, minlength=bins)))
+
+
+def order_information(residuals: Residuals, orders: Float, *, capture: bool = True) -> Float:
+    """What the rows of a channel tell of e^{jνθ}: Σ 1/(spectral density of the noise at ν·ω)."""
+    noise = residuals.solution.noise.capture if capture else residuals.solution.noise.reference
+    rows = residuals.observations.capture if capture else residuals.observations.reference
+    assert noise is not None
+    assert rows is not None
+    total = np.full(orders.size, 1e-30)
+    for part, spectrum in zip(noise.stretches, noise.spectra, strict=True):
+        count = part.stop - part.start
+        step = noise.step(part)
+        way = np.abs(np.diff(rows.angle_rad[part]))
+        turns_a_step = float(np.median(way)) / (2.0 * np.pi) if count > 1 else 0.0
+        density = spectrum.density(orders * (turns_a_step / max(step, 1e-300)), step)
+        total += count / (density * noise.mean_square_scale(part))
+    return np.asarray(total)
 
 
 def samples_a_turn(residuals: Residuals) -> float:
@@ -84,8 +102,9 @@ def disc_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Ca
     highest = int(min(samples_a_turn(residuals) / 2.0, DISC_BINS / 8.0))
     if highest <= above:
         return []
-    power = np.abs(disc_spectrum(residuals)[: highest + 1]) ** 2
     orders = np.arange(highest + 1)
+    power = np.abs(disc_spectrum(residuals, DISC_BINS)[: highest + 1]) ** 2
+    power /= order_information(residuals, orders.astype(np.float64))
     blind = np.abs(np.exp(1j * orders * capture.head_separation_rad) - 1.0) < BLIND_FACTOR
     power[blind | (orders <= above)] = 0.0
     best = np.argsort(power)[::-1][:BEST_PLACES]
@@ -109,16 +128,17 @@ def stations_a_turn(rows: ReferenceRows) -> float:
 
 def reference_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
     """Whole orders above ``above``, up to half the stations a turn, in the reference run."""
-    reference, residual = residuals.observations.reference, residuals.reference_arcsec
-    if reference is None or residual is None:
+    reference, precise = residuals.observations.reference, residuals.reference_precise
+    if reference is None or precise is None:
         return []
     highest = int(min(stations_a_turn(reference) / 2.0, DISC_BINS / 8.0))
     if highest <= above:
         return []
     turn = reference.line_rad * (DISC_BINS / (2.0 * np.pi))
     place = np.floor(turn).astype(np.int64) % DISC_BINS
-    binned = np.bincount(place, weights=residual, minlength=DISC_BINS)
+    binned = np.bincount(place, weights=precise, minlength=DISC_BINS)
     power = np.abs(np.fft.rfft(binned)[: highest + 1]) ** 2
+    power /= order_information(residuals, np.arange(highest + 1).astype(np.float64), capture=False)
     power[: above + 1] = 0.0
     best = np.argsort(power)[::-1][:BEST_PLACES]
     return scored(
@@ -128,8 +148,8 @@ def reference_order_scan(effect: Effect, residuals: Residuals, above: int) -> li
 
 def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -> list[Candidate]:
     """Orders that are not whole, over the unwrapped angle of all revolutions together."""
-    capture, residual = residuals.observations.capture, residuals.capture_arcsec
-    if capture is None or residual is None:
+    capture, precise = residuals.observations.capture, residuals.capture_precise
+    if capture is None or precise is None:
         return []
     bins_a_turn = 8 * int(np.ceil(highest))
     place = np.floor(capture.angle_rad * (bins_a_turn / (2.0 * np.pi))).astype(np.int64)
@@ -138,10 +158,12 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
     if length > 1 << 24:
         # Runs that lie thousands of turns apart are put side by side: their phase is lost anyway.
         return []
-    binned = np.bincount(place, weights=residual, minlength=length)
+    binned = np.bincount(place, weights=precise, minlength=length)
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = np.abs(np.fft.rfft(binned, padded)) ** 2
     orders = np.arange(power.size) * (bins_a_turn / padded)
+    power, orders = power[orders <= highest], orders[orders <= highest]
+    power /= order_information(residuals, np.asarray(orders, dtype=np.float64))
     turns = length / bins_a_turn
     away = np.abs(orders * 2.0 - np.round(orders * 2.0)) / 2.0
     resolution = residuals.observations.order_resolution
@@ -157,16 +179,20 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     """Frequencies in time; each run has its own phase, so the runs' powers add."""
-    capture, residual = residuals.observations.capture, residuals.capture_arcsec
-    if capture is None or residual is None:
+    capture, precise = residuals.observations.capture, residuals.capture_precise
+    noise = residuals.solution.noise.capture
+    if capture is None or precise is None or noise is None:
         return []
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(capture.run)) + 1, [capture.run.size]])
-    spans = list(pairwise(edges.tolist()))
+    parts = noise.stretches
     longest = residuals.observations.longest_run_s
     if longest <= 0.0:
         return []
-    spans = [(start, end) for start, end in spans if end - start >= 16]
-    periods = [float(np.median(np.diff(capture.time_s[start:end]))) for start, end in spans]
+    spans = [
+        (part, spectrum)
+        for part, spectrum in zip(parts, noise.spectra, strict=True)
+        if part.stop - part.start >= 16
+    ]
+    periods = [noise.step(part) for part, _ in spans]
     shortest = min((period for period in periods if period > 0.0), default=0.0)
     if shortest <= 0.0:
         return []
@@ -175,16 +201,20 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     spacing = 0.25 / min(longest, window_s)
     total = np.zeros(0)
     bandwidths = 0.0
-    for (start, end), period in zip(spans, periods, strict=True):
+    for (part, spectrum), period in zip(spans, periods, strict=True):
         if period <= 0.0:
             continue
+        start, end = part.start, part.stop
         since = capture.time_s[start:end] - capture.time_s[start]
         cuts = np.searchsorted(since, np.arange(1, int(since[-1] / window_s) + 1) * window_s)
         for first, last in pairwise([0, *cuts.tolist(), since.size]):
             if last - first >= 16:
                 power = _window_power(
-                    since[first:last], residual[start + first : start + last], period, spacing
+                    since[first:last], precise[start + first : start + last], period, spacing
                 )
+                grid = np.arange(power.size).astype(np.float64) * spacing
+                density = spectrum.density(grid, period)
+                power *= density * noise.mean_square_scale(part)
                 if power.size > total.size:
                     total = np.concatenate([total, np.zeros(power.size - total.size)])
                 total[: power.size] += power
@@ -205,10 +235,10 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     return _refined(effect, residuals, scored(effect, residuals, places, trials), "frequency", fine)
 
 
-def _window_power(since_s: Float, residual: Float, period: float, spacing: float) -> Float:
+def _window_power(since_s: Float, precise: Float, period: float, spacing: float) -> Float:
     """Power of one window at the multiples of ``spacing``; what it cannot resolve is zero."""
     place = np.round((since_s - since_s[0]) / period).astype(np.int64)
-    values = np.bincount(place, weights=residual)
+    values = np.bincount(place, weights=precise)
     size = max(int(np.ceil(1.0 / (spacing * period))), values.size)
     power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
     grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
@@ -262,25 +292,44 @@ def _highest(gain: Callable[[float], float], low: float, high: float) -> tuple[f
     return float(place), height
 
 
+STEP_PLACES = 24
+"""Places of a run at which what a step tells is worked out; it changes slowly between them."""
+
+
 def step_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     """The instant after which one run's residual lies higher or lower, by cumulative sums."""
-    capture, residual = residuals.observations.capture, residuals.capture_arcsec
-    if capture is None or residual is None:
+    capture, precise = residuals.observations.capture, residuals.capture_precise
+    noise = residuals.solution.noise.capture
+    if capture is None or precise is None or noise is None:
         return []
     places: list[tuple[float, dict[str, float]]] = []
     trials = 0.0
-    for run in range(residuals.observations.runs):
-        inside = np.flatnonzero(capture.run == run)
-        if inside.size < 8:
+    told = 1.0 / residuals.solution.noise.index_variance
+    for part in noise.stretches:
+        size = part.stop - part.start
+        if size < 8:
             continue
-        values = residual[inside] - residual[inside].mean()
-        before = np.cumsum(values)[:-1]
-        count = np.arange(1, values.size, dtype=np.float64)
-        power = before**2 / (count * (1.0 - count / values.size))
+        moment = np.cumsum(precise[part][::-1])[::-1][1:]
+        alone = RowNoise(
+            noise.clock[part], np.zeros(1, dtype=np.int64),
+            (noise.spectra[noise.stretches.index(part)],), noise.scale[part],
+        )  # fmt: skip
+        edge = np.unique(np.geomspace(1, size / 2, STEP_PLACES // 2).astype(int))
+        tried = np.unique(np.concatenate([edge, size - edge]))
+        columns = (np.arange(size)[:, np.newaxis] >= tried).astype(np.float64)
+        own = np.sum(alone.whiten(columns) ** 2, axis=0)
+        flat = alone.precise(alone.whiten(np.ones(size)))
+        beside = np.cumsum(flat[::-1])[::-1]
+        # Less what the run's own offset can take of it.
+        information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
+        information -= beside[1:] ** 2 / (beside[0] + told)
+        power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
         for index in peaks(power, 2):
-            instant = float(capture.time_s[inside[index + 1]])
-            places.append((float(power[index]), {"run": float(run), "instant": instant}))
-        trials += 4.0 * np.log(values.size)
+            row = part.start + int(index) + 1
+            instant = float(capture.time_s[row])
+            run = float(capture.run[row])
+            places.append((float(power[index]), {"run": run, "instant": instant}))
+        trials += 4.0 * np.log(size)
     places.sort(key=lambda item: -item[0])
     return scored(effect, residuals, (place for _, place in places[:BEST_PLACES]), trials)
 
@@ -290,16 +339,14 @@ BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
 
 def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     """Place and width of a bell on the disc, by matched filters over the binned disc angle."""
-    capture, residual = residuals.observations.capture, residuals.capture_arcsec
-    if capture is None or residual is None:
+    capture = residuals.observations.capture
+    if capture is None or residuals.capture_precise is None:
         return []
     bins = 1 << 14
-    place = np.floor(capture.line1_rad * (bins / (2.0 * np.pi))).astype(np.int64) % bins
-    binned = np.bincount(place, weights=residual, minlength=bins)
-    spectrum = np.fft.rfft(binned)
-    per_bin = residual.size / bins
+    spectrum = disc_spectrum(residuals, bins)
     spacing_deg = 360.0 / max(samples_a_turn(residuals), 1.0)
     orders = np.arange(spectrum.size)
+    told = order_information(residuals, orders.astype(np.float64))
     found: list[tuple[float, dict[str, float]]] = []
     trials = 0.0
     shift = np.exp(1j * orders * capture.head_separation_rad) - 1.0
@@ -311,7 +358,7 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
         # Template g(θ + α − ψ₀) − g(θ − ψ₀): its transform is bell·(e^{jnα} − 1)·e^{−jnψ₀}.
         template = bell * shift
         correlation = np.fft.irfft(spectrum * np.conj(template), bins)
-        norm = per_bin * np.fft.irfft(np.abs(template) ** 2, bins)[0]
+        norm = np.fft.irfft(np.abs(template) ** 2 * told / bins, bins)[0]
         # The graduation of the base model takes the low orders: what it takes is no evidence.
         power = correlation**2 / max(norm, 1e-30)
         for index in peaks(power, 2):

@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.change_point import position_sigma_samples
-from arctrue.workbench.inference.normal import Term, capture_sums, reference_sums, stored_columns
+from arctrue.workbench.inference.normal_equations import (
+    Term,
+    channel_sums,
+    every_capture_row_sums,
+    stored_columns,
+)
 from arctrue.workbench.inference.solution import Solution, solve
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -122,13 +127,16 @@ def _with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, li
         if names:
             own = solution.coefficients[solution.part(index)]
             terms.append(Term(Tangent(term, own, observations), {}))
+    context, noise = solution.context, solution.noise
     joint = solve(
         terms,
         observations,
-        solution.context,
-        capture=capture_sums(terms, observations, solution.context, every_row=every_row),
-        reference=reference_sums(terms, observations, solution.context),
-        fixed_sigma=(solution.capture_sigma_arcsec, solution.reference_sigma_arcsec),
+        context,
+        noise,
+        capture=every_capture_row_sums(terms, observations, context, noise)
+        if every_row
+        else channel_sums(terms, observations, context, noise, capture=True),
+        reference=channel_sums(terms, observations, context, noise, capture=False),
     )
     return joint, places
 
@@ -162,7 +170,8 @@ def joint_uncertainty(solution: Solution) -> tuple[Float, list[dict[str, float]]
 def _instant_sigma_s(solution: Solution, index: int) -> float:
     """Of a step between two samples: by how many samples its place scatters, and half a sample."""
     step = float(solution.coefficients[solution.part(index)][0])
-    noise = solution.capture_sigma_arcsec or 0.0
+    of_rows = solution.noise.capture
+    noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
     scatter = position_sigma_samples(abs(step), noise)
     within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
     # No less sure than anywhere in the run.
@@ -192,7 +201,11 @@ def refined(solution: Solution) -> Solution:
                 for term, own in zip(solution.terms, places, strict=True)
             ]
             tried = fit(
-                terms, solution.observations, solution.context, every_row=solution.every_row
+                terms,
+                solution.observations,
+                solution.context,
+                noise=solution.noise,
+                every_row=solution.every_row,
             )
             if tried.log_likelihood > solution.log_likelihood:
                 solution = tried

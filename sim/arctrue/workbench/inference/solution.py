@@ -1,9 +1,8 @@
-"""The fit of a model to both channels, as one likelihood.
+"""The fit of a model to both channels: generalised least squares with the noise as a part of it.
 
-y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability
-as their prior (±1 count of each head, so what lives on the level of runs is judged against the
-runs); the noise is normal with one standard deviation a channel, taken where the likelihood of
-that channel has its maximum.
+y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
+their variance, so that what lives on the level of runs is judged against the runs; the noise of
+the rows is white, coloured and uneven as the set shows it (:mod:`arctrue.workbench.noise`).
 """
 
 from __future__ import annotations
@@ -16,22 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext, Parameter
-from arctrue.workbench.inference.normal import (
+from arctrue.workbench.inference.noise_fit import estimated_noise, index_variance
+from arctrue.workbench.inference.normal_equations import (
     ChannelSums,
     Matrix,
     Term,
-    capture_columns,
-    capture_sums,
-    reference_columns,
-    reference_sums,
-    row_blocks,
+    channel_columns,
+    channel_sums,
+    every_capture_row_sums,
     term_widths,
 )
 from arctrue.workbench.inference.symmetric import solve_symmetric
+from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.observations import Observations
 
-NOISE_ROUNDS = 12
-NOISE_FLOOR_ARCSEC = 1e-6
+INDEX_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -47,8 +45,7 @@ class Solution:
     covariance: Matrix
     run_offsets_arcsec: Matrix
     reference_offset_arcsec: float
-    capture_sigma_arcsec: float | None
-    reference_sigma_arcsec: float | None
+    noise: Noise
     log_likelihood: float
     rank: int
     """Number of combinations of coefficients that the data determine."""
@@ -57,6 +54,18 @@ class Solution:
     """The coefficients come from every row of a capture of which only a part is worked on."""
     held: bool = False
     """The coefficients are those of another set: only offsets were fitted to this one."""
+    unknown_noise: frozenset[str] = frozenset()
+    """Channels with too few rows beside the coefficients to tell their own scatter."""
+
+    @property
+    def capture_sigma_arcsec(self) -> float | None:
+        """Standard deviation of a capture row, all parts of its noise together."""
+        return None if self.noise.capture is None else self.noise.capture.rms_arcsec
+
+    @property
+    def reference_sigma_arcsec(self) -> float | None:
+        """Standard deviation of a reference row, all parts of its noise together."""
+        return None if self.noise.reference is None else self.noise.reference.rms_arcsec
 
     def part(self, index: int) -> slice:
         """Where the coefficients of one term are."""
@@ -98,27 +107,16 @@ class Solution:
         """R₂ − R₁ − α that the model gives for every capture row."""
         rows = self.observations.capture
         assert rows is not None
-        total = np.empty(rows.run.size)
-        for block in row_blocks(total.size):
-            columns, part = capture_columns(
-                self.terms, self.widths, self.observations, block, self.context
-            )
-            total[block] = columns @ self.coefficients
-            if with_offsets:
-                total[block] += self.run_offsets_arcsec[part.run]
-        return total
+        columns = channel_columns(self.terms, self.observations, self.context, capture=True)
+        total = columns @ self.coefficients
+        return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
         """ε that the model gives for every reference row."""
         rows = self.observations.reference
         assert rows is not None
-        total = np.empty(rows.run.size)
-        for block in row_blocks(total.size):
-            columns = reference_columns(
-                self.terms, self.widths, self.observations, block, self.context
-            )
-            total[block] = columns @ self.coefficients + self.reference_offset_arcsec
-        return total
+        columns = channel_columns(self.terms, self.observations, self.context, capture=False)
+        return columns @ self.coefficients + self.reference_offset_arcsec
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
         """Measured less model; None without a capture."""
@@ -134,7 +132,7 @@ class Solution:
 
 
 @dataclass(frozen=True)
-class _Layout:
+class Layout:
     """Where each channel's columns lie in the joint system: terms, run offsets, constant."""
 
     shared: int
@@ -142,12 +140,15 @@ class _Layout:
 
     @property
     def size(self) -> int:
+        """All columns."""
         return self.shared + self.runs + 1
 
     def capture(self) -> NDArray[np.int64]:
+        """Places of the terms and the run offsets."""
         return np.arange(self.shared + self.runs)
 
     def reference(self) -> NDArray[np.int64]:
+        """Places of the terms and the constant a₀."""
         return np.append(np.arange(self.shared), self.shared + self.runs)
 
 
@@ -155,53 +156,28 @@ def solve(
     terms: Sequence[Term],
     observations: Observations,
     context: FitContext,
+    noise: Noise,
     *,
     capture: ChannelSums | None,
     reference: ChannelSums | None,
-    fixed_sigma: tuple[float | None, float | None] | None = None,
 ) -> Solution:
-    """Coefficients and noise at the maximum of the likelihood, from the channels' sums.
-
-    ``fixed_sigma`` holds the noise of (capture, reference) instead of estimating it.
-    """
+    """Coefficients of generalised least squares, from the channels' whitened sums."""
     widths = term_widths(terms, observations)
-    layout = _Layout(sum(widths), observations.runs)
-    sigma = [
-        fixed if fixed is not None else _start_sigma(sums)
-        for fixed, sums in zip(fixed_sigma or (None, None), (capture, reference), strict=True)
-    ]
-    precision = 1.0 / observations.index_sigma_arcsec**2
-    for _ in range(NOISE_ROUNDS):
-        normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
-        for sums, places, error in (
-            (capture, layout.capture(), sigma[0]),
-            (reference, layout.reference(), sigma[1]),
-        ):
-            if sums is not None:
-                normal[np.ix_(places, places)] += sums.gram / error**2
-                moment[places] += sums.moment / error**2
-        offsets = np.arange(layout.shared, layout.shared + layout.runs)
-        normal[offsets, offsets] += precision
-        solution, covariance, rank, condition = solve_symmetric(normal, moment)
-        before = list(sigma)
-        squares = [
-            0.0 if sums is None else sums.residual_square(solution[places])
-            for sums, places in ((capture, layout.capture()), (reference, layout.reference()))
-        ]
-        if fixed_sigma is None:
-            sigma = [
-                error if sums is None else _estimated_sigma(square, sums, covariance, places, error)
-                for square, sums, places, error in (
-                    (squares[0], capture, layout.capture(), sigma[0]),
-                    (squares[1], reference, layout.reference(), sigma[1]),
-                )
-            ]
-        if np.allclose(before, sigma, rtol=1e-6):
-            break
-    likelihood = -0.5 * precision * float(np.sum(solution[offsets] ** 2))
-    for sums, square, error in ((capture, squares[0], sigma[0]), (reference, squares[1], sigma[1])):
+    layout = Layout(sum(widths), observations.runs)
+    normal, moment = np.zeros((layout.size, layout.size)), np.zeros(layout.size)
+    for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
         if sums is not None:
-            likelihood -= sums.rows * np.log(error) + 0.5 * square / error**2
+            normal[np.ix_(places, places)] += sums.gram
+            moment[places] += sums.moment
+    offsets = np.arange(layout.shared, layout.shared + layout.runs)
+    normal[offsets, offsets] += 1.0 / noise.index_variance
+    solution, covariance, rank, condition = solve_symmetric(normal, moment)
+    likelihood = -0.5 * float(np.sum(solution[offsets] ** 2)) / noise.index_variance
+    likelihood -= 0.5 * layout.runs * float(np.log(noise.index_variance))
+    for sums, places in ((capture, layout.capture()), (reference, layout.reference())):
+        if sums is not None:
+            square = sums.residual_square(solution[places])
+            likelihood -= 0.5 * (square + sums.log_determinant)
     shared = slice(0, layout.shared)
     return Solution(
         terms=tuple(terms),
@@ -212,28 +188,11 @@ def solve(
         covariance=covariance[shared, shared],
         run_offsets_arcsec=solution[offsets],
         reference_offset_arcsec=float(solution[-1]),
-        capture_sigma_arcsec=None if capture is None else sigma[0],
-        reference_sigma_arcsec=None if reference is None else sigma[1],
+        noise=noise,
         log_likelihood=likelihood,
         rank=rank,
         condition=condition,
     )
-
-
-def _start_sigma(sums: ChannelSums | None) -> float:
-    if sums is None or sums.rows == 0:
-        return 1.0
-    solution, _, _, _ = solve_symmetric(sums.gram, sums.moment)
-    return max(float(np.sqrt(sums.residual_square(solution) / sums.rows)), NOISE_FLOOR_ARCSEC)
-
-
-def _estimated_sigma(
-    square: float, sums: ChannelSums, covariance: Matrix, places: NDArray[np.int64], error: float
-) -> float:
-    """Noise with the degrees of freedom that this channel spends: trace of its hat matrix."""
-    spent = float(np.sum(covariance[np.ix_(places, places)] * sums.gram)) / error**2
-    freedom = max(sums.rows - spent, 1.0)
-    return max(float(np.sqrt(square / freedom)), NOISE_FLOOR_ARCSEC)
 
 
 def fit(
@@ -241,36 +200,39 @@ def fit(
     observations: Observations,
     context: FitContext | None = None,
     *,
-    keep_capture: NDArray[np.bool_] | None = None,
-    keep_reference: NDArray[np.bool_] | None = None,
+    noise: Noise | None = None,
     every_row: bool = False,
 ) -> Solution:
     """Fit terms whose search parameters are settled; columns that depend on the model iterate.
 
-    ``keep_…`` masks leave rows out. A channel with no row left is left out. ``every_row``: all
-    rows of a long capture, not only the part that the statistics work on.
+    Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
+    capture, not only the part that the statistics work on.
     """
     present = context or FitContext()
+    unknown: frozenset[str] = frozenset()
+    estimated = noise is None
     rounds = 2 if any(term.effect.depends_on_model for term in terms) else 1
     if context is None:
         rounds += 1 if rounds == 2 else 0
+    if noise is None:
+        noise, unknown = estimated_noise(terms, observations, present)
     for _ in range(rounds):
-        solution = solve(
-            terms,
-            observations,
-            present,
-            capture=_unless_empty(
-                capture_sums(terms, observations, present, keep_capture, every_row=every_row)
-            ),
-            reference=_unless_empty(reference_sums(terms, observations, present, keep_reference)),
+        reference = channel_sums(terms, observations, present, noise, capture=False)
+        capture = (
+            every_capture_row_sums(terms, observations, present, noise)
+            if every_row
+            else channel_sums(terms, observations, present, noise, capture=True)
         )
+
+        sums = {"capture": capture, "reference": reference}
+        solution = solve(terms, observations, present, noise, **sums)
+        for _ in range(INDEX_ROUNDS if estimated and observations.runs else 0):
+            variance, freedom = index_variance(observations, solution.run_offsets_arcsec)
+            noise = replace(noise, index_variance=variance, index_freedom=freedom)
+            solution = solve(terms, observations, present, noise, **sums)
         present = context_of(solution)
     # The next effect is judged with what this model says of ε.
-    return replace(solution, context=present, every_row=every_row)
-
-
-def _unless_empty(sums: ChannelSums | None) -> ChannelSums | None:
-    return None if sums is None or sums.rows == 0 else sums
+    return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)
 
 
 def context_of(solution: Solution) -> FitContext:

@@ -12,7 +12,7 @@ from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.every_row import capture_figures, on_every_row
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
@@ -101,7 +101,7 @@ def step_of(action: str, effect: str, measurement: str, solution: Solution) -> H
     """RMS and peak of what is left, fitted and held out, beside the noise floor."""
     residuals = Residuals(solution)
     observations = solution.observations
-    unseen = held_out(solution.terms, observations, solution.context)
+    unseen = held_out(solution.terms, observations, solution.context, solution.noise)
     rms: Channels = {}
     peak: Channels = {}
     noise: Channels = {}

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
-from arctrue.workbench.inference.normal import Term
+from arctrue.workbench.inference.normal_equations import Term
 
 Channels = dict[str, float]
 """A figure for each channel that was measured: ``capture``, ``reference``."""

@@ -47,7 +47,7 @@ class Observations:
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
     """Standard uncertainty of the reference, as the set states it."""
-    kept_columns: dict[tuple[str, str, int], NDArray[np.float64] | None] = field(
+    kept_columns: dict[tuple[str, ...], NDArray[np.float64] | None] = field(
         default_factory=dict, repr=False, compare=False
     )
     """Columns that the fit has computed and will want again."""

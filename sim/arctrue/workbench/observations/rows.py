@@ -27,7 +27,7 @@ class _Sliceable:
                 view.setflags(write=False)
                 object.__setattr__(self, item.name, view)
 
-    def part(self, rows: slice) -> Self:
+    def part(self, rows: slice | NDArray[np.bool_]) -> Self:
         """The same with only these rows."""
         values = {}
         for item in fields(self):  # type: ignore[arg-type]

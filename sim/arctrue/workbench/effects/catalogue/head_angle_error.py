@@ -31,7 +31,6 @@ class HeadAngleError(Effect):
     compensation = "none"
     compensation_note = "nothing to correct: use the measured α in the calibration"
     depends_on_model = True
-    run_level = True
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]

@@ -28,7 +28,6 @@ class ThermalHeadDrift(ScalarEffect):
     plausible = "0.05 to 5″/K"
     parameter_units = {"drift": "arcsec/K"}
     compensation_note = "head 2 is not in the output; use α at the present temperature"
-    run_level = True
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
 

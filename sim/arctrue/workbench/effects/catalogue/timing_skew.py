@@ -28,7 +28,6 @@ class TimingSkew(ScalarEffect):
     plausible = "0.05 to 10 µs"
     parameter_units = {"skew": "us"}
     compensation_note = "head 1 alone goes to the output; correct the latch instead"
-    run_level = True
     parameter_name = "skew"
     parameter_unit = "us"
 

@@ -1,0 +1,311 @@
+"""The noise of a set beside a model: estimated with the model's coefficients, channel by channel.
+
+Each channel's restricted likelihood knows what the other channel tells of the coefficients, so
+that 24 reference rows beside a long capture have their own scatter, and alone have none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.inference.normal_equations import (
+    ChannelSums,
+    Matrix,
+    Term,
+    channel_columns,
+    channel_sums,
+    term_widths,
+    whitened_rows,
+)
+from arctrue.workbench.inference.symmetric import solve_symmetric
+from arctrue.workbench.noise.estimate import ChannelRows, estimated_law, row_noise
+from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
+from arctrue.workbench.noise.likelihood import Beside
+from arctrue.workbench.noise.noise import INDEX_FREEDOM, FittedGroup, Noise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.noise.spectrum_fit import WhiteBounds
+from arctrue.workbench.observations import Observations
+
+Float = NDArray[np.float64]
+
+FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
+"""Steps of the likelihood's maximum from a rough start, and from a near one."""
+LEAST_FREEDOM = 3.0
+"""Readings beyond what the coefficients take: with fewer a scatter is not known."""
+STATED_INDEX_FREEDOM = 60.0
+NO_KNOWLEDGE_ARCSEC2 = 1.0
+"""Where nothing tells a variance; the channel is then without weight, or the set undetermined."""
+
+
+def white_noise(
+    observations: Observations, deviations_arcsec: tuple[float | None, float | None]
+) -> Noise:
+    """White noise with a known standard deviation in (capture, reference)."""
+    laws: list[NoiseLaw | None] = []
+    for rows, deviation in zip(
+        (observations.capture, observations.reference), deviations_arcsec, strict=True
+    ):
+        if rows is None:
+            laws.append(None)
+            continue
+        names = np.unique(rows.run)
+        variance = NO_KNOWLEDGE_ARCSEC2 if deviation is None else deviation**2
+        spectra = tuple(Spectrum(variance) for _ in names)
+        laws.append(NoiseLaw(spectra, names, np.ones(names.size)))
+    return _with_laws(observations, laws[0], laws[1])
+
+
+def _with_laws(
+    observations: Observations, capture: NoiseLaw | None, reference: NoiseLaw | None
+) -> Noise:
+    rows, stations = observations.capture, observations.reference
+    return Noise(
+        None if rows is None or capture is None else capture.on_capture(rows),
+        None if stations is None or reference is None else reference.on_reference(stations),
+        observations.index_sigma_arcsec**2,
+        capture,
+        reference,
+    )
+
+
+def estimated_noise(
+    terms: Sequence[Term], observations: Observations, context: FitContext
+) -> tuple[Noise, frozenset[str]]:
+    """The noise at the maximum of its restricted likelihood; channels whose noise nothing tells."""
+    noise, unknown = _rough(terms, observations, context)
+    left = _left(terms, observations, context, noise)
+    noise = noise_of(
+        terms, observations, context, left, noise, unknown, warm=False, rounds=FIRST_ROUNDS
+    )
+    return noise, unknown
+
+
+def noise_of(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    left: tuple[Float | None, Float | None],
+    before: Noise,
+    unknown: frozenset[str] = frozenset(),
+    *,
+    warm: bool = True,
+    rounds: int = NEXT_ROUNDS,
+) -> Noise:
+    """The noise of residuals (capture, reference) that a model of ``terms`` leaves.
+
+    ``before`` weights the channels against each other; with ``warm`` the search begins there.
+    """
+    noise = before
+    groups: list[FittedGroup] = []
+    for channel in ("capture", "reference"):
+        capture = channel == "capture"
+        residual = left[0] if capture else left[1]
+        if residual is None:
+            continue
+        old = [group for group in before.groups if group.channel == channel]
+        of_rows = noise.capture if capture else noise.reference
+        if channel in unknown or (of_rows is not None and of_rows.weightless):
+            groups += old
+            continue
+        rows = channel_rows(terms, observations, context, residual, capture=capture)
+        beside = _beside(terms, observations, context, left, noise, capture=capture)
+        law, fits = estimated_law(
+            rows,
+            beside,
+            white_bounds(observations, capture=capture),
+            (noise.capture_law if capture else noise.reference_law) if warm else None,
+            rounds,
+        )
+        groups += fits
+        if capture:
+            noise = replace(noise, capture=row_noise(rows, law), capture_law=law, whitened={})
+        else:
+            noise = replace(noise, reference=row_noise(rows, law), reference_law=law, whitened={})
+    return replace(noise, groups=tuple(groups), whitened={})
+
+
+def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
+    """What is known of a row's variance: the rounding of counts, and what the set states."""
+    count = observations.count_arcsec or 0.0
+    if capture:
+        # Two heads, each rounded to whole counts.
+        return WhiteBounds(max(2.0 * count**2 / 12.0, 1e-12))
+    stated = getattr(observations, "reference_uncertainty_arcsec", None)
+    return WhiteBounds(1e-12, None if not stated else float(stated) ** 2)
+
+
+def channel_rows(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    residual: Float,
+    *,
+    capture: bool,
+) -> ChannelRows:
+    """The rows of a channel as the noise sees them."""
+
+    def columns() -> Matrix:
+        return channel_columns(terms, observations, context, capture=capture)
+
+    if capture:
+        rows = observations.capture
+        assert rows is not None
+        return ChannelRows(
+            "capture", rows.time_s, rows.run, rows.angle_rad, residual, stated_scale(rows),
+            columns, True,
+        )  # fmt: skip
+    reference = observations.reference
+    assert reference is not None
+    return ChannelRows(
+        "reference", reference_clock(reference), reference.run, reference.angle_rad, residual,
+        stated_scale(reference), columns, False,
+    )  # fmt: skip
+
+
+def _rough(
+    terms: Sequence[Term], observations: Observations, context: FitContext
+) -> tuple[Noise, frozenset[str]]:
+    """White noise with the scatter that each channel has beside what the other one tells."""
+    noise = white_noise(observations, (1.0, 1.0))
+    unknown = set()
+    sums = {
+        channel: channel_sums(terms, observations, context, noise, capture=channel == "capture")
+        for channel in ("capture", "reference")
+    }
+    shared = sum(term_widths(terms, observations))
+    variance: dict[str, float] = {}
+    for _ in range(6):
+        for channel, own in sums.items():
+            if own is None:
+                continue
+            other = sums["reference" if channel == "capture" else "capture"]
+            found, freedom = _scatter(own, other, variance, channel, shared)
+            stated = white_bounds(observations, capture=channel == "capture").stated
+            if freedom < LEAST_FREEDOM and stated is None:
+                unknown.add(channel)
+                variance[channel] = NO_KNOWLEDGE_ARCSEC2
+            else:
+                # A stated variance weighs like eight readings.
+                weight = 0.0 if stated is None else 8.0
+                square = found * freedom + weight * (stated or 0.0)
+                variance[channel] = max(square / max(freedom + weight, 1.0), 1e-12)
+                unknown.discard(channel)
+    laws: list[NoiseLaw | None] = []
+    for channel, law in (("capture", noise.capture_law), ("reference", noise.reference_law)):
+        if law is None:
+            laws.append(None)
+            continue
+        spectra = tuple(Spectrum(variance[channel]) for _ in law.spectra)
+        # The only channel keeps its weight: the set is then undetermined as a whole.
+        weightless = channel in unknown and len(variance) > len(unknown)
+        laws.append(replace(law, spectra=spectra, weightless=weightless))
+    return _with_laws(observations, laws[0], laws[1]), frozenset(unknown)
+
+
+def _scatter(
+    own: ChannelSums,
+    other: ChannelSums | None,
+    variance: dict[str, float],
+    channel: str,
+    shared: int,
+) -> tuple[float, float]:
+    """Variance of a row and its degrees of freedom, all with unit variance but for the ratio."""
+    size = own.gram.shape[0]
+    known = variance.get(channel, 1.0)
+    normal, moment = own.gram / known, own.moment / known
+    if other is not None:
+        rival = "reference" if channel == "capture" else "capture"
+        weight = 1.0 / variance.get(rival, 1.0)
+        eliminated, pushed = _without_constants(other.gram, other.moment, shared)
+        normal[:shared, :shared] += weight * eliminated
+        moment[:shared] += weight * pushed
+    solution, covariance, _, _ = solve_symmetric(normal, moment)
+    spent = float(np.sum(covariance * own.gram)) / known
+    freedom = own.rows - min(spent, size)
+    return own.residual_square(solution) / max(freedom, 1.0), float(freedom)
+
+
+def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matrix, Matrix]:
+    """Gram matrix and moment of the terms' columns with free constants eliminated."""
+    constants = np.maximum(np.diag(gram)[shared:], 1e-300)
+    cross = gram[:shared, shared:] / constants
+    return (
+        gram[:shared, :shared] - cross @ gram[shared:, :shared],
+        moment[:shared] - cross @ moment[shared:],
+    )
+
+
+def _beside(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    left: tuple[Float | None, Float | None],
+    noise: Noise,
+    *,
+    capture: bool,
+) -> Beside:
+    """What the other channel tells of the coefficients, from the residuals it has now."""
+    shared = sum(term_widths(terms, observations))
+    of_rows = noise.reference if capture else noise.capture
+    residual = left[1] if capture else left[0]
+    if of_rows is None or residual is None or of_rows.weightless:
+        return Beside(np.zeros((shared, shared)), np.zeros(shared))
+    design = whitened_rows(terms, observations, context, noise, capture=not capture)
+    assert design is not None
+    information, moment = _without_constants(
+        design.gram(), design.moment(of_rows.whiten(residual)), shared
+    )
+    return Beside(information, moment)
+
+
+def estimated_noise_of_residuals(
+    observations: Observations, left: tuple[Float | None, Float | None]
+) -> tuple[Noise, frozenset[str]]:
+    """The noise of residuals of a model that was not fitted to these rows."""
+    shown = replace(
+        observations,
+        capture=None
+        if observations.capture is None or left[0] is None
+        else replace(observations.capture, difference_arcsec=left[0]),
+        reference=None
+        if observations.reference is None or left[1] is None
+        else replace(observations.reference, error_arcsec=left[1] - float(np.mean(left[1]))),
+        kept_columns={},
+    )
+    return estimated_noise((), shown, FitContext())
+
+
+def _left(
+    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise
+) -> tuple[Float | None, Float | None]:
+    """Residuals of the fit with this noise."""
+    from arctrue.workbench.inference.solution import fit
+
+    solution = fit(terms, observations, context, noise=noise)
+    return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
+
+
+def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
+    """Variance of a run's offset (arcsec²) and the runs' worth of knowledge before these offsets.
+
+    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like some
+    runs; the offsets of the set's own runs come to it.
+    """
+    stated = getattr(observations, "index_repeatability_counts", None) is not None
+    freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM
+    prior = observations.index_sigma_arcsec**2
+    total = freedom * prior + float(offsets @ offsets)
+    return total / (freedom + offsets.size), freedom
+
+
+__all__ = [
+    "estimated_noise",
+    "index_variance",
+    "noise_of",
+    "white_noise",
+]

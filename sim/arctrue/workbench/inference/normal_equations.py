@@ -1,0 +1,285 @@
+"""Normal equations of both channels, on whitened rows: their noise is one and uncorrelated.
+
+The offsets of the runs are columns of ones that are never written out: of a run they are its
+whitened ones, and their sums are sums over the rows of each run. A long capture is gone through
+block by block; a block's columns live no longer than the block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.rows import CaptureRows
+
+BLOCK_ROWS = 1 << 15
+Matrix = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect of a model, with the values of its search parameters."""
+
+    effect: Effect
+    nonlinear: Nonlinear
+
+
+@dataclass(frozen=True)
+class WhitenedRows:
+    """One channel: columns (rows, k), the constant (rows,), the offset's number (rows,)."""
+
+    columns: Matrix
+    ones: Matrix
+    offset: Whole
+    offsets: int
+
+    def moment(self, whitened: Matrix) -> Matrix:
+        """Columns and constants times whitened values, shape (k + offsets,) or (…, m)."""
+        two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
+        found = np.concatenate(
+            [
+                self.columns.T @ two,
+                sums_by_run(two * self.ones[:, np.newaxis], self.offset, self.offsets),
+            ]
+        )
+        return found[:, 0] if whitened.ndim == 1 else found
+
+    def gram(self) -> Matrix:
+        """All columns and constants times themselves."""
+        shared = self.columns.shape[1]
+        found = np.zeros((shared + self.offsets,) * 2)
+        found[:shared, :shared] = self.columns.T @ self.columns
+        weighted = self.columns * self.ones[:, np.newaxis]
+        found[shared:, :shared] = sums_by_run(weighted, self.offset, self.offsets)
+        found[:shared, shared:] = found[shared:, :shared].T
+        places = np.arange(shared, shared + self.offsets)
+        found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
+        return found
+
+    def model(self, coefficients: Matrix) -> Matrix:
+        """Whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
+        shared = self.columns.shape[1]
+        constants = coefficients[shared:][self.offset]
+        own = (constants.T * self.ones).T
+        return np.asarray(self.columns @ coefficients[:shared] + own)
+
+
+@dataclass(frozen=True)
+class ChannelSums:
+    """Of whitened rows: Gram matrix, right-hand side, sum of squares; columns, then constants."""
+
+    gram: Matrix
+    moment: Matrix
+    square: float
+    rows: int
+    log_determinant: float
+    """Of the covariance of the rows."""
+
+    def residual_square(self, coefficients: Matrix) -> float:
+        """χ² of these coefficients, without going over the rows again."""
+        explained = 2.0 * self.moment @ coefficients - coefficients @ self.gram @ coefficients
+        return max(float(self.square - explained), 0.0)
+
+    def __add__(self, other: ChannelSums) -> ChannelSums:
+        """Of the rows of both."""
+        return ChannelSums(
+            self.gram + other.gram,
+            self.moment + other.moment,
+            self.square + other.square,
+            self.rows + other.rows,
+            self.log_determinant + other.log_determinant,
+        )
+
+
+def sums_by_run(columns: Matrix, run: Whole, runs: int) -> Matrix:
+    """Sums of the rows of each run: shape (runs, columns). Rows of a run lie together."""
+    total = np.zeros((runs, columns.shape[1]))
+    if run.size and columns.shape[1]:
+        starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1])
+        np.add.at(total, run[starts], np.add.reduceat(columns, starts, axis=0))
+    return total
+
+
+def row_blocks(rows: int) -> Iterator[slice]:
+    """Slices of at most BLOCK_ROWS rows."""
+    for start in range(0, rows, BLOCK_ROWS):
+        yield slice(start, min(start + BLOCK_ROWS, rows))
+
+
+def term_widths(terms: Sequence[Term], observations: Observations) -> list[int]:
+    """Number of coefficients of each term."""
+    return [len(term.effect.column_names(observations)) for term in terms]
+
+
+def term_columns(
+    term: Term, observations: Observations, context: FitContext, *, capture: bool
+) -> Matrix | None:
+    """What each coefficient of a term adds to the rows of a channel, arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    of = term.effect.capture_columns if capture else term.effect.reference_columns
+    key = (*_key(term), "capture" if capture else "reference")
+    kept = observations.kept_columns
+    if not _keepable(term):
+        return of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+    if key not in kept:
+        kept[key] = of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+    return kept[key]
+
+
+def _keepable(term: Term) -> bool:
+    """Wide, linear terms stay as they are from fit to fit."""
+    effect = term.effect
+    return bool(effect.disc_orders(term.nonlinear)) and not (
+        effect.search or effect.depends_on_model
+    )
+
+
+def _key(term: Term) -> tuple[str, ...]:
+    return (term.effect.name, repr(sorted(term.effect.settings.items())))
+
+
+def channel_columns(
+    terms: Sequence[Term], observations: Observations, context: FitContext, *, capture: bool
+) -> Matrix:
+    """Columns of all terms for the rows of a channel: shape (rows, Σ widths), arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    widths = term_widths(terms, observations)
+    return _side_by_side(
+        [term_columns(term, observations, context, capture=capture) for term in terms],
+        widths,
+        rows.run.size,
+    )
+
+
+def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: int) -> Matrix:
+    if len(blocks) == 1 and blocks[0] is not None:
+        return blocks[0]
+    matrix = np.zeros((rows, sum(widths)))
+    start = 0
+    for columns, width in zip(blocks, widths, strict=True):
+        if columns is not None:
+            matrix[:, start : start + width] = columns
+        start += width
+    return matrix
+
+
+def stored_columns(
+    terms: Sequence[Term], widths: Sequence[int], rows: CaptureRows, context: FitContext
+) -> Matrix:
+    """Columns for rows of a long capture that is not worked on as a whole."""
+    blocks = [term.effect.capture_columns(rows, term.nonlinear, context) for term in terms]
+    return _side_by_side(blocks, widths, rows.run.size)
+
+
+def whitened_rows(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
+) -> WhitenedRows | None:
+    """The columns of one channel with its noise made one; None without that channel."""
+    rows = observations.capture if capture else observations.reference
+    of_rows = noise.capture if capture else noise.reference
+    if rows is None or of_rows is None:
+        return None
+    blocks = [
+        _whitened_term(term, observations, context, noise, of_rows, capture=capture)
+        for term in terms
+    ]
+    columns = _side_by_side(blocks, term_widths(terms, observations), rows.run.size)
+    ones = of_rows.whiten(np.ones(rows.run.size))
+    if capture:
+        return WhitenedRows(columns, ones, observations.capture.run, observations.runs)  # type: ignore[union-attr]
+    return WhitenedRows(columns, ones, np.zeros(rows.run.size, dtype=np.int64), 1)
+
+
+def _whitened_term(
+    term: Term,
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    of_rows: RowNoise,
+    *,
+    capture: bool,
+) -> Matrix | None:
+    key = (*_key(term), "capture" if capture else "reference")
+    if _keepable(term) and key in noise.whitened:
+        return noise.whitened[key]
+    columns = term_columns(term, observations, context, capture=capture)
+    found = None if columns is None else of_rows.whiten(columns)
+    if _keepable(term):
+        noise.whitened[key] = found
+    return found
+
+
+def channel_sums(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
+) -> ChannelSums | None:
+    """Sums over the rows of a channel: the terms' columns, then run offsets (or a₀)."""
+    rows = whitened_rows(terms, observations, context, noise, capture=capture)
+    of_rows = noise.capture if capture else noise.reference
+    if rows is None or of_rows is None or of_rows.rows == 0:
+        return None
+    measured = of_rows.whiten(measured_arcsec(observations, capture=capture))
+    return _sums(rows, measured, of_rows)
+
+
+def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSums:
+    return ChannelSums(
+        rows.gram(),
+        rows.moment(measured),
+        float(measured @ measured),
+        0 if of_rows.weightless else of_rows.rows,
+        0.0 if of_rows.weightless else of_rows.log_determinant,
+    )
+
+
+def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
+    """R₂ − R₁ − α of every capture row, or ε of every reference row."""
+    if capture:
+        assert observations.capture is not None
+        return observations.capture.difference_arcsec
+    assert observations.reference is not None
+    return observations.reference.error_arcsec
+
+
+def every_capture_row_sums(
+    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise
+) -> ChannelSums | None:
+    """Sums over all rows of a long capture, block by block.
+
+    The correlation is cut between blocks, which loses about a time constant in a block's length
+    of what slow noise tells.
+    """
+    stored = observations.stored
+    if stored is None or noise.capture_law is None:
+        return channel_sums(terms, observations, context, noise, capture=True)
+    widths = term_widths(terms, observations)
+    total: ChannelSums | None = None
+    for block in row_blocks(stored.size):
+        rows = stored.rows(block)
+        of_rows = noise.capture_law.on_capture(rows)
+        columns = of_rows.whiten(stored_columns(terms, widths, rows, context))
+        ones = of_rows.whiten(np.ones(rows.run.size))
+        inside = WhitenedRows(columns, ones, rows.run, observations.runs)
+        sums = _sums(inside, of_rows.whiten(rows.difference_arcsec), of_rows)
+        total = sums if total is None else total + sums
+        observations.report(block.stop, stored.size)
+    return total

@@ -1,0 +1,1 @@
+"""The noise of both channels as a part of the model: white, coloured, uneven, index."""

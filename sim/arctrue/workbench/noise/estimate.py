@@ -1,0 +1,194 @@
+"""The noise of one channel from its residuals: spectra by groups of runs, then what is uneven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins
+from arctrue.workbench.noise.likelihood import Beside, Stretch
+from arctrue.workbench.noise.noise import FittedGroup
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.noise.spectrum_fit import SpectrumFit, WhiteBounds, fit_spectrum
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+SAME_STEP = 1.25
+"""Runs whose steps of the clock are nearer than this ratio share a spectrum."""
+UNEVEN_P = 1e-4
+"""Noise counts as uneven when an even one would give such a difference so rarely."""
+LEAST_ROWS_A_BIN = 40
+ROBUST_LIMIT = 4.0
+"""Whitened residuals beyond this are not taken for the scatter of their neighbours."""
+
+
+@dataclass(frozen=True)
+class ChannelRows:
+    """What the noise of a channel is estimated from; arrays of shape (rows,) or (rows, k)."""
+
+    channel: str
+    clock: Float
+    run: Integer
+    angle_rad: Float
+    residual: Float
+    stated_scale: Float
+    columns: Callable[[], Float]
+    """The model's columns, worked out when they are asked for."""
+    own_constants: bool
+    """Each run has an offset of its own; else all have one constant."""
+
+
+def estimated_law(
+    rows: ChannelRows,
+    beside: Beside,
+    white: WhiteBounds,
+    before: NoiseLaw | None = None,
+    rounds: int = 40,
+) -> tuple[NoiseLaw, list[FittedGroup]]:
+    """Law and fits of a channel; ``before`` is the law under another hypothesis, to start from."""
+    names = np.unique(rows.run)
+    law = before or NoiseLaw(tuple(Spectrum(1.0) for _ in names), names, np.ones(names.size))
+    law, groups = _with_spectra(rows, law, beside, white, before is not None, rounds)
+    if before is not None:
+        return law, groups
+    uneven = _uneven(rows, law)
+    if uneven is None:
+        return law, groups
+    return _with_spectra(rows, uneven, beside, white, True, rounds)
+
+
+def row_noise(rows: ChannelRows, law: NoiseLaw) -> RowNoise:
+    """The law for these rows."""
+    return law.of(rows.clock, rows.run, rows.angle_rad, rows.stated_scale)
+
+
+def _with_spectra(
+    rows: ChannelRows,
+    law: NoiseLaw,
+    beside: Beside,
+    white: WhiteBounds,
+    warm: bool,
+    rounds: int,
+) -> tuple[NoiseLaw, list[FittedGroup]]:
+    noise = row_noise(rows, law)
+    residual = rows.residual / noise.scale
+    columns = rows.columns()
+    ones = 1.0 / noise.scale
+    if np.any(noise.scale != 1.0):
+        columns = columns * ones[:, np.newaxis]
+    spectra = list(law.spectra)
+    groups = []
+    for members in _same_step(noise, rows.run, law.runs):
+        stretches = [
+            Stretch(
+                rows.clock[part],
+                residual[part],
+                columns[part],
+                int(rows.run[part.start]) if rows.own_constants else 0,
+                ones[part],
+            )
+            for part in noise.stretches
+            if int(rows.run[part.start]) in members and part.stop - part.start > 1
+        ]
+        if not stretches:
+            continue
+        index = int(np.searchsorted(law.runs, members[0]))
+        start = spectra[index] if warm else None
+        fit = fit_spectrum(stretches, beside, white, start=start, rounds=rounds)
+        fit = _rescaled(fit, stretches, white)
+        for name in members:
+            spectra[int(np.searchsorted(law.runs, name))] = fit.spectrum
+        size = sum(stretch.clock.size for stretch in stretches)
+        groups.append(FittedGroup(rows.channel, tuple(members), fit, size))
+    found = NoiseLaw(tuple(spectra), law.runs, law.run_scale, law.angle_scale)
+    return found, groups
+
+
+def _same_step(noise: RowNoise, run: Integer, names: Integer) -> list[list[int]]:
+    """Runs in groups of like steps of the clock."""
+    steps: dict[int, float] = {}
+    for part in noise.stretches:
+        if part.stop - part.start > 1:
+            steps.setdefault(int(run[part.start]), noise.step(part))
+    found: list[tuple[float, list[int]]] = []
+    for name in names.tolist():
+        step = steps.get(name)
+        if step is None:
+            continue
+        for typical, members in found:
+            if max(step, typical) <= SAME_STEP * min(step, typical):
+                members.append(name)
+                break
+        else:
+            found.append((step, [name]))
+    return [members for _, members in found]
+
+
+def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds) -> SpectrumFit:
+    """With all rows' scatter, where the spectrum came from some: one factor for all parts."""
+    rows = sum(stretch.clock.size for stretch in stretches)
+    freedom = rows - stretches[0].columns.shape[1]
+    if freedom < 0.9 * rows or not rows:
+        return fit
+    clock = np.concatenate([stretch.clock for stretch in stretches])
+    sizes = np.cumsum([0, *(stretch.clock.size for stretch in stretches)])[:-1]
+    spectra = (fit.spectrum,) * len(stretches)
+    noise = RowNoise(clock, sizes, spectra, np.ones(rows))
+    whitened = noise.whiten(np.concatenate([stretch.residual for stretch in stretches]))
+    factor = float(whitened @ whitened) / freedom
+    spectrum = fit.spectrum
+    scaled = Spectrum(
+        max(spectrum.white * factor, white.floor), spectrum.constants, spectrum.variances * factor
+    )
+    covariance = fit.covariance.copy()
+    # The common factor is now known as well as all rows tell it.
+    limit = 2.0 / freedom / max(covariance[0, 0], 1e-30)
+    shrink = np.sqrt(min(limit, 1.0))
+    covariance[0, :] *= shrink
+    covariance[:, 0] *= shrink
+    return SpectrumFit(scaled, covariance)
+
+
+def _uneven(rows: ChannelRows, law: NoiseLaw) -> NoiseLaw | None:
+    """The law with a scale for each run and each part of the turn; None where it is even."""
+    noise = row_noise(rows, law)
+    whitened = np.clip(noise.whiten(rows.residual), -ROBUST_LIMIT, ROBUST_LIMIT)
+    run = np.searchsorted(law.runs, rows.run)
+    run_scale = _scales(whitened, run, law.runs.size)
+    if run_scale is not None:
+        whitened = whitened / run_scale[run]
+    bins = angle_bins(rows.angle_rad)
+    angle_scale = _scales(whitened, bins, ANGLE_BINS)
+    if run_scale is None and angle_scale is None:
+        return None
+    return NoiseLaw(
+        law.spectra,
+        law.runs,
+        law.run_scale if run_scale is None else law.run_scale * run_scale,
+        angle_scale,
+    )
+
+
+def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
+    """Deviation of each group over the typical one, by a likelihood ratio test; None: all alike."""
+    counts = np.bincount(group, minlength=groups).astype(np.float64)
+    full = counts >= LEAST_ROWS_A_BIN
+    if full.sum() < 2:
+        return None
+    squares = np.bincount(group, weights=whitened**2, minlength=groups)
+    mean = np.where(full, squares / np.maximum(counts, 1.0), 1.0)
+    total = float(squares[full].sum() / counts[full].sum())
+    ratio = float(np.sum(counts[full] * (np.log(total) - np.log(np.maximum(mean[full], 1e-30)))))
+    if chi2.sf(ratio, int(full.sum()) - 1) > UNEVEN_P:
+        return None
+    typical = float(np.exp(np.average(np.log(mean[full]), weights=counts[full])))
+    return np.asarray(np.where(full, np.sqrt(mean / typical), 1.0))
+
+
+__all__ = ["ChannelRows", "estimated_law", "row_noise"]

@@ -1,0 +1,80 @@
+"""The noise of one channel as a law: what it is for rows that were, or could be, measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+ANGLE_BINS = 36
+
+
+@dataclass(frozen=True)
+class NoiseLaw:
+    """Spectrum and scale of every run, and the scale at every angle."""
+
+    spectra: tuple[Spectrum, ...]
+    """Of each run; the first stands for runs that were not measured."""
+    runs: Integer
+    """Names of the runs, rising."""
+    run_scale: Float
+    """Deviation over that of the spectrum, shape (runs,)."""
+    angle_scale: Float | None = None
+    """The same over equal parts of the turn, shape (ANGLE_BINS,)."""
+    weightless: bool = False
+
+    def on_capture(self, rows: CaptureRows) -> RowNoise:
+        """The noise of some rows of the capture."""
+        return self.of(rows.time_s, rows.run, rows.angle_rad, stated_scale(rows))
+
+    def on_reference(self, rows: ReferenceRows) -> RowNoise:
+        """The noise of some rows of the reference."""
+        return self.of(reference_clock(rows), rows.run, rows.angle_rad, stated_scale(rows))
+
+    def of(self, clock: Float, run: Integer, angle_rad: Float, stated: Float) -> RowNoise:
+        """The noise of rows with this clock, run, angle and stated scale, shape (rows,) each."""
+        starts = stretch_starts(clock, run)
+        place = np.minimum(np.searchsorted(self.runs, run), self.runs.size - 1)
+        index = np.where(self.runs[place] == run, place, 0)
+        scale = stated * self.run_scale[index]
+        if self.angle_scale is not None:
+            scale = scale * self.angle_scale[angle_bins(angle_rad)]
+        spectra = tuple(self.spectra[index[start]] for start in starts)
+        return RowNoise(clock, starts, spectra, scale, self.weightless)
+
+
+def angle_bins(angle_rad: Float) -> Integer:
+    """Number of the part of the turn of each row."""
+    place = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * ANGLE_BINS)
+    return np.asarray(np.minimum(place.astype(np.int64), ANGLE_BINS - 1))
+
+
+def stretch_starts(clock: Float, run: Integer) -> Integer:
+    """First rows of stretches of one run in which the clock does not go back."""
+    if run.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    new = (np.diff(run) != 0) | (np.diff(clock) < 0.0)
+    return np.asarray(np.concatenate([[0], np.flatnonzero(new) + 1]))
+
+
+def reference_clock(rows: ReferenceRows) -> Float:
+    """Time of each reference row; its number where the file has no time that goes on."""
+    if rows.time_s is not None and rows.time_s.size > 1 and float(np.ptp(rows.time_s)) > 0.0:
+        return rows.time_s
+    return np.arange(rows.run.size, dtype=np.float64)
+
+
+def stated_scale(rows: CaptureRows | ReferenceRows) -> Float:
+    """Standard uncertainty that the set states of each row, over its root mean square; else 1."""
+    stated = getattr(rows, "u_arcsec", None)
+    if stated is None or not np.all(stated > 0.0):
+        return np.ones(rows.run.size)
+    return np.asarray(stated / np.sqrt(np.mean(stated**2)))

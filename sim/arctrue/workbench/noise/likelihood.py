@@ -1,0 +1,207 @@
+"""Restricted likelihood of the noise, from residuals that are averaged where noise is slow.
+
+Fast parts show in a few thousand consecutive rows, slow parts in means over blocks of rows. The
+covariance of such means is known in closed form, so that nothing is approximated but that the
+levels are taken as independent. On the slowest level the columns of the model are beside the
+residuals: what the model takes of the slow noise is allowed for (restricted likelihood, Patterson
+and Thompson, Biometrika 58 (1971) 545).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from celerite2 import driver  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from arctrue.workbench.noise.row_noise import Factor
+from arctrue.workbench.noise.spectrum import Spectrum
+
+Float = NDArray[np.float64]
+
+ROWS_A_LEVEL = 1200
+WHOLE_ROWS = 2400
+"""A group with no more rows is worked on as it is."""
+LEVEL_RATIO = 8
+MOST_STRETCHES = 12
+SLOW_BLOCKS = 4.0
+"""A part with a time constant below a block's length over this is white from block to block."""
+RIDGE = 1e-8
+UNCORRELATED = 40.0
+"""Time constants between two stretches: e⁻⁴⁰ is nothing beside one."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows whose noise belongs together: clock (n,), residual (n,), model columns (n, k)."""
+
+    clock: Float
+    residual: Float
+    columns: Float
+    constant: int
+    """Stretches of the same number have one free constant."""
+    ones: Float
+    """What the constant adds to each row, shape (n,)."""
+
+
+@dataclass(frozen=True)
+class _Level:
+    """Means over blocks of rows, all stretches one after another with their correlation cut."""
+
+    clock: Float
+    values: Float
+    """Residual first, then columns, shape (n, 1 + k); k = 0 where the model is left out."""
+    block: int
+    white_share: Float
+    """Of each coloured part's variance, what is white from block to block."""
+    between_share: Float
+    """Of each coloured part's variance, what remains correlated between blocks."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What the other rows of the set tell of the model's coefficients."""
+
+    information: Float
+    """Shape (k, k)."""
+    moment: Float
+    """Shape (k,): of the coefficients' change from where the residuals were taken."""
+
+
+class RestrictedLikelihood:
+    """Of the spectrum that some stretches have in common."""
+
+    def __init__(
+        self, stretches: Sequence[Stretch], step: float, constants: Float, beside: Beside
+    ) -> None:
+        """``step`` is the typical step of the clock, ``constants`` those of all spectra."""
+        self._beside = beside
+        self._levels, self._constant_count = _levels(stretches, step, constants)
+        self._ridge: Float | None = None
+
+    def __call__(self, spectrum: Spectrum) -> float:
+        """Log likelihood; −∞ where the covariance has no factor."""
+        total = 0.0
+        own_size = self._beside.moment.size
+        width = own_size + self._constant_count
+        normal, moment = np.zeros((width, width)), np.zeros(width)
+        normal[:own_size, :own_size] = self._beside.information
+        moment[:own_size] = self._beside.moment
+        restricted = False
+        for level in self._levels:
+            try:
+                factor = _factor(level, spectrum)
+                whitened = factor.whiten(level.values)
+            except driver.LinAlgError:
+                return -np.inf
+            own = whitened[:, 0]
+            total -= 0.5 * (float(own @ own) + factor.log_determinant)
+            if whitened.shape[1] > 1:
+                columns = whitened[:, 1:]
+                normal += columns.T @ columns
+                moment += columns.T @ own
+                restricted = True
+        if not restricted or width == 0:
+            return total
+        if self._ridge is None:
+            # Fixed once: directions that no row shows add a constant to the likelihood.
+            self._ridge = RIDGE * np.maximum(np.diag(normal), 1e-30)
+        normal[np.diag_indices(width)] += self._ridge
+        scale = 1.0 / np.sqrt(np.diag(normal))
+        try:
+            lower = cho_factor(normal * np.outer(scale, scale), lower=True)
+        except LinAlgError:
+            return -np.inf
+        scaled = moment * scale
+        total += 0.5 * float(scaled @ cho_solve(lower, scaled))
+        total -= float(np.sum(np.log(np.diag(lower[0])))) - float(np.sum(np.log(scale)))
+        return total
+
+
+def _levels(
+    stretches: Sequence[Stretch], step: float, constants: Float
+) -> tuple[list[_Level], int]:
+    rows = sum(stretch.clock.size for stretch in stretches)
+    chosen = stretches
+    if len(stretches) > MOST_STRETCHES and rows > WHOLE_ROWS:
+        places = np.linspace(0, len(stretches) - 1, MOST_STRETCHES).round().astype(int)
+        chosen = [stretches[place] for place in places]
+        rows = sum(stretch.clock.size for stretch in chosen)
+    names = sorted({stretch.constant for stretch in chosen})
+    whole = []
+    for stretch in chosen:
+        constant = np.zeros((stretch.clock.size, len(names)))
+        constant[:, names.index(stretch.constant)] = stretch.ones
+        inside = np.column_stack([stretch.residual, stretch.columns, constant])
+        whole.append((stretch.clock, inside))
+    if rows <= WHOLE_ROWS:
+        return [_level(whole, 1, step, constants)], len(names)
+    top = -(-rows // ROWS_A_LEVEL)
+    found = [_level(whole, top, step, constants)]
+    block = 1
+    while block * LEVEL_RATIO <= top * 2:
+        size = max(ROWS_A_LEVEL // len(chosen), 64) * block
+        middle = []
+        for stretch in chosen:
+            first = max((stretch.clock.size - size) // 2, 0)
+            part = slice(first, min(first + size, stretch.clock.size))
+            middle.append((stretch.clock[part], stretch.residual[part, np.newaxis]))
+        found.append(_level(middle, block, step, constants))
+        block *= LEVEL_RATIO
+    return found, len(names)
+
+
+def _level(
+    stretches: Sequence[tuple[Float, Float]], block: int, step: float, constants: Float
+) -> _Level:
+    clocks, values = [], []
+    last = 0.0
+    gap = UNCORRELATED * float(constants.max(initial=step))
+    for clock, inside in stretches:
+        count = clock.size // block
+        if count < 2:
+            continue
+        kept = count * block
+        middle = clock[:kept].reshape(count, block).mean(axis=1)
+        clocks.append(middle - middle[0] + last)
+        last = float(clocks[-1][-1]) + gap
+        values.append(inside[:kept].reshape(count, block, inside.shape[1]).mean(axis=1))
+    white, between = _shares(block, step, constants)
+    if not clocks:
+        return _Level(np.zeros(0), np.zeros((0, 1)), block, white, between)
+    return _Level(np.concatenate(clocks), np.vstack(values), block, white, between)
+
+
+def _shares(block: int, step: float, constants: Float) -> tuple[Float, Float]:
+    """What block means keep of parts with these time constants: white, and between blocks.
+
+    exp(−|τ|/τⱼ) averaged over two blocks is gain²·exp(−distance/τⱼ); within one block it is the
+    rest of the variance of a mean.
+    """
+    white, between = np.zeros(constants.size), np.ones(constants.size)
+    if block == 1:
+        return white, between
+    places = np.arange(block) - 0.5 * (block - 1)
+    lags = np.arange(1, block)
+    for index, constant in enumerate(constants):
+        decay = step / constant
+        if block * decay > SLOW_BLOCKS:
+            # All of its power at low frequencies, as if it were white from block to block.
+            rho = float(np.exp(-decay))
+            white[index], between[index] = (1.0 + rho) / (1.0 - rho) / block, 0.0
+            continue
+        mean = block + 2.0 * float(np.sum((block - lags) * np.exp(-lags * decay)))
+        between[index] = float(np.mean(np.exp(places * decay))) ** 2
+        # A little below 0: the parts between blocks then count a little more than all.
+        white[index] = mean / block**2 - between[index]
+    return white, between
+
+
+def _factor(level: _Level, spectrum: Spectrum) -> Factor:
+    white = spectrum.white / level.block + float(level.white_share @ spectrum.variances)
+    kept = level.between_share > 0.0
+    between = (level.between_share * spectrum.variances)[kept]
+    return Factor(level.clock, Spectrum(white, spectrum.constants[kept], between))

@@ -1,0 +1,246 @@
+"""The noise of the rows of one channel, and the whitening that makes its covariance one.
+
+The covariance is semiseparable: a Cholesky factor takes time linear in the rows (Foreman-Mackey
+et al., Astron. J. 154 (2017) 220; library celerite2). L⁻¹ applied to measured values and columns
+alike turns generalised least squares into ordinary least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from celerite2 import driver  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from arctrue.workbench.noise.spectrum import Spectrum
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """LᵈLᵀ of the covariance of one stretch of rows whose noise belongs together."""
+
+    clock: Float
+    spectrum: Spectrum
+
+    @cached_property
+    def _parts(self) -> tuple[Float, Float, Float, Float]:
+        rows, count = self.clock.size, self.spectrum.constants.size
+        diagonal = np.full(rows, self.spectrum.variance)
+        rates = 1.0 / self.spectrum.constants
+        left = np.tile(self.spectrum.variances, (rows, 1))
+        right = np.ones((rows, count))
+        pivots, lower = driver.factor(
+            self.clock, rates, diagonal, left, right, diagonal.copy(), right.copy()
+        )
+        return rates, left, np.asarray(pivots), np.asarray(lower)
+
+    @property
+    def _white(self) -> bool:
+        return not self.spectrum.variances.any()
+
+    @cached_property
+    def deviation(self) -> Float:
+        """Square root of the pivots: the scatter of a row given all rows before it, shape (n,)."""
+        if self._white:
+            return np.full(self.clock.size, np.sqrt(self.spectrum.white))
+        return np.sqrt(self._parts[2])
+
+    @property
+    def log_determinant(self) -> float:
+        """Of the covariance."""
+        return float(2.0 * np.sum(np.log(self.deviation)))
+
+    def whiten(self, values: Float) -> Float:
+        """L⁻¹ applied to columns, shape (n, k): their noise becomes one, uncorrelated."""
+        if self._white:
+            return np.asarray(values / self.deviation[:, np.newaxis])
+        rates, left, _, lower = self._parts
+        inside = np.ascontiguousarray(values)
+        found = driver.solve_lower(self.clock, rates, left, lower, inside, np.empty_like(inside))
+        return np.asarray(found / self.deviation[:, np.newaxis])
+
+    def unwhiten_transposed(self, whitened: Float) -> Float:
+        """L⁻ᵀ applied to whitened columns, shape (n, k): C⁻¹ of what was whitened."""
+        scaled = np.ascontiguousarray(whitened / self.deviation[:, np.newaxis])
+        if self._white:
+            return scaled
+        rates, left, _, lower = self._parts
+        return np.asarray(
+            driver.solve_upper(self.clock, rates, left, lower, scaled, np.empty_like(scaled))
+        )
+
+    def colour(self, white: Float) -> Float:
+        """L applied to columns of independent normal numbers, shape (n, k): noise drawn."""
+        scaled = np.ascontiguousarray(white * self.deviation[:, np.newaxis])
+        if self._white:
+            return scaled
+        rates, left, _, lower = self._parts
+        return np.asarray(
+            driver.matmul_lower(self.clock, rates, left, lower, scaled, scaled.copy())
+        )
+
+    def expected(self, clock: Float, precise: Float) -> Float:
+        """Coloured part at other times, given C⁻¹·(values less their mean), shape (n,)."""
+        if self._white or self.clock.size == 0:
+            return np.zeros(clock.size)
+        rates = 1.0 / self.spectrum.constants
+        here = np.tile(self.spectrum.variances, (clock.size, 1))
+        there = np.ones((self.clock.size, rates.size))
+        column = np.ascontiguousarray(precise[:, np.newaxis])
+        total = np.zeros((clock.size, 1))
+        total = driver.general_matmul_lower(clock, self.clock, rates, here, there, column, total)
+        total = driver.general_matmul_upper(clock, self.clock, rates, here, there, column, total)
+        return np.asarray(total[:, 0])
+
+
+@dataclass(frozen=True)
+class RowNoise:
+    """Noise of the rows of one channel: stretches of rows, their spectra, and a scale a row."""
+
+    clock: Float
+    """Shape (rows,): rises within each stretch."""
+    starts: Integer
+    """First row of each stretch."""
+    spectra: tuple[Spectrum, ...]
+    """Of each stretch."""
+    scale: Float
+    """Of each row, shape (rows,): where the noise is uneven, its deviation over that of the
+    spectrum."""
+    weightless: bool = False
+    """Nothing tells the noise of this channel, so that its rows take no part in any fit."""
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return int(self.clock.size)
+
+    @cached_property
+    def stretches(self) -> list[slice]:
+        """Rows of each stretch."""
+        ends = [*self.starts[1:].tolist(), self.rows]
+        return [slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True)]
+
+    @cached_property
+    def _factors(self) -> list[Factor]:
+        return [
+            Factor(np.ascontiguousarray(self.clock[rows]), spectrum)
+            for rows, spectrum in zip(self.stretches, self.spectra, strict=True)
+        ]
+
+    @cached_property
+    def log_determinant(self) -> float:
+        """Of the covariance of all rows."""
+        inside = sum(factor.log_determinant for factor in self._factors)
+        return float(inside + 2.0 * np.sum(np.log(self.scale)))
+
+    def _each(self, values: Float, how: str) -> Float:
+        two = values[:, np.newaxis] if values.ndim == 1 else values
+        found = np.empty(two.shape)
+        for rows, factor in zip(self.stretches, self._factors, strict=True):
+            found[rows] = getattr(factor, how)(two[rows])
+        return found[:, 0] if values.ndim == 1 else found
+
+    def whiten(self, values: Float) -> Float:
+        """Values or columns, shape (rows,) or (rows, k), with noise one and uncorrelated."""
+        if self.weightless:
+            return np.zeros(values.shape)
+        return self._each((values.T / self.scale).T, "whiten")
+
+    def precise(self, whitened: Float) -> Float:
+        """C⁻¹ of what was whitened: the transposed factor applied once more."""
+        if self.weightless:
+            return np.zeros(whitened.shape)
+        return np.asarray((self._each(whitened, "unwhiten_transposed").T / self.scale).T)
+
+    def coloured(self, whitened: Float) -> Float:
+        """What was whitened, as it was: arcseconds, shape (rows,)."""
+        return self.scale * self._each(whitened, "colour")
+
+    def draw(self, random: np.random.Generator) -> Float:
+        """Noise of this covariance, shape (rows,)."""
+        return self.coloured(random.normal(size=self.rows))
+
+    def expected(self, keep: NDArray[np.bool_], precise: Float) -> Float:
+        """Coloured part of the rows that are not kept, given C⁻¹ of the residuals of those kept.
+
+        ``self`` has all rows; ``precise`` has the shape of the kept ones.
+        """
+        found = np.zeros(self.rows)
+        kept_before = np.concatenate([[0], np.cumsum(keep)])
+        for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
+            inside = keep[rows]
+            part = slice(kept_before[rows.start], kept_before[rows.stop])
+            clock = self.clock[rows]
+            factor = Factor(np.ascontiguousarray(clock[inside]), spectrum)
+            scaled = precise[part] * self.scale[rows][inside]
+            values = np.zeros(inside.size)
+            values[~inside] = factor.expected(np.ascontiguousarray(clock[~inside]), scaled)
+            found[rows] = values * self.scale[rows]
+        return found[~keep]
+
+    def deviation_arcsec(self) -> Float:
+        """Standard deviation of each row, all parts together, shape (rows,)."""
+        found = np.empty(self.rows)
+        for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
+            found[rows] = np.sqrt(spectrum.variance) * self.scale[rows]
+        return found
+
+    @cached_property
+    def rms_arcsec(self) -> float:
+        """Standard deviation of a row, over all rows."""
+        return float(np.sqrt(np.mean(self.deviation_arcsec() ** 2))) if self.rows else 0.0
+
+    @cached_property
+    def white_rms_arcsec(self) -> float:
+        """The same of the white part alone."""
+        parts = [
+            spectrum.white * float(np.sum(self.scale[rows] ** 2))
+            for rows, spectrum in zip(self.stretches, self.spectra, strict=True)
+        ]
+        return float(np.sqrt(sum(parts) / max(self.rows, 1)))
+
+    def mean_square_scale(self, rows: slice) -> float:
+        """Harmonic mean of the squared scale over a stretch: what a spectrum of it is times."""
+        return float(1.0 / np.mean(1.0 / self.scale[rows] ** 2))
+
+    def step(self, rows: slice) -> float:
+        """Median step of the clock in a stretch."""
+        return float(np.median(np.diff(self.clock[rows]))) if rows.stop - rows.start > 1 else 1.0
+
+    def part(self, keep: NDArray[np.bool_]) -> RowNoise:
+        """The noise of some of the rows."""
+        kept_before = np.concatenate([[0], np.cumsum(keep)])
+        starts, spectra = [], []
+        for rows, spectrum in zip(self.stretches, self.spectra, strict=True):
+            if kept_before[rows.stop] > kept_before[rows.start]:
+                starts.append(int(kept_before[rows.start]))
+                spectra.append(spectrum)
+        return replace(
+            self,
+            clock=self.clock[keep],
+            starts=np.array(starts, dtype=np.int64),
+            spectra=tuple(spectra),
+            scale=self.scale[keep],
+        )
+
+
+def white_noise(
+    clock: Float, starts: Integer, variance: float, *, weightless: bool = False
+) -> RowNoise:
+    """One variance for all rows, no correlation."""
+    spectra = tuple(Spectrum(variance) for _ in starts)
+    return RowNoise(clock, starts, spectra, np.ones(clock.size), weightless=weightless)
+
+
+def with_spectra(noise: RowNoise, spectra: Sequence[Spectrum]) -> RowNoise:
+    """The same rows with other spectra."""
+    return replace(noise, spectra=tuple(spectra))
+
+
+__all__ = ["Factor", "RowNoise", "white_noise", "with_spectra"]

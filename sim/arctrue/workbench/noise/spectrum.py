@@ -1,0 +1,65 @@
+"""Stationary noise: a white part and exponentially correlated parts.
+
+The covariance of two rows a time τ apart is Σ aⱼ·exp(−|τ|/τⱼ), and the white variance where τ = 0.
+A mixture with time constants a few octaves apart comes near to any falling spectrum: flicker
+noise, an Ornstein–Uhlenbeck process, a first-order autoregression.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """White variance, and variance and time constant of each coloured part."""
+
+    white: float
+    """Variance of a row, arcsec²."""
+    constants: Float = field(default_factory=lambda: np.zeros(0))
+    """τⱼ in the unit of the rows' clock: seconds, or rows where there is no time."""
+    variances: Float = field(default_factory=lambda: np.zeros(0))
+    """aⱼ, arcsec²."""
+
+    @property
+    def variance(self) -> float:
+        """Of a row: all parts together."""
+        return float(self.white + self.variances.sum())
+
+    @property
+    def coloured_arcsec(self) -> float:
+        """Standard deviation of the coloured parts together."""
+        return float(np.sqrt(self.variances.sum()))
+
+    def density(self, frequency: Float, step: float) -> Float:
+        """Mean |Σ eᵢ·exp(−2πj·f·tᵢ)|² a row, for rows that are ``step`` apart, arcsec².
+
+        White noise has its variance at every frequency. ``frequency`` is in periods a unit of the
+        clock; the sum over rows is that of the infinite series.
+        """
+        found = np.full(np.shape(frequency), self.white)
+        cosine = np.cos(2.0 * np.pi * np.asarray(frequency) * step)
+        for constant, variance in zip(self.constants, self.variances, strict=True):
+            rho = float(np.exp(-step / constant))
+            found = found + variance * (1.0 - rho**2) / (1.0 - 2.0 * rho * cosine + rho**2)
+        return np.asarray(found)
+
+
+def time_constants(step: float, span: float) -> Float:
+    """τⱼ from twice the step of the rows to their whole span, evenly in their logarithm.
+
+    A factor of 8 or less apart, and seven at most.
+    """
+    shortest = 2.0 * step
+    if step <= 0.0 or span <= 2.0 * shortest:
+        return np.zeros(0)
+    count = int(np.clip(np.ceil(np.log(span / shortest) / np.log(LARGEST_RATIO)) + 1, 2, 7))
+    return np.asarray(np.geomspace(shortest, span, count))
+
+
+LARGEST_RATIO = 8.0

@@ -1,0 +1,153 @@
+"""The spectrum that makes residuals most likely, with stated priors, and how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from arctrue.workbench.noise.likelihood import Beside, RestrictedLikelihood, Stretch
+from arctrue.workbench.noise.spectrum import Spectrum, time_constants
+
+Float = NDArray[np.float64]
+Cost = Callable[[Float], float]
+
+PRIOR_CENTRE = 1e-3
+"""Variance of a coloured part over that of the rows, before any data: small, ..."""
+PRIOR_WIDTH = float(np.log(1e3))
+"""... within a factor of a thousand either way (log-normal)."""
+SMALLEST, LARGEST = 1e-7, 30.0
+"""Limits of a coloured part's variance, in variances of the rows."""
+STATED_READINGS = 8.0
+"""A stated uncertainty weighs like so many readings that have it."""
+ENOUGH = 0.01
+"""Of log likelihood: a round that gains less is the last."""
+DIFFERENCE = 1e-3
+"""Of the logarithms, for derivatives."""
+
+
+@dataclass(frozen=True)
+class WhiteBounds:
+    """What is known of the white part before the data."""
+
+    floor: float
+    """arcsec²: rounding to counts."""
+    stated: float | None = None
+    """arcsec²: what the set states of a row."""
+
+
+@dataclass(frozen=True)
+class SpectrumFit:
+    """The most likely spectrum and the covariance of the logarithms of its variances."""
+
+    spectrum: Spectrum
+    covariance: Float
+    """Of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
+
+
+def _spectrum(logs: Float, constants: Float) -> Spectrum:
+    values = np.exp(logs)
+    return Spectrum(float(values[0]), constants, values[1:])
+
+
+def fit_spectrum(
+    stretches: Sequence[Stretch],
+    beside: Beside,
+    white: WhiteBounds,
+    *,
+    start: Spectrum | None = None,
+    rounds: int = 40,
+) -> SpectrumFit:
+    """Maximum of the restricted likelihood times the priors.
+
+    ``start`` is where to begin: the spectrum of the same rows under another hypothesis.
+    """
+    steps = np.concatenate([np.diff(stretch.clock) for stretch in stretches])
+    step = float(np.median(steps)) if steps.size else 1.0
+    span = max(float(np.ptp(stretch.clock)) for stretch in stretches)
+    constants = time_constants(step, span) if start is None else start.constants
+    likelihood = RestrictedLikelihood(stretches, step, constants, beside)
+    residual = np.concatenate([stretch.residual for stretch in stretches])
+    variance = max(float(np.mean(residual**2)), white.floor, 1e-12)
+    if white.stated is not None and residual.size < STATED_READINGS:
+        variance = max(variance, white.stated)
+    begin = _from_scatter(stretches, constants, variance, white)
+    low = np.log(np.full(begin.size, SMALLEST * variance))
+    low[0] = np.log(max(white.floor, 1e-6 * variance))
+    high = np.log(np.full(begin.size, LARGEST * variance))
+    high[0] = max(high[0], low[0] + 1.0)
+    centre = np.log(PRIOR_CENTRE * variance)
+
+    def cost(logs: Float) -> float:
+        value = -likelihood(_spectrum(logs, constants))
+        value += 0.5 * float(np.sum(((logs[1:] - centre) / PRIOR_WIDTH) ** 2))
+        if white.stated is not None:
+            # As of readings with the stated variance: ν/2·(log s² + u²/s²).
+            value += 0.5 * STATED_READINGS * (logs[0] + white.stated * float(np.exp(-logs[0])))
+        return value if np.isfinite(value) else 1e12
+
+    begin = np.clip(begin, low, high)
+    if start is not None:
+        # Noise that has swallowed an effect is a bad start once the effect is in the model.
+        near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
+        begin = min(begin, np.clip(near, low, high), key=cost)
+    found = minimize(  # type: ignore[call-overload]
+        lambda logs: _with_gradient(cost, logs),
+        begin,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=list(zip(low, high, strict=True)),
+        options={"maxiter": rounds, "ftol": ENOUGH / max(abs(cost(begin)), 1.0), "gtol": 0.05},
+    )
+    best = np.asarray(found.x)
+    return SpectrumFit(_spectrum(best, constants), _covariance(cost, best))
+
+
+def _from_scatter(
+    stretches: Sequence[Stretch], constants: Float, variance: float, white: WhiteBounds
+) -> Float:
+    """Logarithms to begin with: neighbours tell the white part, the rest is shared out evenly."""
+    changes = np.concatenate([np.diff(stretch.residual) for stretch in stretches])
+    first = 0.5 * float(np.mean(changes**2)) if changes.size else variance
+    first = min(max(first, 0.05 * variance, white.floor), variance)
+    rest = max(variance - first, 0.0) / max(constants.size, 1) + PRIOR_CENTRE * variance
+    return np.asarray(np.log(np.concatenate([[first], np.full(constants.size, rest)])))
+
+
+def _with_gradient(cost: Cost, logs: Float) -> tuple[float, Float]:
+    here = cost(logs)
+    gradient = np.empty(logs.size)
+    for index in range(logs.size):
+        moved = logs.copy()
+        moved[index] += DIFFERENCE
+        gradient[index] = (cost(moved) - here) / DIFFERENCE
+    return here, gradient
+
+
+def _covariance(cost: Cost, best: Float) -> Float:
+    """Inverse of the curvature, at most that of the priors in any direction."""
+    size, width = best.size, 0.1
+    curvature = np.empty((size, size))
+    around = {}
+
+    def at(*moves: tuple[int, float]) -> float:
+        moved = best.copy()
+        for index, change in moves:
+            moved[index] += change
+        return float(cost(moved))
+
+    here = at()
+    for index in range(size):
+        around[index] = (at((index, width)), at((index, -width)))
+        curvature[index, index] = (sum(around[index]) - 2.0 * here) / width**2
+    for first in range(size):
+        for second in range(first):
+            corner = at((first, width), (second, width))
+            mixed = (corner - around[first][0] - around[second][0] + here) / width**2
+            curvature[first, second] = curvature[second, first] = mixed
+    values, vectors = np.linalg.eigh(curvature)
+    values = np.maximum(values, PRIOR_WIDTH**-2)
+    return np.asarray((vectors / values) @ vectors.T)

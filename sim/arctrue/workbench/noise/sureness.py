@@ -1,0 +1,72 @@
+"""With how many degrees of freedom the noise is known that a combination of rows has."""
+
+from __future__ import annotations
+
+import numpy as np
+from celerite2 import driver  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.noise.row_noise import RowNoise
+
+Float = NDArray[np.float64]
+
+LEAST_FREEDOM = 2.0
+
+
+def freedom_of(
+    noise: Noise,
+    weights: tuple[Float | None, Float | None],
+    offsets: Float,
+    runs: dict[str, NDArray[np.int64]],
+) -> tuple[float, float]:
+    """Degrees of freedom, and the share of the variance that is the index's.
+
+    ``weights`` is C⁻¹z of each channel, z the projected columns times their coefficients;
+    ``offsets`` what the offsets of the runs take of them. The variance of the estimate has the
+    logarithmic derivatives hⱼ = θⱼ·uᵀCⱼu/zᵀC⁻¹z; with the covariance of the logarithms of the θⱼ
+    that gives the variance of its logarithm, 2/m (Satterthwaite, Biometrics 2 (1946) 110).
+    """
+    parts: list[tuple[Float, Float]] = []
+    total = 0.0
+    for group in noise.groups:
+        of_rows = noise.capture if group.channel == "capture" else noise.reference
+        weight = weights[0] if group.channel == "capture" else weights[1]
+        if of_rows is None or weight is None or of_rows.weightless:
+            continue
+        shares = _shares(of_rows, weight, runs[group.channel], group.runs)
+        parts.append((shares, group.fit.covariance))
+        total += float(shares.sum())
+    index = float(offsets @ offsets) / noise.index_variance
+    total += index
+    if total <= 0.0:
+        return LEAST_FREEDOM, 0.0
+    spread = sum(float(shares @ covariance @ shares) for shares, covariance in parts) / total**2
+    known = noise.index_freedom + offsets.size
+    if offsets.size:
+        spread += (index / total) ** 2 * 2.0 / known
+    return max(2.0 / max(spread, 1e-12), LEAST_FREEDOM), index / total
+
+
+def _shares(
+    noise: RowNoise, weight: Float, run: NDArray[np.int64], members: tuple[int, ...]
+) -> Float:
+    """θⱼ·uᵀCⱼu of the white part and of each coloured one."""
+    found: Float | None = None
+    for rows, spectrum in zip(noise.stretches, noise.spectra, strict=True):
+        if int(run[rows.start]) not in members:
+            continue
+        scaled = weight[rows] * noise.scale[rows]
+        own = np.empty(1 + spectrum.constants.size)
+        own[0] = spectrum.white * float(scaled @ scaled)
+        clock = np.ascontiguousarray(noise.clock[rows])
+        column = np.ascontiguousarray(scaled[:, np.newaxis])
+        ones = np.ones((clock.size, 1))
+        for index, constant in enumerate(spectrum.constants):
+            rate = np.array([1.0 / constant])
+            below = driver.matmul_lower(clock, rate, ones, ones, column, np.zeros_like(column))
+            # K = 1 + lower + upper, and both halves give the same.
+            product = float(scaled @ scaled) + 2.0 * float(scaled @ below[:, 0])
+            own[1 + index] = spectrum.variances[index] * product
+        found = own if found is None else found + own
+    return np.zeros(1) if found is None else found

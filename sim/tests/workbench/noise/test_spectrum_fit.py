@@ -1,0 +1,82 @@
+"""The spectrum of noise that was drawn with a known one, with and without a model fitted out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.workbench.noise.likelihood import Beside, RestrictedLikelihood, Stretch
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.spectrum import Spectrum, time_constants
+from arctrue.workbench.noise.spectrum_fit import WhiteBounds, fit_spectrum
+
+STEP = 0.01
+ROWS = 6000
+TRUE = Spectrum(0.01, np.array([2.0]), np.array([0.01]))
+
+
+def _stretches(columns: int, seed: int = 1) -> tuple[list[Stretch], Beside]:
+    """Three runs of Ornstein–Uhlenbeck noise of 2 s and 0.1″ over 0.1″ of white noise."""
+    random = np.random.default_rng(seed)
+    clock = np.arange(ROWS) * STEP
+    noise = RowNoise(clock, np.array([0]), (TRUE,), np.ones(ROWS))
+    waves = [
+        wave(2.0 * np.pi * order * clock / 20.0)
+        for order in range(1, columns // 2 + 1)
+        for wave in (np.cos, np.sin)
+    ]
+    design = np.stack(waves, axis=1) if waves else np.zeros((ROWS, 0))
+    values = np.concatenate([noise.draw(random) for _ in range(3)])
+    full = np.column_stack([np.tile(design, (3, 1)), np.repeat(np.eye(3), ROWS, axis=0)])
+    left = values - full @ np.linalg.lstsq(full, values, rcond=None)[0]
+    found = [
+        Stretch(clock, part, design, run, np.ones(ROWS))
+        for run, part in enumerate(np.split(left, 3))
+    ]
+    return found, Beside(np.zeros((columns, columns)), np.zeros(columns))
+
+
+@pytest.mark.parametrize("columns", [0, 40])
+def test_density_is_found_from_the_slowest_to_the_fastest(columns: int) -> None:
+    """With 40 columns the model takes a third of the slow noise, which must not be lost."""
+    stretches, beside = _stretches(columns)
+    found = fit_spectrum(stretches, beside, WhiteBounds(1e-6)).spectrum
+    frequency = np.array([0.08, 0.3, 1.0, 10.0, 40.0])
+    ratio = found.density(frequency, STEP) / TRUE.density(frequency, STEP)
+    # Some tens of independent values at the slow end know a level to 20 %, thousands to 3 %.
+    assert np.all(np.abs(np.log(ratio[:2])) < 0.5)
+    np.testing.assert_allclose(ratio[2:], 1.0, atol=0.15)
+
+
+def test_likelihood_of_rows_as_they_are_is_the_written_out_one() -> None:
+    random = np.random.default_rng(4)
+    clock = np.arange(80) * STEP
+    constants = np.array([0.05, 0.4])
+    columns = random.normal(size=(80, 3))
+    residual = random.normal(size=80)
+    stretch = Stretch(clock, residual, columns, 0, np.ones(80))
+    likelihood = RestrictedLikelihood([stretch], STEP, constants, Beside(np.eye(3), np.zeros(3)))
+
+    def written_out(spectrum: Spectrum) -> float:
+        covariance = spectrum.white * np.eye(80)
+        for constant, variance in zip(constants, spectrum.variances, strict=True):
+            covariance += variance * np.exp(-np.abs(clock[:, None] - clock) / constant)
+        full = np.column_stack([columns, np.ones(80)])
+        normal = full.T @ np.linalg.solve(covariance, full)
+        normal[:3, :3] += np.eye(3)
+        moment = full.T @ np.linalg.solve(covariance, residual)
+        square = residual @ np.linalg.solve(covariance, residual)
+        square -= moment @ np.linalg.solve(normal, moment)
+        return -0.5 * (square + np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1])
+
+    first, second = (
+        Spectrum(white, constants, np.array([slow, slow])) for white, slow in ((1.0, 0.1), (0.5, 2))
+    )
+    expected = written_out(first) - written_out(second)
+    assert likelihood(first) - likelihood(second) == pytest.approx(expected, abs=1e-4)
+
+
+def test_time_constants_of_the_fit_are_those_of_the_rows() -> None:
+    stretches, beside = _stretches(0)
+    found = fit_spectrum(stretches, beside, WhiteBounds(1e-6), rounds=1).spectrum
+    np.testing.assert_allclose(found.constants, time_constants(STEP, (ROWS - 1) * STEP))

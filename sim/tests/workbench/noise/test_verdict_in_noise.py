@@ -1,0 +1,85 @@
+"""Nothing hidden, in noise that is not white: no name; what stands out all the same is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import COUNTS_PER_REV, measurement_set
+
+from arctrue.measurement import MeasurementSet
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
+
+
+def _ornstein_uhlenbeck(rows: int, length: float, random: np.random.Generator) -> np.ndarray:
+    decay = np.exp(-1.0 / length)
+    steps = random.normal(size=rows) * np.sqrt(1.0 - decay**2)
+    values = np.empty(rows)
+    values[0] = random.normal()
+    for row in range(1, rows):
+        values[row] = decay * values[row - 1] + steps[row]
+    return values
+
+
+def _with_slow_capture(made: MeasurementSet, seed: int) -> MeasurementSet:
+    """0.1″ over some 200 rows, in head 2 alone."""
+    assert made.capture is not None
+    random = np.random.default_rng(seed)
+    counts = made.capture.head2_counts.astype(np.float64)
+    for run in np.unique(made.capture.run):
+        inside = made.capture.run == run
+        wander = _ornstein_uhlenbeck(int(inside.sum()), 200.0, random)
+        counts[inside] += 0.1 / COUNT_ARCSEC * wander
+    capture = replace(made.capture, head2_counts=np.round(counts).astype(np.int64))
+    return replace(made, capture=capture)
+
+
+def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet:
+    """0.3″ over 45 stations: three minutes at 4 s each."""
+    assert made.reference is not None
+    error = made.reference.error_arcsec
+    wander = 0.3 * _ornstein_uhlenbeck(error.size, 45.0, np.random.default_rng(seed))
+    return replace(made, reference=replace(made.reference, error_arcsec=error + wander))
+
+
+def _diagnosis(made: MeasurementSet) -> Diagnosis:
+    base = [Term(EFFECTS["graduation_harmonics"](), {})]
+    return diagnose(observations_of(made), base, EFFECTS)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
+    """In white noise of the same size it was a slip, a drift or a vibration in every set."""
+    assert _diagnosis(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wandering_reference_gets_no_name(seed: int) -> None:
+    made = _with_wandering_reference(measurement_set(seed=seed, cycles=10), seed)
+    assert _diagnosis(made).verdict == "adequate"
+
+
+def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
+    """24 stations one way take as long as the wander keeps: it must not be taken for noise."""
+    made = measurement_set(reversal_arcsec=0.8, cycles=10)
+    result = _diagnosis(_with_wandering_reference(made, 3))
+    assert result.named is not None
+    assert result.named.name == "hysteresis"
+
+
+def test_a_slip_is_not_taken_for_slow_noise() -> None:
+    """Half of a run lies 12 counts higher: estimated without the slip, the noise explains it."""
+    made = _with_slow_capture(measurement_set(), 5)
+    assert made.capture is not None
+    run = made.capture.run
+    made.capture.head2_counts[np.flatnonzero(run == 1)[1500:]] += 12
+    result = _diagnosis(made)
+    assert result.named is not None
+    assert result.named.name == "count_slip"
