@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 import sys
 from collections.abc import Sequence
@@ -11,11 +10,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 import click
-import numpy as np
 from rich.table import Table as Grid
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._runs import print_runs
 from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
@@ -29,10 +28,9 @@ from arctrue.importing import (
 )
 from arctrue.importing.choices import refuse
 from arctrue.importing.quantities import QUANTITIES, UNITS
-from arctrue.measurement import Capture, Origin, Reference, Table, write_measurement_set
+from arctrue.measurement import Origin, Table, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
 from arctrue.printable import one_line
-from arctrue.runs import run_spans
 
 _UNITS = "; ".join(
     f"{kind}: {', '.join(units)}" for kind, units in UNITS.items() if kind != "whole"
@@ -205,41 +203,4 @@ def _print(files: Sequence[Path], imported: Imported) -> None:
     console.print(grid)
     for note in imported.notes:
         console.print(f"• {note}", soft_wrap=True)
-    for label, part in (
-        ("capture", imported.measurement.capture),
-        ("reference", imported.measurement.reference),
-    ):
-        if part is not None:
-            _print_runs(label, part, imported.measurement.table.counts_per_rev)
-
-
-SHOWN_RUNS = 12
-
-
-def _print_runs(label: str, part: Capture | Reference, counts_per_rev: int | None) -> None:
-    if isinstance(part, Capture):
-        angle_deg = part.head1_counts / float(counts_per_rev or 1) * 360.0
-        error = (part.head2_counts - part.head1_counts) / float(counts_per_rev or 1) * 1_296_000.0
-        run = part.run
-    else:
-        angle_deg, error = part.target_deg, part.error_arcsec
-        run = part.run if part.run is not None else np.zeros(error.size, dtype=np.int64)
-    grid = Grid(title=f"{label}: {error.size:,} rows")
-    what = "R₂ − R₁" if isinstance(part, Capture) else "error"
-    for heading in ("run", "rows", "from °", "to °", "seconds", f"{what}\nmean ″", "RMS\nof it ″"):
-        grid.add_column(heading, justify="right")
-    spans = run_spans(run)
-    for start, end in spans[:SHOWN_RUNS]:
-        seconds = math.nan if part.time_s is None else part.time_s[end - 1] - part.time_s[start]
-        grid.add_row(
-            str(run[start]),
-            f"{end - start:,}",
-            f"{angle_deg[start]:.3f}",
-            f"{angle_deg[end - 1]:.3f}",
-            "–" if math.isnan(seconds) else f"{seconds:.1f}",
-            f"{error[start:end].mean():.3f}",
-            f"{error[start:end].std():.3f}",
-        )
-    console.print(grid)
-    if len(spans) > SHOWN_RUNS:
-        console.print(f"and {len(spans) - SHOWN_RUNS} more runs")
+    print_runs(imported.measurement)

@@ -1,6 +1,7 @@
 """The measurement set: the folder in which captures and reference runs are exchanged."""
 
 from arctrue.measurement.errors import MeasurementError
+from arctrue.measurement.join import JoinError, OverlapError, joined
 from arctrue.measurement.measurement_set import (
     Capture,
     MeasurementSet,
@@ -13,11 +14,14 @@ from arctrue.measurement.writer import write_measurement_set
 
 __all__ = [
     "Capture",
+    "JoinError",
     "MeasurementError",
     "MeasurementSet",
     "Origin",
+    "OverlapError",
     "Reference",
     "Table",
+    "joined",
     "open_capture",
     "read_measurement_set",
     "write_measurement_set",

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
+import tomli_w
 from numpy.typing import NDArray
 
-from arctrue.measurement.description import FILE_NAME
+from arctrue.measurement.description import FILE_NAME, KEYS
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
@@ -81,6 +82,14 @@ def _description(measurement: MeasurementSet) -> str:
     if measurement.title:
         lines.append(f"title = {json.dumps(measurement.title, ensure_ascii=False)}")
     sections: dict[str, Mapping[str, Any]] = {"table": vars(measurement.table)}
+    further: dict[str, dict[str, Any]] = {}
+    for dotted, value in measurement.other.items():
+        section, _, key = dotted.partition(".")
+        if section in KEYS and key:
+            further.setdefault(section, {})[key] = value
+        else:
+            further.setdefault("", {})[dotted] = value
+    own = further.pop("", {})
     if measurement.capture is not None:
         sections["capture"] = {"file": "capture.csv", "clock_hz": measurement.capture.clock_hz}
     if measurement.reference is not None:
@@ -91,12 +100,19 @@ def _description(measurement: MeasurementSet) -> str:
             "standard_uncertainty_arcsec": measurement.reference.standard_uncertainty_arcsec,
             "clock_offset_s": measurement.reference.clock_offset_s,
         }
+    # Keys of other programs are written as they were read: single ones at the top, tables below.
+    alone = {key: value for key, value in own.items() if not isinstance(value, dict)}
+    lines += tomli_w.dumps(alone).splitlines() if alone else []
     sections["origin"] = vars(measurement.origin)
-    for name, section in sections.items():
-        entries = {key: value for key, value in section.items() if value is not None}
-        if entries:
+    for name, keys in sections.items():
+        entries = {key: value for key, value in keys.items() if value is not None}
+        unknown = further.get(name, {})
+        if entries or unknown:
             lines += ["", f"[{name}]"]
             lines += [f"{key} = {_toml(value)}" for key, value in entries.items()]
+            lines += tomli_w.dumps(unknown).splitlines() if unknown else []
+    tables = {key: value for key, value in own.items() if isinstance(value, dict)}
+    lines += ["", *tomli_w.dumps(tables).splitlines()] if tables else []
     return "\n".join(lines) + "\n"
 
 

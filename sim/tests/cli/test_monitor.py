@@ -42,6 +42,8 @@ class Device(threading.Thread):
         self.ended = False
         self.with_sensor = False
         self.bad_turns = False
+        self.moved_counts = 0
+        self.turns = 0
 
     def run(self) -> None:
         made = Firmware(ModelCore())
@@ -55,7 +57,8 @@ class Device(threading.Thread):
                 said = ""
                 time.sleep(0.002)
             if made.phase == "capture" and not made.core.get("status"):
-                counts = COUNTS.copy()
+                self.turns += 1
+                counts = COUNTS + self.moved_counts * self.turns
                 counts[0, 300:] += 10**6 * self.bad_turns
                 made.core.hand_over(counts)
             self.tell(said + made.step())
@@ -139,6 +142,22 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
     done = CliRunner().invoke(monitor, [device.port, "--turns", "2"])
     assert done.exit_code == 0, done.output
     assert "refused  jump" in done.output
+
+
+def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:
+    words = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S), "--append"]
+    device.moved_counts = 5  # no two turns are the same
+    assert CliRunner().invoke(capture, words).exit_code == 0
+    done = CliRunner().invoke(capture, words)
+    assert done.exit_code == 0, done.output
+    assert "the pause before it is not known" in done.output
+    found = read_measurement_set(tmp_path / "set").capture
+    assert found is not None
+    assert np.unique(found.run).size == 2
+    assert found.head1_counts.size == 2 * COUNTS.shape[1]
+    again = CliRunner().invoke(capture, words[:-1])
+    assert again.exit_code == 2
+    assert "--append" in again.output
 
 
 def test_a_port_that_is_not_there(tmp_path: Path) -> None:

@@ -56,6 +56,10 @@ def test_tutorial() -> None:
     assert hidden["hidden"] == "thermal_eccentricity"
 
 
+def test_first_own_table() -> None:
+    assert _follow(DOCS / "first-own-table.md") >= 4
+
+
 @pytest.mark.slow
 def test_own_effect() -> None:
     assert _follow(DOCS / "own-effect.md") >= 6

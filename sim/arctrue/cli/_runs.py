@@ -1,0 +1,58 @@
+"""The runs of a set on the terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from rich.table import Table as Grid
+
+from arctrue.cli._workbench import console
+from arctrue.measurement import Capture, MeasurementSet, Reference
+from arctrue.runs import run_spans
+from arctrue.units import ARCSEC_PER_TURN
+
+SHOWN_RUNS = 12
+
+
+def print_runs(measurement: MeasurementSet) -> None:
+    """A table each of the capture and the reference, a row a run."""
+    for part in (measurement.capture, measurement.reference):
+        if part is not None:
+            _print(part, float(measurement.table.counts_per_rev or 1))
+
+
+def _print(part: Capture | Reference, counts_per_rev: float) -> None:
+    if isinstance(part, Capture):
+        label, what = "capture", "R₂ − R₁"
+        angle_deg = part.head1_counts / counts_per_rev * 360.0
+        value = (part.head2_counts - part.head1_counts) / counts_per_rev * ARCSEC_PER_TURN
+    else:
+        label, what = "reference", "error"
+        angle_deg, value = part.target_deg, part.error_arcsec
+    run = np.zeros(value.size, dtype=np.int64) if part.run is None else part.run
+    grid = Grid(title=f"{label}: {value.size:,} rows")
+    headings = ("run", "rows", "from °", "to °", "seconds", "°C", f"{what}\nmean ″", "RMS\nof it ″")
+    for heading in headings:
+        grid.add_column(heading, justify="right")
+    spans = run_spans(run)
+    for start, end in spans[:SHOWN_RUNS]:
+        seconds = math.nan if part.time_s is None else part.time_s[end - 1] - part.time_s[start]
+        celsius = math.nan if part.temperature_c is None else part.temperature_c[start:end].mean()
+        grid.add_row(
+            str(run[start]),
+            f"{end - start:,}",
+            f"{angle_deg[start]:.3f}",
+            f"{angle_deg[end - 1]:.3f}",
+            _figure(seconds),
+            _figure(celsius),
+            f"{value[start:end].mean():.3f}",
+            f"{value[start:end].std():.3f}",
+        )
+    console.print(grid)
+    if len(spans) > SHOWN_RUNS:
+        console.print(f"and {len(spans) - SHOWN_RUNS} more runs")
+
+
+def _figure(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.1f}"
