@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from arctrue.calibration.calibration import Calibration
-from arctrue.calibration.comparison import extent
+from arctrue.calibration.comparison import Comparison, extent
 from arctrue.calibration.selection import significance_factor
 from arctrue.whole_file import whole_file
 
@@ -26,8 +26,30 @@ def save_plot(calibration: Calibration, title: str, path: Path) -> None:
     figure.suptitle(title, parse_math=False)
     _curve(axes[0], calibration)
     if compared:
-        _after(axes[1], calibration)
+        assert calibration.comparison is not None
+        _after(axes[1], calibration.comparison)
     _orders(axes[-1], calibration)
+    with whole_file(path) as unfinished:
+        figure.savefig(unfinished, dpi=120)
+
+
+def save_comparison(comparison: Comparison, title: str, path: Path) -> None:
+    """Write the errors of a reference run before and after the gateware, as PNG."""
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    FigureCanvasAgg(figure)
+    before, after = figure.subplots(2, 1)
+    figure.suptitle(title, parse_math=False)
+    before.plot(
+        np.remainder(comparison.target_deg, 360.0),
+        comparison.before_arcsec,
+        ".",
+        color=_BEFORE,
+        ms=4,
+        label="reference run",
+    )
+    before.set(xlabel="angle / °", ylabel="error / ″", xlim=(0, 360), xticks=_EIGHTHS_DEG)
+    _head(before, "Error of head 1")
+    _after(after, comparison)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished, dpi=120)
 
@@ -56,9 +78,7 @@ def _curve(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-d
     _head(axis, "Error of head 1")
 
 
-def _after(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-def]
-    comparison = calibration.comparison
-    assert comparison is not None
+def _after(axis, comparison: Comparison) -> None:  # type: ignore[no-untyped-def]
     place = np.remainder(comparison.target_deg, 360.0)
     direction = comparison.direction
     for sign, name, marker in ((1, "up", "^"), (-1, "down", "v")):

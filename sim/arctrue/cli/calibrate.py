@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
 import numpy as np
+from click.core import ParameterSource
 from rich.table import Table
 
 from arctrue.calibration import calibration as calibration_module
@@ -20,10 +22,11 @@ from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
 from arctrue.cli._terminal import Console, say
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
-from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.units import ARCSEC_PER_RAD
 from arctrue.whole_file import write_whole_text
 
@@ -124,7 +127,10 @@ def calibrate(
     json_file: Path | None,
     out: Path | None,
 ) -> None:
-    """Calibrate from the capture of the measurement set SET.
+    """Calibrate from the capture of the measurement set SET, or from its reference run alone.
+
+    A set without a capture is fitted with the orders that its targets tell apart (--orders: at
+    most); options of the two heads then have no meaning and are refused.
 
     Prints the orders and, where SET has a reference run, the error before and after through the
     bit-true gateware. Exit code 1: the coefficients are refused (--force writes them); 2: the set
@@ -134,6 +140,11 @@ def calibrate(
     settings = CalibrationSettings(method, runs or None, most_order, lanes, gain_limit, separation)
     try:
         measurement = read_measurement_set(folder)
+        if measurement.capture is None:
+            _refuse_options_of_two_heads()
+            alone = calibrate_from_reference(measurement, lanes=lanes, most_order=most_order)
+            _finish_alone(alone, measurement, folder, json_file, out, force=force)
+            return
         calibration = calibration_module.calibrate(measurement, settings)
     except CaptureRefusedError as refusal:
         _end(REFUSED, f"refused ({refusal.reason}): {refusal}")
@@ -155,16 +166,8 @@ def calibrate(
     if calibration.comparison is not None:
         _print_comparison(console, calibration.comparison)
     try:
-        if json_file is not None:
-            write_whole_text(
-                json_file, json.dumps(_figures(calibration, method, warnings), indent=1) + "\n"
-            )
-            say(f"Figures: {json_file}")
-        for objection in calibration.objections:
-            say(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
-        if calibration.objections and not force:
-            _end(NOT_WRITTEN, f"no coefficients written to {out}; --force writes them")
-        out.mkdir(parents=True, exist_ok=True)
+        _write_figures(json_file, _figures(calibration, method, warnings))
+        _stop_if_refused(calibration.objections, out, force=force)
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
         # matplotlib takes longer to import than the calibration to run.
@@ -174,6 +177,75 @@ def calibrate(
         say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
+
+
+_OF_TWO_HEADS = ("method", "runs", "gain_limit", "separation")
+
+
+def _refuse_options_of_two_heads() -> None:
+    """Raises ValueError where one was given: the set has no capture."""
+    context = click.get_current_context()
+    for name in _OF_TWO_HEADS:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = next(one.opts[0] for one in context.command.params if one.name == name)
+            raise ValueError(f"{option} is for two heads, and the set has no capture")
+
+
+def _finish_alone(
+    alone: ReferenceCalibration,
+    measurement: MeasurementSet,
+    folder: Path,
+    json_file: Path | None,
+    out: Path | None,
+    *,
+    force: bool,
+) -> None:
+    name = folder.resolve().name
+    out = out or Path("build") / "calibration" / name
+    for warning in alone.warnings:
+        say(f"warning: {warning}", err=True)
+    console = _console()
+    alone.print_orders(console)
+    _print_comparison(console, alone.comparison)
+    try:
+        _write_figures(json_file, alone.figures(_before_and_after))
+        _stop_if_refused(alone.objections, out, force=force)
+        coefficients, picture = out / "coefficients.toml", out / "calibration.png"
+        write_coefficient_file(coefficients, alone.coefficients, measurement.title or name)
+        # matplotlib takes longer to import than the calibration to run.
+        from arctrue.calibration.plot import save_comparison
+
+        save_comparison(alone.comparison, measurement.title or name, picture)
+        say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
+    except OSError as error:
+        _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
+
+
+def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
+    if json_file is not None:
+        write_whole_text(json_file, json.dumps(figures, indent=1) + "\n")
+        say(f"Figures: {json_file}")
+
+
+def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> None:
+    """Say what is against the coefficients; ends the command unless they are forced."""
+    for objection in objections:
+        say(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
+    if objections and not force:
+        _end(NOT_WRITTEN, f"no coefficients written to {out}; --force writes them")
+    out.mkdir(parents=True, exist_ok=True)
+
+
+def _before_and_after(comparison: Comparison | None) -> dict[str, Any]:
+    if comparison is None:
+        return {"before_arcsec": None, "after_arcsec": None}
+    return {
+        name: {"min": of.lowest, "max": of.highest, "rms": of.rms}
+        for name, of in (
+            ("before_arcsec", extent(comparison.before_arcsec)),
+            ("after_arcsec", extent(comparison.after_arcsec)),
+        )
+    }
 
 
 def _end(code: int, message: str) -> NoReturn:
@@ -287,12 +359,6 @@ def _print_comparison(console: Console, comparison: Comparison) -> None:
 
 def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -> dict[str, Any]:
     estimate, comparison = calibration.estimate, calibration.comparison
-    before = after = None
-    if comparison is not None:
-        before, after = (
-            {"min": of.lowest, "max": of.highest, "rms": of.rms}
-            for of in (extent(comparison.before_arcsec), extent(comparison.after_arcsec))
-        )
     return {
         "method": method,
         "runs": [
@@ -322,8 +388,7 @@ def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -
                 for name, separation in calibration.separations.items()
             },
         },
-        "before_arcsec": before,
-        "after_arcsec": after,
+        **_before_and_after(comparison),
         "head_separation_deg": math.degrees(estimate.measured_separation_rad),
         "u_head_separation_arcsec": estimate.u_measured_separation_rad * ARCSEC_PER_RAD,
         "orders": [

@@ -19,9 +19,10 @@ from arctrue.whole_file import whole_file, write_whole_text
 _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06
 """Of the width of a page."""
-_COLUMNS = 92
+COLUMNS = 110
 """Characters of a line of a page."""
-_LINES = 72
+LINES = 72
+"""Of a page."""
 _FONT_POINTS = 7.5
 
 
@@ -137,26 +138,31 @@ def _write_pdf(document: Document, path: Path) -> None:
             },
         ) as pdf,
     ):
-        for start in range(0, len(lines), _LINES):
-            page = Figure(figsize=_A4_INCHES)
-            FigureCanvasPdf(page)
-            page.text(
-                _MARGIN,
-                0.96,
-                "\n".join(lines[start : start + _LINES]),
-                family="DejaVu Sans Mono",
-                size=_FONT_POINTS,
-                verticalalignment="top",
-                linespacing=1.35,
-                parse_math=False,
-            )
-            pdf.savefig(page)
+        for start in range(0, len(lines), LINES):
+            pdf.savefig(text_page(lines[start : start + LINES]))
         for picture in pictures:
             pdf.savefig(picture.figure)
 
 
+def text_page(lines: Sequence[str]) -> Figure:
+    """A page of A4 with these lines, at most as many as fit."""
+    page = Figure(figsize=_A4_INCHES)
+    FigureCanvasPdf(page)
+    page.text(
+        _MARGIN,
+        0.96,
+        "\n".join(lines),
+        family="DejaVu Sans Mono",
+        size=_FONT_POINTS,
+        verticalalignment="top",
+        linespacing=1.35,
+        parse_math=False,
+    )
+    return page
+
+
 def _wrapped(text: str, indent: int) -> list[str]:
-    return textwrap.wrap(text, _COLUMNS, subsequent_indent=" " * indent) or [""]
+    return textwrap.wrap(text, COLUMNS, subsequent_indent=" " * indent) or [""]
 
 
 def _table_lines(block: Rows) -> list[str]:
@@ -165,7 +171,7 @@ def _table_lines(block: Rows) -> list[str]:
         max(_width(row[i]) for row in (block.headings, *block.rows))
         for i in range(block.names, len(block.headings))
     ]
-    left = _COLUMNS - sum(numbers) - 2 * (len(block.headings) - 1)
+    left = COLUMNS - sum(numbers) - 2 * (len(block.headings) - 1)
     needed = [
         max(_width(row[i]) for row in (block.headings, *block.rows)) for i in range(block.names)
     ]
@@ -185,7 +191,7 @@ def _table_lines(block: Rows) -> list[str]:
             for cell, width in zip(row[block.names :], numbers, strict=True):
                 texts.append(" " * (width - _width(cell)) + cell if place == 0 else " " * width)
             lines.append("  ".join(texts).rstrip())
-    lines.insert(1, "-" * _COLUMNS)
+    lines.insert(1, "-" * COLUMNS)
     return lines
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from sim.tests.calibration.synthetic import (
 
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
-from arctrue.measurement import write_measurement_set
+from arctrue.measurement import read_measurement_set, write_measurement_set
 
 DISC = Disc({1: (95.0, 0.4), 2: (0.8, 2.0), 8: (0.3, 1.0)})
 
@@ -204,3 +205,35 @@ def test_every_command_is_listed() -> None:
     assert answer.exit_code == 0
     assert "calibrate" in answer.output
     assert "demo" in answer.output
+
+
+def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
+    """No second head: orders of the disc that 24 faces tell apart, with their sizes."""
+    whole = read_measurement_set(folder)
+    alone = tmp_path / "alone"
+    write_measurement_set(alone, replace(whole, capture=None))
+    done = run(alone, "--out", tmp_path / "out", "--json", tmp_path / "a.json")
+    assert done.exit_code == 0, done.output
+    assert "orders 1 to 11 apart" in done.output
+    assert "judges its own calibration" in done.stderr
+    held = read_coefficient_file(tmp_path / "out" / "coefficients.toml")
+    there = held.amplitudes != 0
+    assert held.orders[there].tolist() == [1, 2, 8]
+    # 0.15″ of noise over the rows of the polygon: u = 0.15·√(2/rows), five of them, and rounding.
+    assert whole.reference is not None
+    u = 0.15 * np.sqrt(2.0 / whole.reference.target_deg.size)
+    count = 1_296_000 / held.counts_per_rev
+    np.testing.assert_allclose(
+        held.amplitudes_counts[there] * count, [95.0, 0.8, 0.3], atol=5 * u + 0.001
+    )
+    figures = json.loads((tmp_path / "a.json").read_text())
+    assert figures["after_arcsec"]["rms"] < 0.2 < figures["before_arcsec"]["rms"]
+    assert (tmp_path / "out" / "calibration.png").stat().st_size > 0
+    done = run(alone, "--method", "fourier")
+    assert done.exit_code == 2
+    assert "--method is for two heads" in done.stderr
+    uncounted = replace(whole, capture=None, table=replace(whole.table, counts_per_rev=None))
+    write_measurement_set(tmp_path / "uncounted", uncounted)
+    done = run(tmp_path / "uncounted")
+    assert done.exit_code == 2
+    assert "arctrue export SET --format" in done.stderr

@@ -16,6 +16,7 @@ from arctrue.measurement import write_measurement_set
 
 SIGNED = {
     ("calibrate", "separation"),
+    ("budget", "temperature"),
     ("iso230", "temperature"),
     ("export", "temperature"),
     ("import", "separation"),

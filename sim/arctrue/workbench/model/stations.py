@@ -15,11 +15,12 @@ LEAST_ORDER = 2
 """Fewer make no correction: eccentricity and ovality are the least of a table."""
 
 
-def model_of_stations(rows: ReferenceRows) -> Model:
+def model_of_stations(rows: ReferenceRows, most_order: int = MOST_ORDER) -> Model:
     """Harmonics 1 to N of the turn, N the highest order below half a wave a gap.
 
     Two orders whose sum is the number of even stations look alike there; above N the stations
-    cannot tell what is between them. Raises ValueError where a gap leaves fewer than LEAST_ORDER.
+    cannot tell what is between them. ``most_order``: no higher one. Raises ValueError where a gap
+    leaves fewer than LEAST_ORDER.
     """
     station = np.unique(np.round(np.degrees(rows.target_rad) % 360.0, 6))
     gap = float(np.diff(np.append(station, station[0] + 360.0)).max())
@@ -30,4 +31,6 @@ def model_of_stations(rows: ReferenceRows) -> Model:
             f"capture: expected targets no more than {180.0 / (LEAST_ORDER + 1):g}° apart all "
             "around; measure the rest of the turn, or give a model with --model"
         )
-    return Model([ModelEffect("graduation_harmonics", {"orders": list(range(1, most + 1))})])
+    return Model(
+        [ModelEffect("graduation_harmonics", {"orders": list(range(1, min(most, most_order) + 1))})]
+    )

@@ -1,0 +1,150 @@
+"""arctrue budget: the uncertainty budget of a set's calibration."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from arctrue.calibration.calibration import calibrate
+from arctrue.calibration.capture_check import CaptureRefusedError
+from arctrue.cli._numbers import Finite
+from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import say
+from arctrue.cli._workbench import (
+    Workbench,
+    common_options,
+    console,
+    for_people,
+    load,
+    set_argument,
+    write_json,
+)
+from arctrue.measurement.digest import set_digest
+from arctrue.metrology.budget import Budget, reference_budget, two_heads_budget
+from arctrue.metrology.correction import Correction
+from arctrue.report.numbers import decimal
+from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.stations import model_of_stations
+
+
+@click.command("budget", short_help="Uncertainty budget of a set's calibration.")
+@set_argument
+@common_options
+@click.option("--temperature", type=Finite(), help="°C, for effects that depend on it.")
+@for_people
+def budget(
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+    temperature: float | None,
+) -> None:
+    """Give the uncertainty of the angle after calibration, contribution by contribution.
+
+    The calibration is that of `arctrue calibrate` where SET has a capture; of a reference run
+    alone it is the model of --model, or harmonics that the targets tell apart. --out writes
+    budget.md, budget.html and budget.pdf into that folder.
+    """
+    bench = load(measurement_set, model_file, folders)
+    made = _budget(bench, model_file, temperature)
+    digest = set_digest(measurement_set)
+    facts = [
+        ("measurement set", bench.measurement),
+        ("SHA-256 of the set", digest),
+        ("model", "none" if model_file is None else model_file.name),
+        ("program", f"arctrue {version('arctrue')}"),
+    ]
+    _print(made)
+    write_json(
+        json_file,
+        {
+            "schema": 1,
+            "set": {"title": bench.measurement, "sha256": digest},
+            "model": None if model_file is None else model_file.name,
+            "program": f"arctrue {version('arctrue')}",
+            "calibration": made.method,
+            "contributions": [
+                {
+                    "quantity": one.quantity,
+                    "source": one.source,
+                    "type": one.evaluation,
+                    "distribution": one.distribution,
+                    "size_arcsec": one.size_arcsec,
+                    "divisor": one.divisor,
+                    "sensitivity": one.sensitivity,
+                    "u_arcsec": one.u_arcsec,
+                    "degrees_of_freedom": one.degrees_of_freedom,
+                }
+                for one in made.contributions
+            ],
+            "u_arcsec": made.u_arcsec,
+            "effective_degrees_of_freedom": made.degrees_of_freedom,
+            "expanded_arcsec": made.expanded_arcsec,
+            "k": 2,
+            "k_for_95_percent": made.coverage_factor,
+            "not_stated": list(made.missing),
+            "not_evaluated": list(made.not_evaluated),
+            "checks": list(made.checks),
+        },
+    )
+    if out is not None:
+        # matplotlib takes longer to import than the budget to compute.
+        from arctrue.report.budget_report import write_budget_report
+
+        for path in write_budget_report(made, facts, out):
+            console.print(f"wrote {path}", soft_wrap=True)
+
+
+def _budget(bench: Workbench, model_file: Path | None, temperature: float | None) -> Budget:
+    measurement, observations = bench.measurement_set, bench.observations
+    if measurement.capture is not None:
+        if model_file is not None:
+            raise ValueError(
+                "the set has a capture, and its budget is that of arctrue calibrate; --model is "
+                "for a set with a reference run alone"
+            )
+        try:
+            return two_heads_budget(measurement, calibrate(measurement))
+        except CaptureRefusedError as refusal:
+            raise ValueError(f"the capture cannot be used ({refusal.reason}): {refusal}") from None
+    model = bench.model
+    if model_file is None and observations.reference is not None:
+        model = model_of_stations(observations.reference)
+    with Progress("fitting"):
+        model, _ = fitted(model, observations, bench.effects)
+    correction = Correction.of_model(model, observations, bench.effects, temperature_c=temperature)
+    return reference_budget(measurement, correction)
+
+
+def _print(made: Budget) -> None:
+    from arctrue.report.budget_report import freedom, outcome
+
+    say(f"Calibration: {made.method}\n")
+    table = Table(title="Error of indication after correction, ″", title_justify="left")
+    table.add_column("quantity")
+    table.add_column("distribution")
+    for heading in ("size", "cᵢ", "uᵢ", "νᵢ"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in made.contributions:
+        table.add_row(
+            f"{one.quantity} ({one.evaluation})",
+            one.distribution,
+            decimal(one.size_arcsec, 4),
+            f"{one.sensitivity:.3g}",
+            decimal(one.u_arcsec, 4),
+            freedom(one.degrees_of_freedom),
+        )
+    console.print(table)
+    console.print(outcome(made), soft_wrap=True)
+    for heading, texts in (
+        ("not stated", made.missing),
+        ("not evaluated", made.not_evaluated),
+        ("check", made.checks),
+    ):
+        for text in texts:
+            console.print(f"{heading}: {text}", soft_wrap=True)

@@ -1,0 +1,69 @@
+"""The uncertainty budget as a report for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from arctrue.metrology.budget import Budget
+from arctrue.report.document import Block, Document, Rows, Text, write_document
+from arctrue.report.numbers import decimal
+
+HEADINGS = ("quantity", "source", "type", "distribution", "size ″", "divisor", "cᵢ", "uᵢ ″", "νᵢ")
+
+
+def budget_rows(budget: Budget) -> list[list[str]]:
+    """One row of text a contribution, by ``HEADINGS``."""
+    return [
+        [
+            one.quantity,
+            one.source,
+            one.evaluation,
+            one.distribution,
+            decimal(one.size_arcsec, 4),
+            decimal(one.divisor),
+            f"{one.sensitivity:.3g}",
+            decimal(one.u_arcsec, 4),
+            freedom(one.degrees_of_freedom),
+        ]
+        for one in budget.contributions
+    ]
+
+
+def freedom(value: float) -> str:
+    """Degrees of freedom."""
+    return "∞" if math.isinf(value) else f"{value:.0f}"
+
+
+def outcome(budget: Budget) -> str:
+    """The combined and the expanded uncertainty in one sentence."""
+    lacking = "; at least, because contributions are not stated" if budget.missing else ""
+    return (
+        f"u = {budget.u_arcsec:.4f}″, νeff = {freedom(budget.degrees_of_freedom)}, "
+        f"U = {budget.expanded_arcsec:.4f}″ (k = 2{lacking}); "
+        f"95.45 % needs k = {budget.coverage_factor:.2f}"
+    )
+
+
+def write_budget_report(
+    budget: Budget, facts: Sequence[tuple[str, str]], folder: Path
+) -> list[Path]:
+    """Write budget.md, .html and .pdf; ``facts``: set, model, program. Raises OSError."""
+    blocks: list[Block] = [
+        Text(
+            "Measurand: the error of indication of head 1 after the correction, at any angle; "
+            "what changes over the turn enters with its root mean square."
+        ),
+        Rows("Budget", HEADINGS, budget_rows(budget), names=4),
+        Text(outcome(budget) + "."),
+    ]
+    blocks += [Text(f"Not stated: {text}.") for text in budget.missing]
+    blocks += [Text(f"Not evaluated: {text}.") for text in budget.not_evaluated]
+    blocks += [Text(f"Check: {text}.") for text in budget.checks]
+    document = Document(
+        "Uncertainty budget of an angle calibration",
+        [*facts, ("calibration", budget.method)],
+        blocks,
+    )
+    return write_document(document, folder, "budget")

@@ -1,0 +1,163 @@
+"""The uncertainty budget against the GUM's example and against what its lines stand for."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from sim.tests.workbench.small_sets import REFERENCE_NOISE, measurement_set, paper_error
+
+from arctrue.calibration.calibration import CalibrationSettings, calibrate
+from arctrue.cli import main
+from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.metrology.budget import (
+    REVERSAL,
+    Budget,
+    Contribution,
+    reference_budget,
+    separation_slope,
+    two_heads_budget,
+)
+from arctrue.metrology.correction import Correction
+from arctrue.report.document import COLUMNS, LINES, text_page
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(main, ["budget", *(str(word) for word in words)])
+
+
+def test_the_end_gauge_of_the_gum() -> None:
+    """JCGM 100:2008, H.1, table H.1: nm; u = 32, effective degrees of freedom 16 (17 unrounded)."""
+    lines = [(25.0, 18), (9.7, 25.6), (2.9, 50), (16.6, 2)]
+    made = Budget(
+        "",
+        tuple(Contribution("", "", "", "normal", u, 1.0, nu) for u, nu in lines),
+        (), (), (),
+    )  # fmt: skip
+    assert made.u_arcsec == pytest.approx(32.0, abs=0.5)
+    assert 16.0 <= made.degrees_of_freedom < 18.0
+    # Divisor of a half-width.
+    assert Contribution("", "", "B", "rectangular", 1.0, 2.0).u_arcsec == pytest.approx(1.1547)
+
+
+def test_the_sensitivity_to_the_head_separation() -> None:
+    """A second calibration with 30″ more of α changes the correction by the slope times 30″."""
+    made = measurement_set(runs=2, turns=2, reference=False)
+    settings = CalibrationSettings(separation="nominal")
+    first = calibrate(made, settings)
+    moved = replace(made.table, head_separation_deg=33.0 + 30.0 / 3600.0)
+    second = calibrate(replace(made, table=moved), settings)
+    applied = np.array([verdict.applied for verdict in first.verdicts])
+    kept = np.tile(applied, 2)
+    change = (second.estimate.values - first.estimate.values)[kept]
+    rms = math.sqrt(0.5 * float(np.sum(change**2)))
+    # A third of a percent: the step is finite, and g is a function of the reading.
+    assert separation_slope(first) * 30.0 == pytest.approx(rms, rel=0.01)
+
+
+def test_two_heads_against_the_disc(tmp_path: Path) -> None:
+    """What is left of the disc's own error is within U, and the lines are those of the set."""
+    made = measurement_set(runs=2, turns=2)
+    made = replace(made, table=replace(made.table, index_detection_arcsec=2.0))
+    calibration = calibrate(made)
+    budget = two_heads_budget(made, calibration)
+    by_name = {one.quantity: one for one in budget.contributions}
+    place = by_name["index mark, place of detection between the heads"]
+    assert (place.size_arcsec, place.distribution) == (2.0, "normal")
+    assert by_name["reading of head 1, resolution"].u_arcsec == pytest.approx(
+        1_296_000 / 2**24 / math.sqrt(12.0)
+    )
+    disc = np.arange(3600) * (2.0 * np.pi / 3600)
+    error = paper_error(disc, np.full(3600, 20.0), 0.0)
+    reading = disc + error * np.pi / 648_000.0
+    applied = np.array([verdict.applied for verdict in calibration.verdicts])
+    values = np.where(np.tile(applied, 2), calibration.estimate.values, 0.0)
+    orders = calibration.estimate.orders
+    cosine, sine = np.split(values, 2)
+    phase = np.multiply.outer(reading, orders)
+    left = error - np.cos(phase) @ cosine - np.sin(phase) @ sine
+    assert float(np.std(left)) < budget.expanded_arcsec
+    assert budget.expanded_arcsec < 0.3, "not hidden behind a large budget"
+    assert "the budget holds" in budget.checks[0]
+    # 2″ of reversal error, and 2″ of order 40, which the calibration does not fit.
+    turned = measurement_set(runs=2, turns=2, reversal_arcsec=2.0)
+    found = two_heads_budget(turned, calibrate(turned))
+    half = {one.quantity: one.u_arcsec for one in found.contributions}[REVERSAL]
+    assert half == pytest.approx(1.0, abs=0.05)
+    assert "the budget holds" in found.checks[0]
+    assert made.reference is not None
+    wave = made.reference.error_arcsec + 2.0 * np.cos(
+        40 * np.radians(made.reference.target_deg) + 0.3
+    )
+    other = replace(made, reference=replace(made.reference, error_arcsec=wave))
+    assert "lacks a contribution" in two_heads_budget(other, calibrate(other)).checks[0]
+
+
+def test_a_page_of_the_pdf_holds_its_lines() -> None:
+    page = text_page(["x" * COLUMNS] * LINES)
+    extent = page.texts[0].get_window_extent()
+    assert extent.x1 < page.bbox.x1 * 0.97
+    assert extent.y0 > page.bbox.y0
+
+
+def _reference_alone(**changes: object) -> MeasurementSet:
+    made = measurement_set(cycles=6, runs=1, turns=1, **changes)  # type: ignore[arg-type]
+    assert made.reference is not None
+    stated = replace(made.reference, standard_uncertainty_arcsec=0.12, instrument="polygon")
+    return replace(made, capture=None, reference=stated)
+
+
+def test_a_reference_alone(tmp_path: Path) -> None:
+    write_measurement_set(tmp_path / "set", _reference_alone(reversal_arcsec=2.0))
+    done = _run(tmp_path / "set", "--json", tmp_path / "b.json", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    data = json.loads((tmp_path / "b.json").read_text())
+    lines = {one["quantity"]: one for one in data["contributions"]}
+    repeat = lines["repeatability, through the fit"]
+    # 48 stations and directions of six visits; five standard errors of a standard deviation.
+    assert repeat["degrees_of_freedom"] == 240
+    assert repeat["size_arcsec"] == pytest.approx(REFERENCE_NOISE, rel=5 / math.sqrt(2 * 240))
+    # Even stations: every coefficient has the mean leverage, nine of them over 288 rows.
+    assert repeat["sensitivity"] == pytest.approx(math.sqrt(9 / 288), rel=1e-3)
+    assert lines["reversal error, half of it"]["u_arcsec"] == pytest.approx(1.0, abs=0.05)
+    assert lines["what the correction leaves at the targets"]["u_arcsec"] < 0.1
+    assert lines["reference instrument"]["u_arcsec"] == 0.12
+    assert data["u_arcsec"] == pytest.approx(
+        math.sqrt(sum(one["u_arcsec"] ** 2 for one in lines.values()))
+    )
+    assert data["expanded_arcsec"] == pytest.approx(2 * data["u_arcsec"])
+    for ending in ("md", "html"):
+        page = (tmp_path / "out" / f"budget.{ending}").read_text()
+        for text in (data["set"]["sha256"], data["program"], f"{data['expanded_arcsec']:.4f}"):
+            assert text in page
+    assert (tmp_path / "out" / "budget.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_what_the_set_does_not_state_is_said(tmp_path: Path) -> None:
+    made = _reference_alone()
+    assert made.reference is not None
+    made = replace(made, reference=replace(made.reference, standard_uncertainty_arcsec=None))
+    write_measurement_set(tmp_path / "set", made)
+    done = _run(tmp_path / "set")
+    assert done.exit_code == 0, done.output
+    assert "not stated: the reference instrument" in done.output
+    assert "at least" in done.output
+
+
+def test_rows_that_are_too_few_and_models_that_do_not_fit(tmp_path: Path) -> None:
+    made = _reference_alone()
+    assert made.reference is not None
+    few = replace(made, reference=made.reference.where(np.arange(288) < 5))
+    wide = Correction(np.arange(1, 4), np.ones((3, 2)), 0.0, (), ())
+    with pytest.raises(ValueError, match="5 rows for 7 coefficients"):
+        reference_budget(few, wide)
+    write_measurement_set(tmp_path / "two", measurement_set(runs=1, turns=1))
+    (tmp_path / "m.toml").write_text('schema = 1\n[[effect]]\nname = "graduation_harmonics"\n')
+    done = _run(tmp_path / "two", "--model", tmp_path / "m.toml")
+    assert done.exit_code == 2
+    assert "reference run alone" in done.stderr
