@@ -13,6 +13,7 @@ MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
+TIER ?= dev
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
@@ -21,7 +22,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind detection fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind fuzz mutate lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -110,11 +111,10 @@ bench: generate ## how long diagnosis, the firmware's calibration and the instru
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.bench_instrument
 
-blind: generate ## sealed sets with a hidden effect, judged by the diagnosis alone (an hour or more; BLIND=--quick)
-	$(VENV)/python -m scripts.blind $(BLIND)
-
-detection: generate ## how small an effect the diagnosis finds, beside the ideal test (an hour or more)
-	$(VENV)/python -m scripts.detection
+blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
+	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
+	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
+	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) --to build/benchmark/$(TIER)/page.md
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // quadrature_output: A and B never change together, and two edges keep the minimum spacing that was
-// asked for when the first of them was decided, whatever comes in at any time. A reset, which sets
-// both low, is excepted. Z never rises on an angle without reference. Source: the entity's header,
-// "Edges" and "Z".
+// asked for when the first of them was decided, whatever comes in at any time. A reset ends the spacing, but
+// does not change A and B. The levels of A and B belong to the output's count. Z never rises on an angle without reference, nor,
+// gated, outside its state. After a fault the output stands until it is cleared. Source: the entity's
+// header, "Edges", "Phase", "Z" and "Fault".
 
 module quadrature_output_rules (
     input clock, input reset, input enable, input clear,
     input [31:0] corrected_position, input [23:0] corrected_angle, input referenced,
+    input [1:0] phase_of_zero, input z_gated, input [1:0] z_state, input [1:0] z_width,
     input [24:0] counts_per_rev,
     input [15:0] minimum_spacing, input [15:0] following_limit
 );
@@ -24,6 +26,7 @@ module quadrature_output_rules (
     reg running = 0;
     reg compare = 0;
     reg a_before, b_before;
+    reg [WAY - 1:0] resets = 0;
     // minimum_spacing of the clocks before; an edge was decided on the oldest.
     reg [15:0] spacing_of [0:WAY];
     // Clocks since the last edge, and the spacing that it asks for.
@@ -35,27 +38,39 @@ module quadrature_output_rules (
     integer i;
     always @(posedge clock) begin
         running <= 1;
-        compare <= !reset;
+        compare <= running;
         a_before <= a;
         b_before <= b;
         spacing_of[0] <= minimum_spacing;
         for (i = 0; i < WAY; i = i + 1) spacing_of[i + 1] <= spacing_of[i];
-        if (edge_now) since <= 1;
+        resets <= {resets[WAY - 2:0], reset};
+        // An edge that was on its way in a reset asks for nothing.
+        if (edge_now && !resets) since <= 1;
         else if (since != LONG_AGO) since <= since + 1;
-        if (edge_now) asked <= spacing_of[WAY];
+        if (edge_now && !resets) asked <= spacing_of[WAY];
         if (reset) begin
             since <= LONG_AGO;
             asked <= 0;
         end
     end
 
-    // Z is made of the angle of two clocks ago.
-    reg [1:0] referenced_then = 0;
-    reg z_before;
+    // An angle is in Z four clocks later.
+    reg [3:0] referenced_then = 0;
+    reg z_before, gated_then;
+    reg [1:0] state_then, width_then, tie;
+    // The fault's last edge is decided before it is told.
+    reg [4:0] clocks_at_fault = 0;
     always @(posedge clock) begin
-        referenced_then <= {referenced_then[0], referenced};
+        referenced_then <= {referenced_then[2:0], referenced};
         z_before <= z;
+        if (!probe_following) tie <= phase_of_zero;
+        {gated_then, state_then, width_then} <= {z_gated, z_state, z_width};
+        clocks_at_fault <= cannot_keep_up ? clocks_at_fault + (clocks_at_fault != 31) : 0;
     end
+
+    // Place of (A, B) in 00, 10, 11, 01.
+    wire [1:0] place = {b, a ^ b};
+    wire [1:0] behind_state = place - state_then;
 
     // The same counted from the decisions, some of which become no edge because of `enable`. It
     // ties the claim to the entity's registers, so that the induction closes.
@@ -63,7 +78,9 @@ module quadrature_output_rules (
     wire [15:0] probe_spacing;
     wire probe_may_step;
     wire [1:0] probe_phase, probe_phase_then;
-    wire probe_referenced_then;
+    wire [2:0] probe_referenced_then;
+    wire [31:0] probe_output;
+    wire probe_following;
 
     wire decided = probe_up[0] || probe_down[0];
     reg [16:0] since_decision [0:WAY];
@@ -86,7 +103,6 @@ module quadrature_output_rules (
         end
         decided_then <= {decided, decided_then[1:WAY - 1]};
         if (reset) begin
-            decided_then <= 0;
             for (i = 0; i <= WAY; i = i + 1) begin
                 since_decision[i] <= LONG_AGO;
                 asked_then[i] <= 0;
@@ -100,10 +116,19 @@ module quadrature_output_rules (
             never_together: assert (a == a_before || b == b_before);
             keeps_spacing: assert (!edge_now || since >= asked);
 
-            needs_a_reference: assert (!z || z_before || referenced_then[1]);
+            needs_a_reference: assert (!z || z_before || referenced_then[3]);
+            keeps_its_state: assert (!z || z_before || !gated_then
+                                     || behind_state < (width_then == 0 ? 1 : width_then == 1 ? 2 : 4));
+            belongs_to_the_count: assert (probe_phase == probe_output[1:0] + tie);
+            stands_after_a_fault: assert (clocks_at_fault < 7 || !edge_now);
 
             // Lemmas.
-            assert (probe_referenced_then == referenced_then[0]);
+            assert (probe_referenced_then == referenced_then[2:0]);
+            assert (clocks_at_fault < 2 || !probe_following);
+            assert (clocks_at_fault < 3 || !decided);
+            assert (clocks_at_fault < 4 || !decided_then[1]);
+            assert (clocks_at_fault < 5 || !decided_then[2]);
+            assert (clocks_at_fault < 6 || !decided_then[3]);
             assert (probe_may_step ? since_now + 1 >= asked_now || since_now == LONG_AGO
                     : probe_spacing >= 2 && since_now < asked_now
                       && probe_spacing == asked_now - since_now);
@@ -117,6 +142,7 @@ module quadrature_output_rules (
             cover (edge_now && since == 3 && asked == 3);
             cover (edge_now && since == 1 && enable);
             cover (z && edge_now);
+            cover (clocks_at_fault == 7);
         end
     end
 

@@ -45,7 +45,10 @@ PROOFS = (
         claims=(
             "A and B never change together, whatever comes in",
             "two edges keep `minimum_spacing`, any value that may change in any clock",
-            "Z never rises while the angle does not count from an index",
+            "the levels of A and B belong to the output's count, through a reset too",
+            "Z never rises while the angle does not count from an index, nor, gated, outside "
+            "its state",
+            "7 clocks after a fault the output stands until it is cleared",
         ),
         depth=5,
         cover_depth=16,
@@ -57,12 +60,30 @@ PROOFS = (
             "probe_phase": "edges.follow_phase",
             "probe_phase_then": "edges.follow_phase_then",
             "probe_referenced_then": "edges.follow_referenced_then",
+            "probe_output": "edges.follow_output",
+            "probe_following": "edges.follow_following",
         },
         breaks=(
             Break(
                 "Z rises on an angle without reference",
-                "      referenced_then := referenced;\n",
-                "      referenced_then := referenced or referenced_then;\n",
+                "      referenced_then := referenced_then(1 downto 0) & referenced;\n",
+                "      referenced_then := (referenced_then(1) or referenced_then(2))"
+                " & referenced_then(0) & referenced;\n",
+            ),
+            Break(
+                "a gated Z begins a state too early",
+                "    return state < counts and",
+                "    return state <= counts and",
+            ),
+            Break(
+                "the output goes on after a fault",
+                "      following := enable and not cannot_keep_up;\n",
+                "      following := enable and not (cannot_keep_up and clear);\n",
+            ),
+            Break(
+                "after a standstill the levels are those of another count",
+                "        output   := corrected_position + signed(to_phase);\n",
+                "        output   := corrected_position;\n",
             ),
             Break(
                 "B follows the wrong bit of the phase",

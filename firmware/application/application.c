@@ -11,6 +11,11 @@
 
 /* Turns of head 1 without a bank after which the capture is stuck. */
 enum { STUCK_TURNS = 4 };
+/* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
+   access of its bus. */
+enum { SWAP_LOOKS_MOST = 1000 };
+/* More than this head 1 does not lose from one index to the next without another fault. */
+#define LOST_TURNS_MOST (1.0 / 1024.0)
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
 enum { FAULTS_HELD = 3, FAULT_FORGOTTEN_TURNS = 20 };
 
@@ -50,6 +55,8 @@ const char *alarm_name(uint32_t bit) {
         return "temperature";
     case ALARM_ZERO_LOST:
         return "zero_lost";
+    case ALARM_SWAP:
+        return "swap";
     default:
         return NULL;
     }
@@ -136,7 +143,9 @@ static void give_back_old_bank(const struct application *application) {
     }
 }
 
-void application_forget(struct application *application) {
+/* What was loaded is judged anew; it need not come again. */
+static void begin_with_nothing(struct application *application) {
+    load_again(&application->load, (uint32_t)application->parameters.counts_per_rev);
     application->has_active = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
@@ -146,10 +155,15 @@ void application_forget(struct application *application) {
     }
 }
 
+void application_forget(struct application *application) {
+    load_forget(&application->load);
+    begin_with_nothing(application);
+}
+
 void application_start(struct application *application) {
     struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
-    application_forget(application);
+    begin_with_nothing(application);
     if (!core_identify(&application->core, &application->configuration) ||
         !core_set_up(&application->core, &setup)) {
         return;
@@ -208,6 +222,12 @@ enum parameter_answer application_set(struct application *application, const cha
     return answer;
 }
 
+enum load_answer application_load_end(struct application *application, uint32_t crc) {
+    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
+                    crc);
+}
+
 void application_freeze(struct application *application, bool frozen) {
     application->frozen = frozen;
     keep_settings(application);
@@ -238,7 +258,7 @@ static void capture_is_stuck(struct application *application, int32_t position) 
     application->stuck_captures++;
     application->report.alarms |= ALARM_STUCK_CAPTURE;
     application->report.fresh = true;
-    application_forget(application);
+    begin_with_nothing(application);
     core_control(&application->core, false, true, false);
     set_control(application);
     application->position_at_bank = position;
@@ -320,6 +340,7 @@ static bool load_candidate(struct application *application) {
     application->active = application->candidate;
     application->has_active = true;
     application->swaps++;
+    application->swap_looks = 0;
     application->phase = PHASE_SWAP;
     set_control(application);
     return true;
@@ -389,6 +410,20 @@ static void forget_old_faults(struct application *application) {
     }
 }
 
+/* An order to load is obeyed while the calibration is frozen, too. */
+static void take_load(struct application *application) {
+    struct load *load = &application->load;
+    if (!load_candidate(application)) {
+        application->report.result = TURN_KEPT;
+        application->report.alarms |= ALARM_COEFFICIENTS;
+        load_refuse(load, LOAD_NOT_READ_BACK);
+        return;
+    }
+    application->report.result = TURN_APPLIED;
+    load->loaded = load->received;
+    load->state = coefficients_most_order(&load->loaded) > 0 ? LOAD_ACTIVE : LOAD_NONE;
+}
+
 static void process_bank(struct application *application) {
     struct turn_report *report = &application->report;
     *report = (struct turn_report){
@@ -405,7 +440,9 @@ static void process_bank(struct application *application) {
     if (report->result == TURN_REFUSED) {
         after_refusal(application);
     }
-    if (report->result == TURN_APPLIED && !load_candidate(application)) {
+    if (application->load_judged) {
+        take_load(application);
+    } else if (report->result == TURN_APPLIED && !load_candidate(application)) {
         report->result = TURN_KEPT;
         report->alarms |= ALARM_COEFFICIENTS;
     }
@@ -419,9 +456,28 @@ static void finish_bank(struct application *application) {
     core_release_capture(&application->core);
 }
 
+/* At the index that shows it, not with the bank: that may be full minutes later. What has been
+   captured of the turn has the wrong zero, so that the capture begins anew as well. A mark far from
+   the index is rather a pulse that is none: the bank tells, which another index comes before. */
+static void watch_zero(struct application *application) {
+    if (!core_head_index_error(&application->core, 0)) {
+        return;
+    }
+    double off = fabs((double)zero_of(application, 0, 0));
+    if (off != 0.0 && off <= LOST_TURNS_MOST * application->parameters.counts_per_rev) {
+        application->report.alarms |= ALARM_ZERO_LOST;
+        application->report.fresh = true;
+        core_control(&application->core, false, true, false);
+        find_zeros_anew(application);
+        give_back_old_bank(application);
+        set_control(application);
+    }
+}
+
 static void look_for_bank(struct application *application) {
     if (!core_status(&application->core).capture_ready) {
         watch_capture(application);
+        watch_zero(application);
         return;
     }
     application->banks_without_interrupt += !application->interrupted;
@@ -434,6 +490,23 @@ static void look_for_bank(struct application *application) {
         return;
     }
     finish_bank(application);
+}
+
+/* Which coefficients are active is not known: safe is none. */
+static void swap_is_lost(struct application *application) {
+    application->report.alarms |= ALARM_SWAP;
+    application->report.fresh = true;
+    begin_with_nothing(application);
+}
+
+static void wait_for_swap(struct application *application) {
+    bool swapped = core_swap_count(&application->core) != application->swaps_before;
+    if (swapped || ++application->swap_looks > SWAP_LOOKS_MOST) {
+        application->phase = PHASE_CAPTURE;
+    }
+    if (!swapped && application->phase == PHASE_CAPTURE) {
+        swap_is_lost(application);
+    }
 }
 
 void application_interrupt(struct application *application) {
@@ -463,9 +536,7 @@ void application_step(struct application *application) {
         }
         break;
     case PHASE_SWAP:
-        if (core_swap_count(&application->core) != application->swaps_before) {
-            application->phase = PHASE_CAPTURE;
-        }
+        wait_for_swap(application);
         break;
     case PHASE_NO_CORE:
     case PHASE_HELD:

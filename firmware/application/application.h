@@ -12,6 +12,7 @@
 #include "gate.h"
 #include "kept_settings.h"
 #include "least_squares.h"
+#include "load.h"
 #include "parameters.h"
 #include "reading_function.h"
 
@@ -46,6 +47,7 @@ enum alarm {
     ALARM_COEFFICIENTS = 64,
     ALARM_TEMPERATURE = 128,
     ALARM_ZERO_LOST = 256,
+    ALARM_SWAP = 512,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -105,12 +107,17 @@ struct application {
        zero. Head 1's zero is found anew in place of that. */
     int32_t head2_zero;
     uint32_t swaps_before;
-    /* What is known of the error. */
+    uint32_t swap_looks;
+    /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
+    struct estimate measured;
     struct estimate estimate;
     struct average average;
     enum verdict verdicts[ORDERS_MAX];
     struct coefficients active;
     struct coefficients candidate;
+    struct load load;
+    /* The candidate is the loaded set with what is active beside it. */
+    bool load_judged;
     bool has_active;
     double usual_noise_arcsec;
     uint32_t noisy_turns;
@@ -167,6 +174,9 @@ bool application_busy(const struct application *application);
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
+/* All frames of a set have come; what load_end() says. */
+enum load_answer application_load_end(struct application *application, uint32_t crc);
+/* Correction off and nothing known, of the calibration and of what was loaded. */
 void application_forget(struct application *application);
 /* As parameters_set(), and does what a new value asks for. */
 enum parameter_answer application_set(struct application *application, const char *name,

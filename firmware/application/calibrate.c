@@ -3,6 +3,7 @@
 #include "calibrate.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "separation.h"
 #include "units.h"
@@ -28,21 +29,21 @@ static enum refusal estimate_turn(struct application *application, struct turn *
     if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
         /* Told, and nothing more: what either method made of it would be an error for another
            table. */
-        application->estimate.measured_separation_rad = apart_rad;
+        application->measured.measured_separation_rad = apart_rad;
         return REFUSED_HEADS_EXCHANGED;
     }
     if (application->parameters.method != 0.0) {
         return least_squares_estimate(&workspace->least_squares, turn, &settings,
-                                      &application->estimate);
+                                      &application->measured);
     }
     enum refusal reason =
-        fourier_estimate(&workspace->fourier, turn, &settings, &application->estimate);
-    estimate_as_function_of_reading(&workspace->reading, &application->estimate);
+        fourier_estimate(&workspace->fourier, turn, &settings, &application->measured);
+    estimate_as_function_of_reading(&workspace->reading, &application->measured);
     return reason;
 }
 
 static enum refusal judge_noise(struct application *application) {
-    double noise = application->estimate.noise_arcsec;
+    double noise = application->measured.noise_arcsec;
     double usual = application->usual_noise_arcsec;
     enum refusal reason = gate_judge_noise(noise, usual, application->parameters.noise_limit);
     if (reason != NOT_REFUSED && ++application->noisy_turns < NOISY_TURNS_MOST) {
@@ -54,31 +55,121 @@ static enum refusal judge_noise(struct application *application) {
     return NOT_REFUSED;
 }
 
+/* Orders that have a loaded lane are none of the calibration's business: for it they are as if they
+   were not seen. Their bits, order n in bit n - 1. */
+static uint64_t hide_loaded_orders(const struct coefficients *loaded, struct estimate *estimate) {
+    uint64_t hidden = 0;
+    for (uint32_t place = 0; place < estimate->orders; place++) {
+        if (estimate->harmonic[place].seen && coefficients_have(loaded, place + 1)) {
+            estimate->harmonic[place].seen = false;
+            hidden |= 1ULL << place;
+        }
+    }
+    return hidden;
+}
+
+static void show_loaded_orders(uint64_t hidden, struct estimate *estimate,
+                               enum verdict *verdicts) {
+    for (uint32_t place = 0; place < estimate->orders; place++) {
+        if (hidden >> place & 1U) {
+            estimate->harmonic[place].seen = true;
+            verdicts[place] = VERDICT_LOADED;
+        }
+    }
+}
+
+static uint32_t lanes_used(const struct coefficients *coefficients) {
+    uint32_t used = 0;
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        used += coefficients->lane[lane].order != 0;
+    }
+    return used;
+}
+
+static void combine(const struct coefficients *loaded, const struct coefficients *own,
+                    uint32_t lanes, struct coefficients *candidate) {
+    load_combine(loaded, own, lanes, candidate);
+    candidate->counts_per_rev = own->counts_per_rev;
+}
+
+/* An order that `orders` no longer has, of the calibration's own. */
+static bool has_dropped_orders(const struct coefficients *active,
+                               const struct coefficients *loaded, uint32_t orders) {
+    for (uint32_t lane = 0; lane < active->lanes; lane++) {
+        uint32_t order = active->lane[lane].order;
+        if (order > orders && !coefficients_have(loaded, order)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static enum refusal make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
-    struct estimate *estimate = &application->estimate;
+    struct estimate *estimate = &application->measured;
+    const struct coefficients *loaded = &application->load.loaded;
     uint32_t lanes = application->configuration.lanes;
+    uint32_t own_lanes = lanes - lanes_used(loaded);
+    struct coefficients own;
+    enum verdict verdicts[ORDERS_MAX];
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
-    select_orders(estimate, lanes, parameters->gain_limit, application->verdicts);
-    enum refusal reason =
-        coefficients_quantise(estimate, application->verdicts, application->capture.counts_per_rev,
-                              lanes, &application->candidate);
+    uint64_t hidden = hide_loaded_orders(loaded, estimate);
+    select_orders(estimate, own_lanes, parameters->gain_limit, verdicts);
+    enum refusal reason = coefficients_quantise(
+        estimate, verdicts, application->capture.counts_per_rev, own_lanes, &own);
     if (reason != NOT_REFUSED) {
         return reason;
     }
+    combine(loaded, &own, lanes, &application->candidate);
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
-    return gate_judge(&application->report.prediction);
+    reason = gate_judge(&application->report.prediction);
+    if (reason != NOT_REFUSED && active != NULL &&
+        has_dropped_orders(active, loaded, estimate->orders)) {
+        /* `orders` was lowered: what no turn judges any more is not applied any more. */
+        own = *active;
+        coefficients_drop_orders(&own, estimate->orders);
+        combine(loaded, &own, lanes, &application->candidate);
+        reason = NOT_REFUSED;
+    }
+    show_loaded_orders(hidden, estimate, verdicts);
+    application->estimate = *estimate;
+    memcpy(application->verdicts, verdicts, sizeof verdicts);
+    return reason;
+}
+
+/* The loaded set is the idle bank's only owner in this turn. */
+static void judge_load(struct application *application, const struct turn *turn) {
+    struct load *load = &application->load;
+    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    struct coefficients own;
+    load_own_lanes(load, active, &own);
+    uint32_t lanes = application->configuration.lanes;
+    load_combine(&load->received, &own, lanes, &application->candidate);
+    bool taken_away = lanes_used(&load->received) == 0;
+    if (!taken_away && !load_is_no_worse(turn, active, &application->candidate)) {
+        load_refuse(load, LOAD_WORSE);
+        return;
+    }
+    application->load_judged = true;
+    application->estimate = application->measured;
 }
 
 enum refusal calibrate_turn(struct application *application) {
     struct turn turn;
+    application->load_judged = false;
     enum refusal reason =
         capture_verify(&application->capture, (uint32_t)application->parameters.orders, &turn,
                        &application->report.fault);
     if (reason == NOT_REFUSED) {
         reason = estimate_turn(application, &turn);
+    }
+    if (reason == NOT_REFUSED && application->load.state == LOAD_WAITING) {
+        judge_load(application, &turn);
+    }
+    if (application->load_judged) {
+        return NOT_REFUSED;
     }
     if (reason == NOT_REFUSED) {
         reason = judge_noise(application);

@@ -10,6 +10,9 @@
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
 #define FIELD(word, name) (((word)&BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
 
+/* Counts that head 1 loses are a reason to look at once. */
+#define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
+
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
 enum { REARM_READS = 128 };
@@ -31,6 +34,9 @@ static uint64_t read_wide(const struct core_access *core, uint32_t offset) {
 }
 
 bool core_identify(const struct core_access *core, struct core_configuration *configuration) {
+    if (core->look != NULL) {
+        core->look(core->context);
+    }
     if (read_at(core, AT(identification)) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
         return false;
     }
@@ -62,7 +68,7 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
     write_at(core, AT(index_tolerance), setup->index_tolerance);
     core_rearm(core);
     core_acknowledge_interrupt(core);
-    write_at(core, AT(interrupt_enable), BIT(INTERRUPT_ENABLE__CAPTURE_READY));
+    write_at(core, AT(interrupt_enable), INTERRUPTS);
     return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
 }
 
@@ -111,8 +117,12 @@ bool core_indices_seen(const struct core_access *core) {
     return read_at(core, AT(head1.flags)) & read_at(core, AT(head2.flags)) & INDEX_SEEN;
 }
 
+bool core_head_index_error(const struct core_access *core, uint32_t head) {
+    return (read_at(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;
+}
+
 bool core_index_error(const struct core_access *core) {
-    return ((read_at(core, AT(head1.flags)) | read_at(core, AT(head2.flags))) & INDEX_ERROR) != 0;
+    return core_head_index_error(core, 0) || core_head_index_error(core, 1);
 }
 
 struct core_header core_capture_header(const struct core_access *core) {
@@ -141,7 +151,7 @@ void core_release_capture(const struct core_access *core) {
 
 void core_acknowledge_interrupt(const struct core_access *core) {
     /* Its bits have the places of interrupt_enable's. */
-    write_at(core, AT(interrupt_status), BIT(INTERRUPT_ENABLE__CAPTURE_READY));
+    write_at(core, AT(interrupt_status), INTERRUPTS);
 }
 
 void core_clear_faults(const struct core_access *core) {

@@ -17,11 +17,16 @@ typedef void core_write_word(void *context, uint32_t offset, uint32_t word);
 /* The ready bank's words, `number` of them; they stand still until the bank is released. */
 typedef const volatile int32_t *core_capture_words(void *context, uint32_t number);
 
+/* Before a core is looked for: whether anything answers may have changed. */
+typedef void core_look(void *context);
+
 struct core_access {
     core_read_word *read;
     core_write_word *write;
     core_capture_words *capture;
     void *context;
+    /* NULL: nothing changes. */
+    core_look *look;
 };
 
 struct core_configuration {
@@ -65,7 +70,7 @@ struct core_status {
 /* False: no core answers there, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
-/* Set the registers, let a ready bank interrupt, and re-arm, which forgets the index. False:
+/* Set the registers, let a ready bank and a fault of head 1 interrupt, and re-arm, which forgets the index. False:
    `counts_per_rev` is refused. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
 
@@ -82,6 +87,8 @@ struct core_status core_status(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 /* An index of a head was in the wrong place since the faults were cleared. */
 bool core_index_error(const struct core_access *core);
+/* The same of one head, 0 or 1. */
+bool core_head_index_error(const struct core_access *core, uint32_t head);
 struct core_header core_capture_header(const struct core_access *core);
 struct core_position core_position(const struct core_access *core);
 void core_release_capture(const struct core_access *core);

@@ -43,6 +43,10 @@ enum fabric_state board_fabric_start(void) {
     return fabric.state;
 }
 
+enum fabric_state board_fabric_state(void) {
+    return fabric.state;
+}
+
 enum fabric_state board_fabric_look_again(void) {
     fabric_look_again(&fabric);
     return fabric.state;

@@ -15,6 +15,8 @@ const struct register_access *board_registers(void);
    within seconds, and feeds the watchdog meanwhile. */
 enum fabric_state board_fabric_start(void);
 
+/* What it came to so far. */
+enum fabric_state board_fabric_state(void);
 /* After a refusal: was it configured meanwhile, by JTAG? */
 enum fabric_state board_fabric_look_again(void);
 

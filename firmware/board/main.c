@@ -52,9 +52,6 @@ void interrupt_taken(uint32_t instruction) {
 static uint32_t read_core(void *context, uint32_t offset) {
     (void)context;
     if (!board_fabric_usable()) {
-        firmware.console.fabric = fabric_state_name(board_fabric_look_again());
-    }
-    if (!board_fabric_usable()) {
         return 0;
     }
     return offset == 0 ? register_probe(BOARD_CORE_BASE) : register_read(BOARD_CORE_BASE + offset);
@@ -65,6 +62,17 @@ static void write_core(void *context, uint32_t offset, uint32_t word) {
     if (board_fabric_usable()) {
         register_write(BOARD_CORE_BASE + offset, word);
     }
+}
+
+static void look_for_fabric(void *context) {
+    (void)context;
+    if (!board_fabric_usable()) {
+        (void)board_fabric_look_again();
+    }
+}
+
+static const char *fabric_word(void) {
+    return fabric_state_name(board_fabric_state());
 }
 
 static const volatile int32_t *capture_words(void *context, uint32_t number) {
@@ -108,6 +116,7 @@ static void work(void) {
     uint8_t character;
     take_core_interrupt();
     step_application();
+    firmware.console.overruns = firmware.uart.overruns;
     while (uart_take(&firmware.uart, &character)) {
         console_receive(&firmware.console, character);
     }
@@ -144,7 +153,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     }
     tell_settings(sink);
     text_word(sink, "fabric ");
-    text_word(sink, console->fabric);
+    text_word(sink, console->fabric());
     text_word(sink, ": ");
     text_word(sink, fabric_state_meaning(fabric));
     bool emulated = board_fabric_emulated();
@@ -154,7 +163,12 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
 }
 
 int main(void) {
-    static const struct core_access core = {read_core, write_core, capture_words, NULL};
+    static const struct core_access core = {
+        .look = look_for_fabric,
+        .read = read_core,
+        .write = write_core,
+        .capture = capture_words,
+    };
     static const struct text_sink sink = {put, NULL};
     clocks_set_up();
     timer_set_up();
@@ -170,7 +184,7 @@ int main(void) {
     application_recover(&firmware.application, last.code != FAULT_NONE);
     fault_bus_errors_on();
     enum fabric_state fabric = board_fabric_start();
-    firmware.console.fabric = fabric_state_name(fabric);
+    firmware.console.fabric = fabric_word;
     die_temperature_prepare(board_registers());
     application_use_temperature(&firmware.application, read_temperature, NULL);
     application_begin(&firmware.application);

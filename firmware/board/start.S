@@ -245,6 +245,7 @@ translation_table:
     .word 0
     .endr
 
+    .section .pages, "a"
     .balign 1024
 page_table:
     .set page, 0                    /* see the memory map in on_chip_memory.ld */

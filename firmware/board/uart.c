@@ -12,12 +12,15 @@
 #define CONTROL_RESET_PATHS 0x03U
 #define CONTROL_DISABLE_PATHS 0x28U
 #define CONTROL_ENABLE_PATHS 0x14U
+#define FIFO_CHARACTERS 64U
 #define MODE_8N1 0x20U
 
 void uart_set_up(struct uart *uart) {
     uint32_t divisor = (CLOCKS_UART_HZ + BAUD * SAMPLES_A_BIT / 2U) / (BAUD * SAMPLES_A_BIT);
     uart->written = 0;
     uart->taken = 0;
+    uart->overruns = 0;
+    uart->lost = false;
     register_write(UART_IDR, 0xFFFFFFFFU);
     /* UG585, 19.3: the baud rate changes while both paths are off, and takes a reset. */
     register_write(UART_CR, CONTROL_DISABLE_PATHS);
@@ -30,17 +33,40 @@ void uart_set_up(struct uart *uart) {
     register_write(UART_CR, CONTROL_ENABLE_PATHS);
     register_write(UART_RXWM, 1);
     register_write(UART_ISR, 0xFFFFFFFFU);
-    register_write(UART_IER, UART_RECEIVE_TRIGGER);
+    register_write(UART_IER, UART_RECEIVE_TRIGGER | UART_RECEIVE_OVERFLOW);
+}
+
+static void note_loss(struct uart *uart) {
+    uart->overruns = uart->overruns + !uart->lost;
+    uart->lost = true;
+}
+
+static void write_ring(struct uart *uart, uint8_t character) {
+    uart->ring[uart->written % UART_RING] = character;
+    uart->written = uart->written + 1;
+}
+
+static void keep(struct uart *uart, uint8_t character) {
+    uint32_t room = UART_RING - (uart->written - uart->taken);
+    if (room < 1U + uart->lost) {
+        note_loss(uart);
+        return;
+    }
+    if (uart->lost) {
+        write_ring(uart, UART_LOST);
+        uart->lost = false;
+    }
+    write_ring(uart, character);
 }
 
 /* Cleared before the FIFO is emptied: what arrives after the last look interrupts again. */
 void uart_interrupt(struct uart *uart) {
-    register_write(UART_ISR, UART_RECEIVE_TRIGGER);
-    while ((register_read(UART_SR) & UART_SR_RECEIVE_EMPTY) == 0) {
-        uint8_t character = (uint8_t)register_read(UART_FIFO);
-        if (uart->written - uart->taken < UART_RING) {
-            uart->ring[uart->written % UART_RING] = character;
-            uart->written = uart->written + 1;
+    bool overflow = (register_read(UART_ISR) & UART_RECEIVE_OVERFLOW) != 0;
+    register_write(UART_ISR, UART_RECEIVE_TRIGGER | UART_RECEIVE_OVERFLOW);
+    for (uint32_t number = 1; (register_read(UART_SR) & UART_SR_RECEIVE_EMPTY) == 0; number++) {
+        keep(uart, (uint8_t)register_read(UART_FIFO));
+        if (overflow && number == FIFO_CHARACTERS) {
+            note_loss(uart);
         }
     }
 }

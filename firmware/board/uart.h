@@ -9,12 +9,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* More than arrives while the longest calibration runs; what is beyond is lost. */
-enum { UART_RING = 4096 };
+/* More than arrives while the longest calibration runs; what is beyond is lost. Where characters
+   were lost a 0 stands for them: no line of text has one, so that none is taken for another. */
+enum { UART_RING = 4096, UART_LOST = 0 };
 
 struct uart {
     volatile uint32_t written;
     volatile uint32_t taken;
+    /* Times that characters were lost since the set-up: FIFO or ring full. */
+    volatile uint32_t overruns;
+    /* The 0 has still to be written. */
+    bool lost;
     /* Volatile too, so that a character is in it before `written` says so. */
     volatile uint8_t ring[UART_RING];
 };

@@ -12,13 +12,20 @@
 #define PHASE_STEPS ((double)(1 << ARCTRUE_PHASE_WIDTH))
 
 _Static_assert(LANES_LIMIT == ARCTRUE_LANES_MAX, "the register map holds this many lanes");
-_Static_assert(ORDERS_MAX < 1 << (63 - ARCTRUE_PHASE_STEP_WIDTH), "the phase step in 64 bits");
+_Static_assert(ARCTRUE_PHASE_STEP_WIDTH % 2 == 0, "the phase step in two halves");
 
-/* K = round(n 2^48 / counts_per_rev) mod 2^48. */
-static uint64_t phase_step(uint32_t order, uint32_t counts_per_rev) {
-    uint64_t doubled = (uint64_t)order << (ARCTRUE_PHASE_STEP_WIDTH + 1);
-    uint64_t rounded = (doubled + counts_per_rev) / (2ULL * counts_per_rev);
-    return rounded & ((1ULL << ARCTRUE_PHASE_STEP_WIDTH) - 1);
+/* Whole turns of n / counts_per_rev first: order times 2^49 has 65 bits. */
+uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
+    uint64_t part = order % counts_per_rev;
+    uint64_t step = 0;
+    /* The quotient in two steps of 24 bits each: what is left stays below counts_per_rev. */
+    for (unsigned half = 0; half < 2; half++) {
+        part <<= ARCTRUE_PHASE_STEP_WIDTH / 2;
+        step = step << (ARCTRUE_PHASE_STEP_WIDTH / 2) | part / counts_per_rev;
+        part %= counts_per_rev;
+    }
+    step += 2 * part >= counts_per_rev;
+    return step & ((1ULL << ARCTRUE_PHASE_STEP_WIDTH) - 1);
 }
 
 static uint32_t phase_offset(double phase_rad) {
@@ -35,7 +42,7 @@ static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t orde
     if (!(amplitude <= AMPLITUDE_WORD_MAX)) {
         return REFUSED_AMPLITUDE;
     }
-    *lane = (struct lane){phase_step(order, counts_per_rev),
+    *lane = (struct lane){coefficients_phase_step(order, counts_per_rev),
                           phase_offset(harmonic_phase(harmonic)), (int32_t)amplitude, order};
     return NOT_REFUSED;
 }
@@ -56,6 +63,32 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
         }
     }
     return NOT_REFUSED;
+}
+
+bool coefficients_have(const struct coefficients *coefficients, uint32_t order) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        if (coefficients->lane[lane].order == order) {
+            return true;
+        }
+    }
+    return false;
+}
+
+uint32_t coefficients_most_order(const struct coefficients *coefficients) {
+    uint32_t most = 0;
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        uint32_t order = coefficients->lane[lane].order;
+        most = order > most ? order : most;
+    }
+    return most;
+}
+
+void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        if (coefficients->lane[lane].order > most) {
+            coefficients->lane[lane] = (struct lane){0};
+        }
+    }
 }
 
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order) {

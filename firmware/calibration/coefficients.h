@@ -32,6 +32,16 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
                                    uint32_t counts_per_rev, uint32_t lanes,
                                    struct coefficients *coefficients);
 
+/* K = round(n 2^48 / counts_per_rev) mod 2^48; `order` below 2^16. */
+uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev);
+
+/* A lane has the order. */
+bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
+/* The highest order that has a lane; 0: none has. */
+uint32_t coefficients_most_order(const struct coefficients *coefficients);
+/* Switch off the lanes of orders above `most`. */
+void coefficients_drop_orders(struct coefficients *coefficients, uint32_t most);
+
 /* Cosine and sine of an order, arcsec, as the lanes hold them; 0 where no lane has it. */
 struct vector coefficients_components(const struct coefficients *coefficients, uint32_t order);
 

@@ -9,8 +9,8 @@
 
 const char *verdict_name(enum verdict verdict) {
     static const char *const names[] = {"applied", "not_seen", "gain", "not_significant",
-                                        "no_lane"};
-    return (unsigned)verdict <= VERDICT_NO_LANE ? names[verdict] : "unknown";
+                                        "no_lane", "loaded"};
+    return (unsigned)verdict <= VERDICT_LOADED ? names[verdict] : "unknown";
 }
 
 /* A^2/2u^2 of noise is F distributed with (2, 2m) degrees of freedom, u being estimated from m

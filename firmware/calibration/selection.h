@@ -13,6 +13,8 @@ enum verdict {
     VERDICT_GAIN,
     VERDICT_NOT_SIGNIFICANT,
     VERDICT_NO_LANE,
+    /* The order has a lane that the operator has loaded. */
+    VERDICT_LOADED,
 };
 
 /* At 33 degrees this keeps n = 11 (19 times) and leaves out what is next to n = 120. */

@@ -53,6 +53,20 @@ static const struct {
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
+    {"swap", "the core did not take new coefficients: the correction is off and everything is found "
+             "anew; if it comes again, do not use this board"},
+    {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
+    {"wrong_frame", "another frame was expected: begin the load anew"},
+    {"too_many_lanes", "more orders than the gateware has lanes: export fewer with --lanes"},
+    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds: is the file whole?"},
+    {"order_twice", "two lanes of the file have the same order: write it anew"},
+    {"not_whole", "frames are missing: begin the load anew"},
+    {"another_table", "the coefficients were made for another counts_per_rev than is set here"},
+    {"too_steep", "with these coefficients the corrected angle would turn back: |d error/d angle| is "
+                  "1 or more"},
+    {"worse_prediction", "the captured turn speaks against them: with them the heads differ more "
+                         "than without; is it the file of this table, and is its index the same?"},
+    {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are at their presets and bypass is on; set what "
              "differs, then bypass off"},
     {"held", "the third fault in a row: the output follows head 1 and no turn is worked on; note "

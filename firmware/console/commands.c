@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "advice.h"
+#include "load_commands.h"
 #include "units.h"
 
 typedef void command_action(struct console *console, char *const *words, uint32_t number);
@@ -116,9 +117,10 @@ static void show_device(struct console *console) {
         named_hexadecimal(console, "reset_instruction", console->reset_instruction);
     }
     if (console->fabric != NULL) {
-        named_word(console, "fabric", console->fabric);
+        named_word(console, "fabric", console->fabric());
     }
     show_settings(console);
+    named(console, "console_overruns", console->overruns);
     named_fixed(console, "longest_step_us", console->longest_step_us);
     named(console, "interrupts", application->interrupts);
     named(console, "banks_without_interrupt", application->banks_without_interrupt);
@@ -143,14 +145,14 @@ static void status(struct console *console, char *const *words, uint32_t number)
         named_word(console, "last", turn_result_name(application->report.result));
         named_word(console, "reason", refusal_name(application->report.reason));
         advise(console, refusal_name(application->report.reason));
-        named_fixed(console, "noise_arcsec", application->estimate.noise_arcsec);
+        named_fixed(console, "noise_arcsec", application->measured.noise_arcsec);
         if (application->report.has_temperature) {
             named_fixed(console, "temperature_c", application->report.temperature_c);
         } else {
             named_word(console, "temperature_c", "absent");
         }
         named_fixed(console, "separation_deg",
-                    application->estimate.measured_separation_rad * 180.0 / PI);
+                    application->measured.measured_separation_rad * 180.0 / PI);
     }
     show_alarms(console);
     if (application->phase != PHASE_NO_CORE) {
@@ -312,6 +314,7 @@ static const struct command commands[] = {
     {"status", "status", 1, 1, status},
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
+    {"load", load_use, 2, 7, load_command},
     {"dump", "dump: the next turn's capture as CSV", 1, 1, dump},
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},

@@ -9,7 +9,10 @@
 #include "application.h"
 #include "text.h"
 
-enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 4 };
+enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 7 };
+
+/* A word that somebody else knows. */
+typedef const char *console_word(void);
 
 struct console {
     struct application *application;
@@ -18,12 +21,14 @@ struct console {
     uint32_t length;
     /* The line is too long or holds what is no text: it is read to its end and refused. */
     bool spoiled;
+    /* Times that the port lost characters. */
+    uint32_t overruns;
     /* What the last reset was for; NULL: nothing to tell. */
     const char *reset_reason;
     /* Where the program was then. */
     uint32_t reset_instruction;
     /* What the fabric's configuration came to; NULL: nothing to tell. */
-    const char *fabric;
+    console_word *fabric;
     /* Longest step of the application; 0 where nobody measures. */
     double longest_step_us;
 };
@@ -31,7 +36,7 @@ struct console {
 void console_prepare(struct console *console, struct application *application,
                      const struct text_sink *sink);
 
-/* One character from the port. */
+/* One character from the port; 0 where the port has lost some. */
 void console_receive(struct console *console, uint8_t character);
 
 /* What is to be told without being asked: telemetry, and a part of a dump. */

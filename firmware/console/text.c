@@ -92,6 +92,42 @@ bool text_parse_decimal(const char *word, double *value) {
     return true;
 }
 
+bool text_parse_whole(const char *word, double limit, int64_t *value) {
+    double number;
+    if (!text_parse_decimal(word, &number) || number != floor(number) || fabs(number) > limit) {
+        return false;
+    }
+    *value = (int64_t)number;
+    return true;
+}
+
+static int hexadecimal_digit(char character) {
+    if (is_digit(character)) {
+        return character - '0';
+    }
+    if (character >= 'a' && character <= 'f') {
+        return character - 'a' + 10;
+    }
+    return character >= 'A' && character <= 'F' ? character - 'A' + 10 : -1;
+}
+
+bool text_parse_hexadecimal(const char *word, uint32_t *value) {
+    uint32_t number = 0;
+    size_t length = strlen(word);
+    if (length == 0 || length > HEXADECIMAL_DIGITS) {
+        return false;
+    }
+    for (; *word != '\0'; word++) {
+        int digit = hexadecimal_digit(*word);
+        if (digit < 0) {
+            return false;
+        }
+        number = number << 4 | (uint32_t)digit;
+    }
+    *value = number;
+    return true;
+}
+
 bool text_equal(const char *first, const char *second) {
     return strcmp(first, second) == 0;
 }

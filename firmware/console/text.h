@@ -28,6 +28,11 @@ void text_fixed(const struct text_sink *sink, double value, unsigned decimals);
 /* A decimal number, all of `word`; no exponent. False leaves `value` as it was. */
 bool text_parse_decimal(const char *word, double *value);
 
+/* A whole number within -limit and limit, both at most 2^53. */
+bool text_parse_whole(const char *word, double limit, int64_t *value);
+/* One to eight hexadecimal digits. */
+bool text_parse_hexadecimal(const char *word, uint32_t *value);
+
 bool text_equal(const char *first, const char *second);
 
 #endif

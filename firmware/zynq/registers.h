@@ -118,6 +118,8 @@
 #define UART_SR_TRANSMIT_FULL 0x10U
 #define UART_SR_TRANSMIT_ACTIVE 0x800U
 #define UART_RECEIVE_TRIGGER 0x01U
+/* A character came while the FIFO was full. */
+#define UART_RECEIVE_OVERFLOW 0x20U
 
 /* Private to a processor: interrupt controller, global timer, watchdog. */
 #define GIC_ICCICR 0xF8F00100U

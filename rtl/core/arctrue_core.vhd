@@ -20,8 +20,8 @@
 -- **Clock.** One clock, 100 MHz for the periods and times that the register map names. Encoder
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
--- **Reset** is synchronous. It stops and forgets everything but the coefficient banks; hold it for
--- 64 clocks at least, so that the pipeline holds no angle from before.
+-- **Reset** is synchronous. It stops and forgets everything but the coefficient banks and the levels of out_a
+-- and out_b, which stand; hold it for 64 clocks at least, so that the pipeline holds no angle from before.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -105,6 +105,7 @@ architecture rtl of arctrue_core is
     overspeed_count      : u_unsigned(15 downto 0);
     last_edge_time       : time_count;
     direction            : std_ulogic;
+    phase_of_zero        : u_unsigned(1 downto 0);
   end record head;
 
   type head_pair is array (1 to 2) of head;
@@ -115,9 +116,11 @@ architecture rtl of arctrue_core is
   signal timestamp      : time_count := (others => '0');
   signal counts_per_rev : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
   signal rearm          : std_ulogic;
+  signal changes_turn   : std_ulogic;
   signal heads          : head_pair;
   signal pins           : std_ulogic_vector(1 to 6);
   signal clear_head     : std_ulogic_vector(1 to 2);
+  signal zero_again     : std_ulogic_vector(1 to 2);
 
   signal capture_ready   : std_ulogic;
   signal capture_overrun : std_ulogic;
@@ -147,6 +150,7 @@ architecture rtl of arctrue_core is
   signal idle_offset       : u_signed(AMPLITUDE_WIDTH - 1 downto 0);
 
   signal apply              : std_ulogic;
+  signal follow             : std_ulogic;
   signal corrected_angle    : angle_count;
   signal corrected_position : position_count;
   signal corrected_referenced : std_ulogic;
@@ -164,6 +168,8 @@ begin
   -- Pins to positions ------------------------------------------------------------------------
 
   pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z;
+  -- The zero of head 2 is the separation of the heads: the processor's business.
+  zero_again <= hwif_out.lost_counts.zero_again.value & '0';
   clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value;
 
   turn_length : entity work.rearm_control
@@ -174,6 +180,7 @@ begin
       requested      => u_unsigned(hwif_out.counts_per_rev.value.value),
       counts_per_rev => counts_per_rev,
       rearm          => rearm,
+      changes_turn   => changes_turn,
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
@@ -193,6 +200,7 @@ begin
         timestamp            => timestamp,
         clear                => clear_head(number),
         rearm                => rearm,
+        zero_again           => zero_again(number),
         position             => heads(number).position,
         angle                => heads(number).angle,
         turn_position        => heads(number).turn_position,
@@ -209,6 +217,7 @@ begin
         overspeed_count      => heads(number).overspeed_count,
         last_edge_time       => heads(number).last_edge_time,
         direction            => heads(number).direction,
+        phase_of_zero        => heads(number).phase_of_zero,
         step                 => open,
         step_up              => open
       );
@@ -261,7 +270,8 @@ begin
 
   -- Positions to corrected positions -----------------------------------------------------------
 
-  apply <= hwif_out.control.compensate.value and heads(1).index_seen;
+  apply  <= hwif_out.control.compensate.value and heads(1).index_seen;
+  follow <= hwif_out.control.output_enable.value and not changes_turn;
 
   compensation : entity work.compensation_pipeline
     generic map (
@@ -302,11 +312,15 @@ begin
     port map (
       clock              => clock,
       reset              => reset,
-      enable             => hwif_out.control.output_enable.value,
+      enable             => follow,
       clear              => hwif_out.command.clear_output.value,
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
       referenced         => corrected_referenced,
+      phase_of_zero      => heads(1).phase_of_zero,
+      z_gated            => hwif_out.output_index.gated.value,
+      z_state            => u_unsigned(hwif_out.output_index.state.value),
+      z_width            => u_unsigned(hwif_out.output_index.width.value),
       counts_per_rev     => counts_per_rev,
       minimum_spacing    => u_unsigned(hwif_out.output_spacing.value.value),
       following_limit    => u_unsigned(hwif_out.following_limit.value.value),

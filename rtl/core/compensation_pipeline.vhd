@@ -18,8 +18,10 @@
 -- clocks old. The sums are exact, so an angle is corrected by the same number for every FOLD; for a cosine
 -- of more than 18 bits that needs an even LANES / FOLD. A position that moves faster than one count in
 -- FOLD clocks makes steps of more than one count, of FOLD counts at most, which quadrature_output
--- sends at its own spacing: for evenly spaced edges keep to clock / FOLD counts a second (12.5
--- million at 100 MHz and FOLD = 8). FOLD = 1 is the paper's fully parallel form.
+-- sends at its own spacing. Below that (clock / FOLD counts a second, 12.5 million at 100 MHz and
+-- FOLD = 8) every count has a reading of its own, which comes 0 to FOLD - 1 clocks after the one that
+-- FOLD = 1 would give: even counts leave with a jitter of FOLD - 1 clocks, their distances are multiples of FOLD. With
+-- FOLD = 8 a count in 11 clocks gives edges 8 or 16 clocks apart. FOLD = 1 is the paper's fully parallel form.
 --
 -- **Apply.** Hold `apply` high while the reading may be corrected: compensation on, not bypassed,
 -- index seen. It belongs to the angle of its clock and travels with it. While it is low ε counts

@@ -11,6 +11,10 @@
 --
 -- **Number formats.** counts_per_rev u25.0 counts.
 --
+-- `changes_turn` is high with `rearm` when another length was asked for. The limit of the correction, half a turn,
+-- changes then, and a correction that is beyond the new one is clipped at once: the output must not follow
+-- meanwhile, or it would send the difference as a burst of edges.
+--
 -- **Clear semantics.** `refused` is set by a command with an illegal value and cleared by one with
 -- a legal value.
 --
@@ -35,6 +39,7 @@ entity rearm_control is
     requested      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, in force
     rearm          : out   std_ulogic;                                    -- level, to the decoders
+    changes_turn   : out   std_ulogic;                                    -- level with rearm: counts_per_rev changes
     refused        : out   std_ulogic                                     -- the last command's value was illegal
   );
 end entity rearm_control;
@@ -50,6 +55,7 @@ begin
     variable next_turn : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
     variable take      : std_ulogic := '0';
     variable legal     : std_ulogic;
+    variable differs   : std_ulogic := '0';
 
   begin
 
@@ -63,21 +69,31 @@ begin
         counts_per_rev <= next_turn;
       end if;
 
-      rearm <= '0';
+      rearm        <= '0';
+      changes_turn <= '0';
       if rearm_command = '1' then
         remaining := to_unsigned(HOLD, 8);
         next_turn := requested;
         take      := legal;
         refused   <= not legal;
         rearm     <= '1';
+
+        differs := '0';
+        if requested /= counts_per_rev then
+          differs := legal;
+        end if;
+        changes_turn <= differs;
       elsif remaining /= 0 then
         remaining := remaining - 1;
         rearm     <= or remaining;
+
+        changes_turn <= differs and (or remaining);
       end if;
 
       if reset = '1' then
         remaining      := (others => '0');
         rearm          <= '0';
+        changes_turn   <= '0';
         refused        <= '0';
         counts_per_rev <= to_unsigned(COUNTS_PER_REV_MAX, COUNTS_PER_REV_WIDTH);
       end if;

@@ -25,6 +25,9 @@
 -- position - position of the zero, and wraps likewise. While nothing wraps, angle is
 -- turn_position modulo counts_per_rev in every clock, before the first index too.
 --
+-- **Phase.** `phase_of_zero` is the place of (A, B) in 00, 10, 11, 01 at position 0 and every fourth count from
+-- there. It is 2 clocks behind the position and changes by illegal transitions only, after the reset.
+--
 -- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
 -- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
 -- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
@@ -40,6 +43,11 @@
 -- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
 -- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
 -- than two.
+-- With `zero_again` high the zero moves when it is proven wrong: after an `index_error` it is set anew, 5 clocks after
+-- the mark is told, by the first mark that lies one turn from the mark before it, within the tolerance. So
+-- counts that were lost leave the angle and turn_position at the second mark after it; the position keeps what it lost.
+-- One false mark does not move the zero to its place: no other lies a turn from it. `index_seen` stays, so the
+-- correction goes on. index_error and its count tell that the zero was set. A turn of less than 9 counts keeps its zero.
 -- Where Z is meant to change within a count and comes near its edge at one speed only, the index is one
 -- count off then.
 -- A Z edge before the first step after reset counts with that step.
@@ -101,10 +109,12 @@ entity quadrature_decoder is
     timestamp            : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     clear                : in    std_ulogic;                                          -- pulse: clears the faults
     rearm                : in    std_ulogic;                                          -- level: forgets the index
+    zero_again           : in    std_ulogic := '0';                                   -- level: agreeing marks move the zero
     -- Position
     position             : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, multi-turn
     angle                : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts, below counts_per_rev
     turn_position        : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the first index
+    phase_of_zero        : out   u_unsigned(1 downto 0);                              -- place of (A, B) at position 0 modulo 4
     direction            : out   std_ulogic;                                          -- of the last step, '1' up
     step                 : out   std_ulogic;                                          -- strobe: position changed
     step_up              : out   std_ulogic;                                          -- strobe: it rose
@@ -129,6 +139,9 @@ architecture rtl of quadrature_decoder is
 
   constant LARGEST : positive := 2 ** 16 - 1;
   constant PERIOD  : positive := 4; -- counts of a period of A and B
+
+  -- Clocks from an index told to its judgement.
+  constant JUDGED_AFTER : positive := 3;
 
   constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
@@ -268,11 +281,18 @@ begin
     variable edges_lost      : std_ulogic                              := '0';
     -- Stage 2: position, beside the registers of the ports
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
-    variable last_but_one    : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
-    variable from_zero       : integer range -2 to 2;
+    -- From the zero of the last index told to the position, while that is judged, and clocks since
+    variable from_zero       : integer range -8 to 7                   := 0;
+    variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
+    -- A mark was misplaced, and no two a turn apart have agreed since.
+    variable is_in_doubt     : std_ulogic                              := '0';
+    variable sets_zero       : std_ulogic;
+    variable moves_zero      : std_ulogic;
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
     variable spacing         : natural range 0 to LARGEST              := LARGEST;
     variable too_near        : std_ulogic                              := '0';
+    -- Place of (A, B) in 00, 10, 11, 01, of the clock of the position
+    variable place           : u_unsigned(1 downto 0)                  := "00";
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
     -- Where an index told in this clock lies: behind its step up, before its step down
@@ -298,6 +318,14 @@ begin
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
+      -- Two marks a turn apart agree.
+      moves_zero := judged and (are_within(1) or are_within(0)) and is_in_doubt and zero_again
+                    and not meets_index and (or last_angle(last_angle'high downto 3));
+      if (since_index /= JUDGED_AFTER or rearm = '1') then
+        moves_zero := '0';
+      end if;
+      is_in_doubt := (is_in_doubt or misplaced) and not moves_zero;
+      misplaced   := misplaced or moves_zero;
       too_fast  := too_near or edges_lost;
       if (clear = '1') then
         index_error       <= misplaced;
@@ -345,7 +373,14 @@ begin
         index_before := '1';
       end if;
 
+      phase_of_zero <= place - u_unsigned(position(1 downto 0));
+
       -- Stage 2: take the step.
+      place     := before(1) & (before(2) xor before(1));
+      if (preload = '1') then
+        phase_of_zero <= "00";
+        place         := filtered(1) & (filtered(2) xor filtered(1));
+      end if;
       zero_now  := add_with_carry(position, (position'range => meets_up and meets_inside), not meets_up);
       direction <= up;
       step      <= moves;
@@ -374,14 +409,21 @@ begin
       passed_index := meets_index;
       passed_up    := meets_up;
       -- From the zero to where the step of this clock leads.
-      from_zero := step_of(moves, up) + step_of(meets_inside or not meets_up, meets_up);
-      if (meets_index = '1' and index_seen = '0') then
-        index_seen    <= '1';
+      sets_zero := moves_zero;
+      if (meets_index = '1') then
+        from_zero   := step_of(moves, up) + step_of(meets_inside or not meets_up, meets_up);
+        since_index := 0;
+        sets_zero   := not index_seen;
+        index_seen  <= '1';
+      elsif (since_index <= JUDGED_AFTER) then
+        from_zero   := from_zero + step_of(moves, up);
+        since_index := since_index + 1;
+      end if;
+
+      if (sets_zero = '1') then
         turn_position <= to_signed(from_zero, POSITION_WIDTH);
-        if (from_zero = -1) then
-          angle <= last_angle;
-        elsif (from_zero = -2) then
-          angle <= last_but_one;
+        if (from_zero < 0) then
+          angle <= last_angle - to_unsigned(-1 - from_zero, ANGLE_WIDTH);
         else
           angle <= to_unsigned(from_zero, ANGLE_WIDTH);
         end if;
@@ -477,7 +519,6 @@ begin
       if (reset = '1' or preload = '1' or rearm = '1') then
         turn       := signed(resize(counts_per_rev, POSITION_WIDTH));
         last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);
-        last_but_one := resize(counts_per_rev - 2, ANGLE_WIDTH);
       end if;
 
       if (rearm = '1') then
@@ -487,6 +528,7 @@ begin
         index_interval <= (others => '0');
         passed_index   := '0';
         index_before   := '0';
+        is_in_doubt    := '0';
       end if;
 
       if (reset = '1') then
@@ -501,12 +543,14 @@ begin
         passed_index      := '0';
         index_before      := '0';
         repeats           := '0';
+        is_in_doubt       := '0';
         to_judge          := '0';
         judged            := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
         angle             <= (others => '0');
         turn_position     <= (others => '0');
         direction         <= '1';
+        phase_of_zero     <= "00";
         step              <= '0';
         step_up           <= '0';
         last_edge_time    <= (others => '0');

@@ -8,8 +8,8 @@
 -- compensated signal) and figure 4 (order of the levels).
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, when nothing holds the edge back.
--- `following_error` is 2 clocks behind the position, `cannot_keep_up` 3. `enable` and a change of
--- `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late.
+-- `following_error` is 2 clocks behind the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
+-- that. `enable` and a change of `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
@@ -21,28 +21,37 @@
 -- position that trembles between two neighbouring counts gives no edges. After the reversal the
 -- output follows to the very count.
 --
--- **Z** is high while the angle of the output, which is corrected_angle - following error, is zero
--- modulo counts_per_rev. It changes together with the edge of A or B that enters or leaves the
--- zero. When corrected_angle jumps against corrected_position (first index), Z follows the new
--- angle at once and A and B make no edge. Z needs a following error below two turns; beyond, it is
--- low. (A turn of 4 counts at an edge every clock stays below: 4 counts are under way, 1 is held.)
--- While `referenced` is low the angle has no zero on the table, and Z is low: before the first index of
--- the head, and from a re-arm to the next one.
+-- **Phase.** A and B have the levels that the head's own A and B have at the same count: the place of (A, B) in
+-- 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and
+-- B after every power-up, as far as counts_per_rev is a multiple of 4. `phase_of_zero` is taken over
+-- while the output is not following; counts of the head that were lost meanwhile do not change it.
+--
+-- **Z** shows the zero of the output's angle, which is corrected_angle - following error, modulo
+-- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
+-- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (place in
+-- 00, 10, 11, 01) of A and B, at that of the four counts from 2 before the zero to 1 behind it which has this
+-- state. It changes together with an edge of A or B. When corrected_angle jumps against corrected_position
+-- (first index), Z follows the new angle 3 clocks later, and A and B make no edge. While `referenced` is low
+-- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
+-- to the next one. (A turn of 4 counts at an edge every clock works: 4 counts are under way, 1 is held.)
 --
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
--- come within 3 clocks) and the output forgets how far it is behind; when it rises, the output
--- starts from the present position with the held phase of A and B, without an edge, and Z takes the
+-- come within 3 clocks) and the output forgets how far it is behind. When it rises, the output goes to the present
+-- position by at most 2 edges, those that lead from the held levels to the levels that belong to it; Z takes the
 -- level of the present angle.
 --
 -- **Following error** is position - output; it counts the edges still in the 4 clocks of the
--- pipeline as outstanding: 4 counts at one edge a clock. At +-2**30 counts it saturates: the output
--- then gives up the excess for good. It reads 0 while disabled.
+-- pipeline as outstanding: 4 counts at one edge a clock. It reads 0 while disabled and after a fault.
 --
--- **Cannot keep up** is set, while enabled, when |following error| exceeds `following_limit`
--- or 2 * counts_per_rev - 1, and stays until `clear` (or reset). A clear while the condition lasts
--- does not lower the flag. Disabling does not clear it.
+-- **Fault.** `cannot_keep_up` is set, while enabled, when |following error| exceeds `following_limit`
+-- or 2 * counts_per_rev - 1. From then on the output stands as if disabled: it does not replay what it missed, so
+-- it never moves on by itself after a standstill. `clear` ends the fault: the output starts from the
+-- present position as at a rise of `enable`, and what lies between is lost for the receiver, which has to look for
+-- its zero again. Disabling does not clear the fault. Below the limit every count is sent, at `minimum_spacing`:
+-- at most following_limit * minimum_spacing clocks late.
 --
--- **Reset.** A, B and Z low, the flag cleared.
+-- **Reset** stops the output and clears the fault; Z is low. A and B keep their levels: no receiver
+-- sees them drop together. At power-up they are low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -60,14 +69,18 @@ entity quadrature_output is
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
+    phase_of_zero      : in    u_unsigned(1 downto 0);                        -- place of (A, B) at position 0 modulo 4
+    z_gated            : in    std_ulogic;                                    -- Z begins in z_state, else at the zero
+    z_state            : in    u_unsigned(1 downto 0);                        -- place of (A, B) in 00, 10, 11, 01
+    z_width            : in    u_unsigned(1 downto 0);                        -- 0: 1 count, 1: 2 counts, 2: 4 counts
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     minimum_spacing    : in    u_unsigned(15 downto 0);                       -- clocks
     following_limit    : in    u_unsigned(15 downto 0);                       -- counts
-    a                  : out   std_ulogic;
-    b                  : out   std_ulogic;
-    z                  : out   std_ulogic;
+    a                  : out   std_ulogic := '0';
+    b                  : out   std_ulogic := '0';
+    z                  : out   std_ulogic := '0';
     following_error    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
-    cannot_keep_up     : out   std_ulogic                                     -- sticky
+    cannot_keep_up     : out   std_ulogic := '0'                              -- sticky: the output stands
   );
 end entity quadrature_output;
 
@@ -81,9 +94,41 @@ architecture rtl of quadrature_output is
   -- shift it, so that what decides on a step has no adder.
   type thermometer is array (4 downto -3) of std_ulogic;
 
-  -- The angle and the angle some turns away, wide enough for -2 to +2 turns.
-  constant WIDE_ANGLE_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
-  type angle_turns is array (-2 to 1) of u_signed(WIDE_ANGLE_WIDTH - 1 downto 0);
+  -- Wide enough for -2 to +2 turns.
+  constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
+
+  -- A number for each turn from 2 before to 1 behind the one of the corrected angle.
+  type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
+
+  -- Whether Z is high so many counts behind the zero, where the place of (A, B) is so much behind z_state.
+  function is_high (
+    behind_zero  : u_signed(3 downto 0);
+    behind_state : u_unsigned(1 downto 0);
+    gated        : std_ulogic;
+    width        : u_unsigned(1 downto 0)
+  ) return boolean is
+
+    variable counts : natural range 1 to 4;
+    variable place  : integer range -8 to 7;
+    variable state  : natural range 0 to 3;
+
+  begin
+
+    counts := 4;
+    if width = 0 then
+      counts := 1;
+    elsif width = 1 then
+      counts := 2;
+    end if;
+
+    place := to_integer(behind_zero);
+    state := to_integer(behind_state);
+    if gated = '0' then
+      return place >= 0 and place < counts;
+    end if;
+    return state < counts and place - state >= -2 and place - state <= 1;
+
+  end function is_high;
 
   function thermometer_of (number : u_signed(2 downto 0)) return thermometer is
 
@@ -124,7 +169,6 @@ begin
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
-    variable saturates   : std_ulogic;
     variable negative    : std_ulogic;
     variable is_far      : std_ulogic;
     -- The lag without the step that the output takes now. One count of it is enough for a step up
@@ -142,12 +186,18 @@ begin
     variable may_step    : std_ulogic                               := '1';
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
-    variable angles      : angle_turns                              := (others => (others => '0'));
-    variable referenced_then : std_ulogic                           := '0';
-    variable given_up    : u_signed(1 downto 0);
+    -- By how much the output is ahead of the position while it does not follow: to the held phase
+    variable to_phase    : u_unsigned(1 downto 0);
+    -- From the position to the angle; the same for each turn; from the zero of each turn to the output
+    variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
+    variable angles_ahead  : of_turns                                 := (others => (others => '0'));
+    variable behind_zero : of_turns                                 := (others => (others => '0'));
+    -- Whether the oldest, (2), counts from an index
+    variable referenced_then : std_ulogic_vector(2 downto 0)        := "000";
+    variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
     -- following_limit, or what is less: two turns without a count
-    variable limit       : u_signed(WIDE_ANGLE_WIDTH - 1 downto 0)  := (others => '0');
-    variable turn_limit  : u_signed(WIDE_ANGLE_WIDTH - 1 downto 0)  := (others => '0');
+    variable limit       : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
+    variable turn_limit  : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
     variable turns_are_less : std_ulogic                            := '0';
     -- Negative where the lag is above the limit, and below its negative
     variable above       : u_signed(POSITION_WIDTH downto 0);
@@ -157,16 +207,18 @@ begin
   begin
 
     if rising_edge(clock) then
-      -- Last stage: lag, angles and phase_then belong to one clock.
+      -- Last stage: lag, behind_zero and phase_then belong to one clock.
       a <= phase_then(1) xor phase_then(0);
       b <= phase_then(1);
 
-      -- The output's angle is zero when lag = angle modulo counts_per_rev: no division is needed.
       if enabled /= "00" then
         z <= '0';
-        for turns in angles'range loop
-          if lag = resize(angles(turns), POSITION_WIDTH) then
-            z <= referenced_then;
+        for turns in behind_zero'range loop
+          beyond := behind_zero(turns)(beyond'range);
+          if beyond = 0 or beyond = -1 then
+            if is_high(behind_zero(turns)(3 downto 0), phase_then - z_state, z_gated, z_width) then
+              z <= referenced_then(2);
+            end if;
           end if;
         end loop;
       end if;
@@ -187,12 +239,6 @@ begin
         above   := resize(limit, above'length) - lag;
         below   := resize(limit, below'length) + lag;
         too_far := above(above'high) & below(below'high);
-
-        saturates := lag(lag'high) xor lag(lag'high - 1);
-        if saturates = '1' then
-          following_error                           <= (others => '0');
-          following_error(lag'high downto lag'high - 1) <= lag(lag'high) & '1';
-        end if;
       end if;
 
       -- Settings: each clock does a part.
@@ -206,7 +252,7 @@ begin
       -- Decide on a step.
       step_up   := '0';
       step_down := '0';
-      if following = '1' and enabled = "11" and may_step = '1' then
+      if following = '1' and enabled = "11" and may_step = '1' and reset = '0' then
         step_up   := remaining(2) or (remaining(1) and one_up);
         step_down := not remaining(-1) or (not remaining(0) and not one_up);
       end if;
@@ -240,21 +286,20 @@ begin
 
       -- Take the step decided one clock ago.
       phase_then  := phase;
-      angles(0)   := signed(resize(corrected_angle, WIDE_ANGLE_WIDTH));
-      angles(1)   := angles(0) + signed("00" & counts_per_rev);
-      angles(-1)  := angles(0) - signed("00" & counts_per_rev);
-      angles(-2)  := angles(0) - signed('0' & counts_per_rev & '0');
-      referenced_then := referenced;
-      given_up    := lag(lag'high downto lag'high - 1);
-      lag         := corrected_position - output;
+      for turns in angles_ahead'range loop
+        behind_zero(turns) := angles_ahead(turns) + output;
+      end loop;
+      angles_ahead(0)   := angle_ahead;
+      angles_ahead(1)   := angle_ahead + signed('0' & counts_per_rev);
+      angles_ahead(-1)  := angle_ahead - signed('0' & counts_per_rev);
+      angles_ahead(-2)  := angle_ahead - signed('0' & counts_per_rev & '0');
+      angle_ahead     := signed(resize(corrected_angle, POSITION_WIDTH)) - corrected_position;
+      referenced_then := referenced_then(1 downto 0) & referenced;
+
+      lag := corrected_position - output;
       if following = '0' then
-        output := corrected_position;
-      elsif given_up = "01" then
-        output                                   := corrected_position;
-        output(output'high downto output'high - 1) := corrected_position(output'high downto output'high - 1) - 1;
-      elsif given_up = "10" then
-        output                                   := corrected_position;
-        output(output'high downto output'high - 1) := corrected_position(output'high downto output'high - 1) + 1;
+        to_phase := phase - phase_of_zero - u_unsigned(corrected_position(1 downto 0));
+        output   := corrected_position + signed(to_phase);
       else
         output := add_with_carry(output, (output'range => down(0)), up(0));
       end if;
@@ -269,7 +314,7 @@ begin
         up   := (others => '0');
         down := (others => '0');
       end if;
-      following := enable;
+      following := enable and not cannot_keep_up;
 
       if reset = '1' then
         following      := '0';
@@ -280,10 +325,6 @@ begin
         one_up         := '1';
         may_step       := '1';
         too_far        := "00";
-        phase          := "00";
-        phase_then     := "00";
-        a              <= '0';
-        b              <= '0';
         z              <= '0';
         cannot_keep_up <= '0';
         following_error <= (others => '0');

@@ -56,7 +56,7 @@ entity axi_lite_access is
     -- The access under way
     taken          : out   std_ulogic;                                    -- pulse: a new one
     address        : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    is_write       : out   std_ulogic;
+    is_write       : out   std_ulogic := '0';
     write_data     : out   std_ulogic_vector(31 downto 0);
     write_strobes  : out   std_ulogic_vector(3 downto 0);                 -- a bit a byte
     refused        : in    std_ulogic;                                    -- in the clock of ask
@@ -132,7 +132,8 @@ begin
       end case;
 
       if reset = '1' then
-        taken <= '0';
+        taken    <= '0';
+        is_write <= '0';
         ask   <= '0';
         state <= IDLE;
       end if;

@@ -45,6 +45,8 @@ class Machine:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.z: list[int] = []
+        self.slip = 0
+        """Counts of head 1 that its wires have lost: its index comes so much earlier."""
         self.first_time = -1
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
@@ -52,7 +54,8 @@ class Machine:
         for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
             if tuple(pair) != self.pair:
                 self.pair = tuple(pair)
-                drive(self.dut, self.pair, self.index_scatter)
+                lost = (self.pair[0] + self.slip, self.pair[1])
+                drive(self.dut, lost, self.index_scatter)
             self.now = now
             await FallingEdge(self.dut.clock)
 
@@ -299,9 +302,13 @@ async def correction_waits_for_the_index(dut):
         snapshot.correction / 2048
     )
     assert 14 * 2048 <= snapshot.correction <= 26 * 2048
-    # The output followed through index and start of the correction to the very count.
+    # The output followed through index and start of the correction to the very count, from the
+    # levels that belong to its first one; they are those of head 1 at that count.
     corrected = machine.corrected
-    assert machine.output[-1] - machine.output[0] == corrected[-1] - corrected[0]
+    to_phase = machine.output[-1] - machine.output[0] - (corrected[-1] - corrected[0])
+    assert abs(to_phase) <= 2
+    place = corrected[-1] - snapshot.head1_position + machine.reading[-1][0]
+    assert (machine.output[-1] - place) % 4 == 0
     # A count of the head and a count of the ramp may fall together; a step would be 14 or more.
     assert np.abs(np.diff(corrected)).max() <= 2, "the corrected position made a step"
     # Bypass: the correction decays, the position is the head's own again.
@@ -378,6 +385,75 @@ async def turn_length_and_rearm(dut):
     after = await names.snapshot()
     assert (after.head1_angle, after.head2_angle) == (0, 0)
     assert after.head1_position == snapshot.head1_position
+
+
+@cocotb.test()
+async def a_shorter_turn_sends_no_burst(dut):
+    """A correction beyond half of the new turn is clipped at once; the output does not follow."""
+    machine = await prepared(dut)
+    names = machine.registers
+    coefficients = Coefficients.from_harmonics(
+        [], [], [], table.COUNTS_PER_REV, LANES, offset_counts=120.0
+    )
+    await names.write_coefficients(coefficients)
+    await names.command("swap")
+    await names.update("control", compensate=1, output_enable=1)
+    await machine.turn(table.motion(0.5, CLOCKS_PER_COUNT))
+    await ClockCycles(dut.clock, 2000)
+    assert (await names.snapshot()).correction == 120 * 2048
+    # The ramp holds the correction, so that nothing but the limit of 31 counts changes it.
+    await names.write("ramp_rate", 0)
+    before = machine.output[-1]
+    await names.write("counts_per_rev", 64)
+    await names.command("rearm")
+    await ClockCycles(dut.clock, 1500)
+    assert (await names.snapshot()).correction == 31 * 2048
+    assert abs(machine.output[-1] - before) <= 2, "to the levels of the new position"
+    assert not await names.read("status.cannot_keep_up")
+    await names.write("ramp_rate", FASTEST_RAMP)
+    await clear_coefficients(machine)
+
+
+@cocotb.test()
+async def lost_counts_leave_the_correction_on(dut):
+    """A period lost on the wires: corrected throughout, at the right place again, and Z too."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.write_coefficients(
+        Coefficients.from_harmonics([1], [6.0], [0.4], table.COUNTS_PER_REV, LANES)
+    )
+    await names.command("swap")
+    await names.update("control", compensate=1, output_enable=1)
+    await names.update("lost_counts", zero_again=1)
+    motion = table.motion(4.7, CLOCKS_PER_COUNT)
+    lost_at = int(np.argmax(table.readings(motion)[:, 0] >= table.COUNTS_PER_REV + 50))
+    await machine.turn(motion[:lost_at])
+    assert await names.read("status.compensating")
+    # A period that the wires do not show: the pins are the same four counts further on.
+    machine.slip = 4
+    seen = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clock)
+            seen.append(int(dut.status_compensating.value))
+
+    cocotb.start_soon(watch())
+    await machine.turn(motion[lost_at:])
+    await ClockCycles(dut.clock, 100)
+    assert all(seen), "the correction was taken off"
+    assert await names.read("head1.flags.index_error") == 1
+    snapshot = await names.snapshot()
+    reading = machine.reading[-1][0] + machine.slip
+    assert snapshot.head1_angle == reading % table.COUNTS_PER_REV
+    assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
+    rises = np.flatnonzero(np.diff(machine.z) == 1)
+    at_z = np.array(machine.output)[rises + 1]
+    # A turn from Z to Z, but for the four counts that the output did not see either.
+    assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
+    assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4
+    assert np.abs(np.diff(machine.corrected)).max() <= 2
+    await clear_coefficients(machine)
 
 
 @cocotb.test()

@@ -38,6 +38,7 @@ class Segment:
     clear: bool = False
     """One clock at the start."""
     rearm: bool = False
+    zero_again: bool = False
     reset: bool = False
 
 
@@ -223,6 +224,43 @@ FAULTY: dict[str, Scenario] = {
         [RESET, Segment(100, 1), Segment(100, 1, jump=4), Segment(60, 1, down=True), Segment(10)],
         31,
         start=-7,
+    ),
+    "lost_counts_and_the_zero_found_again": Scenario(
+        [
+            RESET,
+            *[
+                Segment(clocks, 3, down=down, jump=jump, index_tolerance=2, zero_again=again)
+                for clocks, jump, down, again in (
+                    (500, 0, False, True),
+                    (700, 4, False, True),
+                    (700, -8, False, True),
+                    (600, 0, True, True),
+                    (700, 12, True, False),
+                    (700, 0, True, False),
+                    (700, 0, True, True),
+                )
+            ],
+            Segment(20, zero_again=True, index_tolerance=2),
+        ],
+        60,
+        start=-17,
+    ),
+    "zero_again_in_every_clock": Scenario(
+        [
+            RESET,
+            *[
+                Segment(clocks, 1, jump=jump, down=down, zero_again=True)
+                for clocks, jump, down in (
+                    (40, 0, False),
+                    (60, 4, False),
+                    (70, 4, True),
+                    (60, 0, True),
+                )
+            ]
+            * 3,
+        ],
+        9,
+        start=-3,
     ),
     "a_lost_period_within_the_tolerance_of_a_bad_index": Scenario(
         [
@@ -491,6 +529,7 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
         "minimum_edge_spacing": each_clock([s.minimum_edge_spacing for s in segments]),
         "index_tolerance": each_clock([s.index_tolerance for s in segments]),
         "clear": clear,
+        "zero_again": each_clock([int(s.zero_again) for s in segments]),
         "rearm": each_clock([int(s.rearm) for s in segments]),
         "reset": each_clock([int(s.reset) for s in segments]),
     }
@@ -516,11 +555,12 @@ def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
     bit_hold = [1, 2, 5, 9][seed]
     columns = {pin: _held(random, [0, 1], clocks, bit_hold) for pin in "abz"}
     columns |= {
-        "counts_per_rev": _held(random, [4, 5, 6, 7, 2**24], clocks, 30),
+        "counts_per_rev": _held(random, [4, 5, 6, 7, 9, 2**24], clocks, 30),
         "filter_length": _held(random, [0, 1, 1, 1, 2, 3, 5], clocks, 100),
         "minimum_edge_spacing": _held(random, [0, 1, 2, 3, 7], clocks, 100),
         "index_tolerance": _held(random, [0, 0, 1, 2, 3, 2**16 - 1], clocks, 60),
         "clear": at_times(25),
+        "zero_again": _held(random, [0, 1], clocks, 200),
         "rearm": at_times(40) | _held(random, [0, 0, 0, 0, 1], clocks, 20),
         "reset": at_times(150),
     }

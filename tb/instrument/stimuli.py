@@ -154,6 +154,7 @@ def quadrature_decoder(random: np.random.Generator) -> Stimulus:
         "index_tolerance": held([0, 1, 0, 60000], clocks // 4),
         "timestamp": list(range(2**40, 2**40 + clocks)),
         "clear": pulses(random, 0.004, clocks),
+        "zero_again": held([0, 1, 1, 1], clocks // 4),
         "rearm": held(pulses(random, 0.05, clocks // 10), 10),
     }
 
@@ -169,6 +170,10 @@ def quadrature_output(random: np.random.Generator) -> Stimulus:
         "corrected_position": (position % 2**32).tolist(),
         "corrected_angle": (position % turn).tolist(),
         "referenced": held(pulses(random, 0.8, clocks // 50), 50),
+        "phase_of_zero": held(random.integers(0, 4, clocks // 400).tolist(), 400),
+        "z_gated": held(pulses(random, 0.5, clocks // 400), 400),
+        "z_state": held(random.integers(0, 4, clocks // 400).tolist(), 400),
+        "z_width": held(random.integers(0, 3, clocks // 400).tolist(), 400),
         "counts_per_rev": [turn] * clocks,
         "minimum_spacing": held([0, 1, 2, 3, 1, 7, 0, 1], clocks // 8),
         "following_limit": held([100, 4, 2, 60000], clocks // 4),

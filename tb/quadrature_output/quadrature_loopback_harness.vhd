@@ -18,6 +18,7 @@ entity quadrature_loopback_harness is
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);
     minimum_spacing    : in    u_unsigned(15 downto 0);
     filter_length      : in    u_unsigned(7 downto 0);
+    phase_of_zero      : in    u_unsigned(1 downto 0);
     position           : out   u_signed(POSITION_WIDTH - 1 downto 0);
     angle              : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);
     index_seen         : out   std_ulogic;
@@ -46,6 +47,10 @@ begin
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
       referenced         => '1',
+      phase_of_zero      => phase_of_zero,
+      z_gated            => '0',
+      z_state            => "00",
+      z_width            => "00",
       counts_per_rev     => counts_per_rev,
       minimum_spacing    => minimum_spacing,
       following_limit    => to_unsigned(100, 16),
@@ -73,6 +78,7 @@ begin
       position             => position,
       angle                => angle,
       turn_position        => open,
+      phase_of_zero        => open,
       direction            => open,
       step                 => open,
       step_up              => open,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,11 @@ class Segment:
     """Counts by which the angle alone jumps at the start: the first index."""
     referenced: bool = True
     """The angle counts from an index."""
+    phase_of_zero: int = 0
+    """Place of A and B at position 0."""
+    z_gated: bool = False
+    z_state: int = 0
+    z_width: int = 0
     enable: bool = True
     reset: bool = False
     clear: bool = False
@@ -132,18 +137,27 @@ SCENARIOS: dict[str, Scenario] = {
         counts_per_rev=5000,
         keeps_up=False,
     ),
-    "saturates": Scenario(
+    "far_away_at_once": Scenario(
         [
             Segment(50, minimum_spacing=1000),
-            Segment(50, jump=2**30 - 3, minimum_spacing=1000),
-            Segment(50, 1, minimum_spacing=1000),
-            Segment(50, 1, down=True, minimum_spacing=1000),
+            Segment(50, jump=2**31 - 3, minimum_spacing=1000),
+            Segment(50, 1, minimum_spacing=1000, clear=True),
             Segment(50, jump=-(2**30), minimum_spacing=1000),
-            Segment(50, jump=-(2**30), minimum_spacing=1000),
-            Segment(90, 1, down=True, minimum_spacing=2),
+            Segment(90, 1, down=True, minimum_spacing=2, clear=True),
             Segment(50, 1, minimum_spacing=2),
         ],
         counts_per_rev=1000,
+        keeps_up=False,
+    ),
+    "backlog_before_a_standstill": Scenario(
+        [
+            Segment(20, minimum_spacing=10),
+            Segment(8000, 4, minimum_spacing=10),
+            Segment(3000, minimum_spacing=10),
+            Segment(60, minimum_spacing=10, clear=True),
+            Segment(2000, 12, minimum_spacing=10),
+        ],
+        counts_per_rev=2**24,
         keeps_up=False,
     ),
     "enable_without_burst": Scenario(
@@ -168,13 +182,13 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "enable_while_far_behind": Scenario(
         [
-            Segment(20, minimum_spacing=5),
-            Segment(60, jump=1000, minimum_spacing=5),
-            Segment(7, minimum_spacing=5, enable=False),
-            Segment(60, minimum_spacing=5, clear=True),
-            Segment(300, 1, minimum_spacing=30),
-            Segment(4, minimum_spacing=30, enable=False),
-            Segment(100, 40, minimum_spacing=30),
+            Segment(20, minimum_spacing=5, following_limit=2000),
+            Segment(60, jump=1000, minimum_spacing=5, following_limit=2000),
+            Segment(7, minimum_spacing=5, following_limit=2000, enable=False),
+            Segment(60, minimum_spacing=5, following_limit=2000, clear=True),
+            Segment(300, 1, minimum_spacing=30, following_limit=2000),
+            Segment(4, minimum_spacing=30, following_limit=2000, enable=False),
+            Segment(100, 40, minimum_spacing=30, following_limit=2000),
         ],
         counts_per_rev=3000,
         keeps_up=False,
@@ -206,6 +220,39 @@ SCENARIOS: dict[str, Scenario] = {
         counts_per_rev=23,
         keeps_up=False,
     ),
+    **{
+        f"z_from_state_{state}_for_{4 >> (2 - width)}_counts": Scenario(
+            [
+                replace(part, z_gated=True, z_state=state, z_width=width, phase_of_zero=3)
+                for part in [Segment(20, enable=False), *_up_and_down(3, 500)]
+            ],
+            counts_per_rev=40,
+            start=-9,
+        )
+        for state, width in ((0, 0), (1, 1), (2, 2), (3, 0), (2, 0))
+    },
+    **{
+        f"ungated_z_for_{4 >> (2 - width)}_counts": Scenario(
+            [replace(part, z_width=width, phase_of_zero=1) for part in _up_and_down(2, 500)],
+            counts_per_rev=37,
+            start=-9,
+        )
+        for width in (1, 2)
+    },
+    "phase_of_the_head_in_a_reset_and_at_each_enable": Scenario(
+        [
+            Segment(3, reset=True, phase_of_zero=2),
+            Segment(40, enable=False, phase_of_zero=2),
+            Segment(60, 2, phase_of_zero=2),
+            Segment(1, phase_of_zero=3, reset=True),
+            Segment(40, 3, phase_of_zero=3),
+            Segment(1, phase_of_zero=1, enable=False),
+            Segment(40, 3, phase_of_zero=1),
+            Segment(30, 3, phase_of_zero=0),
+        ],
+        counts_per_rev=50,
+        keeps_up=False,
+    ),
     "reset_in_between": Scenario(
         [
             Segment(101, 1),
@@ -235,6 +282,10 @@ def random_scenario(seed: int) -> Scenario:
             enable=random.random() < 0.9,
             clear=random.random() < 0.3,
             referenced=random.random() < 0.8,
+            phase_of_zero=int(random.integers(4)),
+            z_gated=bool(random.integers(2)),
+            z_state=int(random.integers(4)),
+            z_width=int(random.integers(3)),
             reset=random.random() < 0.02,
             minimum_spacing=int(random.choice([0, 1, 1, 2, 3, 4, 11])),
             following_limit=int(random.integers(0, 40)),
@@ -276,7 +327,8 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
     lengths = [segment.clocks for segment in scenario.segments]
     turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
     offset = np.cumsum(_at_start([s.angle_jump for s in scenario.segments], lengths))
-    names = ("enable", "reset", "referenced", "minimum_spacing", "following_limit")
+    names = ("phase_of_zero", "z_gated", "z_state", "z_width")
+    names += ("enable", "reset", "referenced", "minimum_spacing", "following_limit")
     columns = {
         name: np.repeat([int(getattr(s, name)) for s in scenario.segments], lengths)
         for name in names

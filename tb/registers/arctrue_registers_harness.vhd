@@ -84,7 +84,9 @@ entity arctrue_registers_harness is
     ramp_rate                      : out   std_ulogic_vector(31 downto 0);
     output_spacing                 : out   std_ulogic_vector(31 downto 0);
     following_limit                : out   std_ulogic_vector(31 downto 0);
-    index_tolerance                : out   std_ulogic_vector(31 downto 0)
+    index_tolerance                : out   std_ulogic_vector(31 downto 0);
+    output_index                   : out   std_ulogic_vector(31 downto 0);
+    lost_counts                    : out   std_ulogic_vector(31 downto 0)
   );
 end entity arctrue_registers_harness;
 
@@ -260,6 +262,10 @@ begin
   output_spacing <= padded(hwif_out.output_spacing.value.value);
   following_limit <= padded(hwif_out.following_limit.value.value);
   index_tolerance <= padded(hwif_out.index_tolerance.value.value);
+  lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, others => '0');
+  output_index <= padded(
+    hwif_out.output_index.width.value & "00" & hwif_out.output_index.state.value & "000" & hwif_out.output_index.gated.value
+  );
 
   memories : process (clock) is
 

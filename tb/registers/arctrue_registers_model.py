@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000200}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000300}
 """Address: value."""
 
 READ_WRITE = {
@@ -24,6 +24,8 @@ READ_WRITE = {
     0x044: (0xFFFF, 10, "output_spacing"),
     0x048: (0xFFFF, 100, "following_limit"),
     0x050: (0xFFFF, 2, "index_tolerance"),
+    0x054: (0x331, 0x20, "output_index"),
+    0x058: (0x1, 0, "lost_counts"),
     0x0A0: (0x3FF, 0, None),
 }
 """Address: bits that exist, value after reset, port that shows the value."""

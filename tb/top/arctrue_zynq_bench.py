@@ -256,7 +256,7 @@ async def leds_show_the_state(dut: Any) -> None:
 
 @cocotb.test()
 async def reset_in_the_middle(dut: Any) -> None:
-    """Reset while it turns: outputs low, LEDs out, registers as at first, and all works again."""
+    """Reset while it turns: A and B stand, Z low, LEDs out, registers as at first, works again."""
     device = await started(dut)
     names = device.registers
     for wait_ns in (1, 4, 6, 9):  # before and behind both edges of the clock
@@ -266,13 +266,15 @@ async def reset_in_the_middle(dut: Any) -> None:
         await RisingEdge(device.clock)
         await Timer(wait_ns, "ns")
         device.ps7.fabric_resetn.value = 0
-        await ClockCycles(device.clock, 4)
+        # An edge that was on its way still comes; then the levels stand, they do not drop.
+        await ClockCycles(device.clock, 8)
+        held = [device.level(name) for name in ("out_a", "out_b")]
         reset_lasts = 0
         turning = cocotb.start_soon(device.turn(table.motion(0.3, CLOCKS_PER_COUNT)))
         for _ in range(100):
             await FallingEdge(device.clock)
             assert device.lit() == (0, 0, 0, 0)
-            assert [device.level(name) for name in ("out_a", "out_b", "out_z")] == [0, 0, 0]
+            assert [device.level(name) for name in ("out_a", "out_b", "out_z")] == [*held, 0]
         await turning
         # An access that begins now waits for the end of the reset, then it is answered.
         reading = cocotb.start_soon(device.axi.read_burst(BASE, 2))

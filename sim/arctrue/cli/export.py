@@ -1,4 +1,4 @@
-"""arctrue export: a fitted model as coefficients of the gateware."""
+"""arctrue export: a fitted model as coefficients of the gateware or a table for a controller."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from pathlib import Path
 import click
 from rich.table import Table
 
+from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
+from arctrue.calibration.comparison import Comparison
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say
 from arctrue.cli._workbench import (
+    Workbench,
     common_options,
     console,
     for_people,
@@ -22,15 +25,34 @@ from arctrue.cli._workbench import (
 )
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
+from arctrue.metrology.controllers import FORMATS, TableFormat
+from arctrue.metrology.correction import Correction, reading_rad
+from arctrue.printable import one_line
+from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.stations import model_of_stations
 
 NOT_WRITTEN = 1
+GATEWARE = "gateware"
 
 
-@click.command("export", short_help="Write a model as coefficients of the gateware.")
+@click.command("export", short_help="Write a model for the gateware or another controller.")
 @set_argument
 @common_options
+@click.option(
+    "--format",
+    "table_format",
+    type=click.Choice([GATEWARE, *FORMATS]),
+    default=GATEWARE,
+    show_default=True,
+    help="coefficients of the gateware, or a table for another controller.",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(min=3),
+    help="Steps of a table over a turn.  [default: as the controller likes]",
+)
 @click.option(
     "--lanes",
     type=click.IntRange(1, LANES_MAX),
@@ -43,14 +65,12 @@ NOT_WRITTEN = 1
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
-    default=Path("coefficients.toml"),
-    show_default=True,
-    help="File to write.",
+    help="File to write.  [default: coefficients.toml, or a name by the format]",
 )
 @click.option(
     "--force",
     is_flag=True,
-    help="Write the coefficients although the reference run or the firmware would refuse them.",
+    help="Write the file although the reference run or the firmware would refuse it.",
 )
 @for_people
 def export(
@@ -60,22 +80,41 @@ def export(
     json_file: Path | None,
     out: Path | None,
     seed: int,
+    table_format: str,
+    points: int | None,
     lanes: int,
     temperature: float | None,
-    coefficient_file: Path,
+    coefficient_file: Path | None,
     force: bool,
 ) -> None:
-    """Write the model as coefficients of the gateware, and say what lanes cannot correct.
+    """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    What has no values yet is fitted to SET. With --out the file goes into that folder. Exit code
-    1: SET says that these coefficients make the error larger, and nothing was written (--force
-    writes them).
+    What the file does not correct is said. What has no values yet is fitted to SET, for which a
+    reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET says
+    that the file makes the error larger, and nothing was written (--force writes it).
     """
+    if table_format == GATEWARE and points is not None:
+        raise ValueError("--points: the gateware takes orders, not points; choose a --format")
+    if table_format != GATEWARE:
+        _check_points(FORMATS[table_format], points)
     bench = load(measurement_set, model_file, folders)
     model = bench.model
+    reference = bench.observations.reference
+    if model_file is None and bench.observations.capture is None and reference is not None:
+        model = model_of_stations(reference)
     if not all(entry.coefficients for entry in model.effects):
         with Progress("fitting"):
             model, _ = fitted(model, bench.observations, bench.effects)
+    if table_format != GATEWARE:
+        form = FORMATS[table_format]
+        correction = Correction.of_model(
+            model, bench.observations, bench.effects, temperature_c=temperature
+        )
+        name = coefficient_file or Path(form.file_name)
+        path = name if out is None else out / name.name
+        _write_table(bench, correction, form, points or form.points, path, json_file, force=force)
+        return
+    coefficient_file = coefficient_file or Path("coefficients.toml")
     result = export_model(
         model, bench.observations, bench.effects, lanes=lanes, temperature_c=temperature
     )
@@ -115,3 +154,88 @@ def export(
     if not written:
         say(f"export: {path} was not written; --force writes it", err=True)
         raise SystemExit(NOT_WRITTEN)
+
+
+def _check_points(form: TableFormat, points: int | None) -> None:
+    """Raises ValueError for a number that the controller does not take."""
+    least, most = form.least_points, form.most_points
+    if points is not None and not least <= points <= most:
+        takes = str(most) if least == most else f"{least} to {most}"
+        raise ValueError(f"--points: {form.name} takes {takes} steps a turn, found {points}")
+
+
+def _write_table(
+    bench: Workbench,
+    correction: Correction,
+    form: TableFormat,
+    points: int,
+    path: Path,
+    json_file: Path | None,
+    *,
+    force: bool,
+) -> None:
+    text = form.text(correction, points, one_line(bench.measurement))
+    left = form.left(text, correction)
+    refused = _table_objections(bench, correction)
+    for warning in correction.warnings:
+        say(f"warning: {warning}", err=True)
+    for objection in refused:
+        say(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
+    left_out = list(correction.left_out)
+    if correction.reversal_arcsec and not form.knows_direction:
+        left_out.append(
+            f"reversal error {correction.reversal_arcsec:+.3f}″: the table does not know the "
+            "direction"
+        )
+    written = force or not refused
+    if written:
+        write_whole_text(path, text)
+    orders = ", ".join(map(str, correction.orders)) or "none"
+    console.print(f"orders in the table: {orders}", soft_wrap=True)
+    console.print(
+        f"{form.name}, {points} steps a turn: the controller's interpolation leaves at most "
+        f"{left.largest_arcsec:.3f}″ ({left.rms_arcsec:.3f}″ RMS) of what the model corrects",
+        soft_wrap=True,
+    )
+    for one in left_out:
+        console.print(f"not corrected: {one}", soft_wrap=True)
+    if written:
+        console.print(f"wrote {path}", soft_wrap=True)
+    write_json(
+        json_file,
+        {
+            "schema": 1,
+            "file": str(path) if written else None,
+            "format": form.name,
+            "points": points,
+            "refused": refused,
+            "orders": correction.orders,
+            "reversal_arcsec": correction.reversal_arcsec,
+            "left_arcsec": {"largest": left.largest_arcsec, "rms": left.rms_arcsec},
+            "not_corrected": left_out,
+        },
+    )
+    if not written:
+        say(f"export: {path} was not written; --force writes it", err=True)
+        raise SystemExit(NOT_WRITTEN)
+
+
+def _table_objections(bench: Workbench, correction: Correction) -> list[str]:
+    """Why the table should not be used: the set's own reference run gets worse by it."""
+    reference = bench.measurement_set.reference
+    if reference is None:
+        return []
+    if reference.mask is not None:
+        reference = reference.where(~reference.mask)
+    readings = reading_rad(reference, bench.observations.counts_per_rev)
+    before = reference.error_arcsec
+    after = before - correction.error_arcsec(readings, reference.direction)
+    return of_comparison(
+        Comparison(
+            reference.target_deg,
+            reference.direction,
+            before - float(before.mean()),
+            after - float(after.mean()),
+            None,
+        )
+    )

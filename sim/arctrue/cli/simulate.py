@@ -62,7 +62,8 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     type=click.Choice(sorted(EXPERIMENTS)),
     default="full",
     show_default=True,
-    help="full: up, down, fast, warm, and a polygon; short: fewer samples of it; lean: one run.",
+    help="full: up, down, fast, warm, and a polygon; short: fewer samples of it; lean: one run; "
+    "one_pass: one turn, once over the faces; one_speed: up and down only, and a polygon.",
 )
 @click.option(
     "--index-scatter",

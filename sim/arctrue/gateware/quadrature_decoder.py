@@ -18,6 +18,9 @@ from arctrue.generated.number_formats import INDEX_SKEW
 COUNTER_MAX = 2**16 - 1
 """The fault counters stop here."""
 
+JUDGED_AFTER = 3
+"""Clocks from an index told to its judgement."""
+
 PERIOD = 4
 """Counts of a period of A and B."""
 
@@ -52,6 +55,7 @@ class DecoderInputs:
     """Clocks, 0 to 2**64 - 1."""
     clear: ArrayLike = False
     rearm: ArrayLike = False
+    zero_again: ArrayLike = False
     reset: ArrayLike = False
 
 
@@ -65,6 +69,8 @@ class DecoderTrace:
     position: Ints
     angle: Ints
     turn_position: Ints
+    phase_of_zero: Ints
+    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
     direction: Ints
     step: Ints
     step_up: Ints
@@ -201,6 +207,26 @@ def _edges_lost(
     return lost
 
 
+def _moved_zeros(
+    misplaced: Bools, agrees: Bools, can_move: Bools, forgotten: Bools, told: Bools
+) -> Bools:
+    """Clocks in which a mark that agrees with the one before it becomes the zero."""
+    moved = np.zeros(misplaced.size, dtype=np.bool_)
+    last_forgotten = latest(forgotten)
+    in_doubt_since = -1
+    for clock in np.flatnonzero(misplaced | agrees).tolist():
+        if last_forgotten[clock] >= in_doubt_since:
+            in_doubt_since = -1
+        # Another mark since the one that is judged.
+        is_last = not told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
+        if misplaced[clock] and not forgotten[clock]:
+            in_doubt_since = clock
+        elif agrees[clock] and in_doubt_since >= 0 and can_move[clock] and is_last:
+            moved[clock] = True
+            in_doubt_since = -1
+    return moved
+
+
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
     """Flag and counter after each clock; an event in the clock of a clear is kept."""
     total = np.cumsum(event)
@@ -222,7 +248,8 @@ def quadrature_decoder(
     columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}
     columns = dict(zip(columns, np.broadcast_arrays(*columns.values()), strict=True))
     timestamp = columns.pop("timestamp").astype(np.uint64)
-    clear, rearm, reset = (columns.pop(name) != 0 for name in ("clear", "rearm", "reset"))
+    levels_of = ("clear", "rearm", "reset", "zero_again")
+    clear, rearm, reset, zero_again = (columns.pop(name) != 0 for name in levels_of)
     if clear.size == 0:
         raise ValueError("the inputs hold no clock; expected one value a clock")
     column = {name: values.astype(np.int64) for name, values in columns.items()}
@@ -263,7 +290,7 @@ def quadrature_decoder(
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
     first_index = index & (index_number == 1)
-    from_zero = total - value_at(latest(forgotten | first_index), total - behind_zero, 0)
+    zero = total - behind_zero
     turn_in_force = np.maximum(_earlier(turn), 1)
 
     # Stage 3: the index, one clock after the position.
@@ -277,9 +304,18 @@ def quadrature_decoder(
     size = np.abs(interval)
     deviation = np.minimum(size, np.abs(size - turn_in_force))
     # Judged two clocks after it was latched, by the tolerance of that clock.
-    misplaced = _was(_was(repeated) & ~reset) & (
-        _earlier(_earlier(deviation)) > column["index_tolerance"]
+    judged = _was(_was(repeated) & ~reset)
+    misplaced = judged & (_earlier(_earlier(deviation)) > column["index_tolerance"])
+    of_a_turn = _earlier(_earlier(np.abs(size - turn_in_force)))
+    agrees = judged & (of_a_turn <= column["index_tolerance"])
+    can_move = zero_again & ~forgotten & (turn_in_force > 8)
+    moved_zero = _moved_zeros(
+        _was(misplaced & ~reset), _was(agrees & ~reset), can_move, forgotten, _was(seen.index)
     )
+    at = np.flatnonzero(moved_zero)
+    # That of the mark, told so many clocks before.
+    zero[at] = zero[at - JUDGED_AFTER - 1]
+    from_zero = total - value_at(latest(forgotten | first_index | moved_zero), zero, 0)
 
     # Spacing of edges, one clock after the position.
     move_before = _clock_before(last_move)
@@ -291,7 +327,13 @@ def quadrature_decoder(
     edges_lost = _edges_lost((levels[0], levels[1]), column["filter_length"], seen, filter_reset)
     too_fast = _was((too_near | edges_lost) & ~reset) & ~reset
     overspeed, overspeed_count = _sticky(too_fast, clear, reset)
-    index_error, index_error_count = _sticky(_was(misplaced & ~reset) & ~reset, clear, reset)
+    told = _was(misplaced & ~reset) | moved_zero
+    index_error, index_error_count = _sticky(told & ~reset, clear, reset)
+
+    # The levels of the clock in which the position was decided.
+    place = 2 * b + (a ^ b)
+    place = np.where(preload, place, _earlier(place))
+    phase_of_zero = np.where(reset | preload, 0, _earlier((place - from_reset) % 4))
 
     direction = np.where(last_reset == clocks, 1, _earlier(seen.up.astype(np.int64)))
     direction[0] = 1
@@ -299,6 +341,7 @@ def quadrature_decoder(
         "position": _wrapped(from_reset),
         "angle": from_zero % turn_in_force,
         "turn_position": _wrapped(from_zero),
+        "phase_of_zero": phase_of_zero,
         "direction": direction,
         "step": moves,
         "step_up": moved > 0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 LATENCY = 6
 """Clocks from a position to its edge, when nothing holds the edge back."""
 
-SATURATION = 2**30
-"""|following error| does not grow beyond this, counts."""
-
 _A_OF_PHASE = (0, 1, 1, 0)
 _B_OF_PHASE = (0, 0, 1, 1)
+_TURNS = range(-2, 2)
+_Z_COUNTS = (1, 2, 4, 4)
 # The lag in hand is that of two clocks ago and lacks the steps since.
 _STEPS_UNDER_WAY = 3
 
@@ -37,6 +37,13 @@ class OutputInputs:
     """Clocks."""
     referenced: ArrayLike = True
     """corrected_angle counts from an index mark."""
+    phase_of_zero: ArrayLike = 0
+    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
+    z_gated: ArrayLike = False
+    z_state: ArrayLike = 0
+    """Place of (A, B) in 00, 10, 11, 01."""
+    z_width: ArrayLike = 0
+    """0: 1 count, 1: 2 counts, 2: 4 counts."""
     following_limit: ArrayLike = 2**16 - 1
     """Counts."""
     enable: ArrayLike = True
@@ -59,15 +66,33 @@ class OutputTrace:
     cannot_keep_up: NDArray[np.int64]
 
 
+class _ZSettings(NamedTuple):
+    gated: bool
+    state: int
+    width: int
+
+    def is_high(self, behind_zero: int, phase: int) -> bool:
+        """Whether Z is high so many counts behind the zero, at this place of (A, B)."""
+        counts = _Z_COUNTS[self.width]
+        if not self.gated:
+            return 0 <= behind_zero < counts
+        first = behind_zero - (phase - self.state) % 4
+        return -2 <= first <= 1 and behind_zero - first < counts
+
+
 class _Follower:
     """The registers of the entity; each method is one stage of it, last stage first."""
 
     def __init__(self) -> None:
         self.output = self.lag = self.near_lag = 0
         self.limit = self.turn_limit = 0
-        self.turns_are_less = self.referenced_then = False
-        self.angle_then = self.counts_per_rev_then = 0
+        self.turns_are_less = False
+        self.phase = self.phase_then = 0
         self.spacing = 0
+        self.pins = [0, 0, 0]
+        # From the position to the angle, and a turn: of one, two and three clocks ago.
+        self.references = [(0, 0, False)] * 3
+        self.behind_zero = 0
         self.restart()
 
     def restart(self) -> None:
@@ -77,34 +102,34 @@ class _Follower:
         self.steps = [0] * _STEPS_UNDER_WAY
         self.direction = 1
         self.may_step = True
-        self.phase = self.phase_then = 0
-        self.pins = [0, 0, 0]
+        self.pins[2] = 0
         self.following_error = 0
         self.cannot_keep_up = 0
 
-    def show(self, clear: bool, following_limit: int, counts_per_rev: int) -> None:
+    def show(self, clear: bool, following_limit: int, turn: int, z: _ZSettings) -> None:
         """Pins, following error and its flag."""
         self.pins[:2] = _A_OF_PHASE[self.phase_then], _B_OF_PHASE[self.phase_then]
         if any(self.enabled):
-            turn = self.counts_per_rev_then
-            zeros = (self.angle_then + turns * turn for turns in range(-2, 2))
-            self.pins[2] = int(self.referenced_then and self.lag in zeros)
+            reference, turn_then, referenced = self.references[2]
+            zero = reference + self.output_then
+            behind = [_wrapped(zero + turns * turn_then) for turns in _TURNS]
+            self.pins[2] = int(referenced and any(z.is_high(n, self.phase_then) for n in behind))
         self.cannot_keep_up = int(self.too_far or (self.cannot_keep_up and not clear))
         self.following_error = 0
         self.too_far = False
         if self.following and self.enabled[0]:
-            self.following_error = min(max(self.lag, -SATURATION), SATURATION)
+            self.following_error = self.lag
             self.too_far = abs(self.lag) > self.limit
         # Two settings, compared in a clock of their own.
         self.limit = self.turn_limit if self.turns_are_less else following_limit
         self.turns_are_less = following_limit > self.turn_limit
-        self.turn_limit = 2 * counts_per_rev - 1
+        self.turn_limit = 2 * turn - 1
 
-    def decide(self, minimum_spacing: int) -> int:
+    def decide(self, minimum_spacing: int, reset: bool) -> int:
         """The step that the output takes in the next clock: -1, 0 or 1."""
         remaining = self.near_lag - sum(self.steps)
         step = 0
-        if self.following and all(self.enabled) and self.may_step:
+        if self.following and all(self.enabled) and self.may_step and not reset:
             needed = 1 if remaining * self.direction > 0 else 2
             if abs(remaining) >= needed:
                 step = 1 if remaining > 0 else -1
@@ -117,46 +142,52 @@ class _Follower:
             self.spacing -= 1
         return step
 
-    def move(self, position: int) -> None:
-        """Take the step decided one clock ago, or track the position while disabled."""
-        lag = self.lag
-        self.near_lag = min(max(lag, -8), 7)
-        self.phase_then = self.phase
+    def move(self, position: int, phase_of_zero: int) -> None:
+        """Take the step decided one clock ago, or track the position while not following."""
+        self.near_lag = min(max(self.lag, -8), 7)
+        self.phase_then, self.output_then = self.phase, self.output
         self.lag = _wrapped(position - self.output)
-        if not self.following:
-            self.output = position
-            return
-        self.phase = (self.phase + self.steps[0]) % 4
-        if lag >= SATURATION:
-            self.output = _wrapped(position - SATURATION)
-        elif lag < -SATURATION:
-            self.output = _wrapped(position + SATURATION)
-        else:
+        if self.following:
+            self.phase = (self.phase + self.steps[0]) % 4
             self.output = _wrapped(self.output + self.steps[0])
+        else:
+            to_phase = (self.phase - phase_of_zero - position + 2) % 4 - 2
+            self.output = _wrapped(position + to_phase)
+
+    def refer(self, position: int, angle: int, turn: int, referenced: bool) -> None:
+        """Where the zero is: from the position to the angle; the turn joins it a clock later."""
+        (reference, _, was_referenced), of_turn, _ = self.references
+        now = (_wrapped(angle - position), 0, referenced)
+        self.references = [now, (reference, turn, was_referenced), of_turn]
 
 
-def quadrature_output(inputs: OutputInputs) -> OutputTrace:
+def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
     """Run the output over all clocks of ``inputs``, from a reset at the first position on.
 
+    ``held_phase``: place of (A, B) in 00, 10, 11, 01 before it, which a reset does not change; 0 at
+    power-up.
     Raises ValueError when the shapes of the inputs do not fit.
     """
     names = [field.name for field in fields(inputs)]
     columns = np.broadcast_arrays(*(np.atleast_1d(getattr(inputs, name)) for name in names))
     follower = _Follower()
-    follower.output = int(columns[0][0])
+    follower.output = follower.output_then = int(columns[0][0])
+    follower.phase = follower.phase_then = held_phase
+    follower.pins[:2] = _A_OF_PHASE[held_phase], _B_OF_PHASE[held_phase]
     outputs = np.zeros((columns[0].size + 1, 5), dtype=np.int64)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for clock, row in enumerate(rows):
-        position, angle, turn, spacing, referenced, limit, enable, clear, reset = row
-        follower.show(clear, limit, turn)
-        step = follower.decide(spacing)
-        follower.move(position)
-        follower.angle_then, follower.counts_per_rev_then = angle, turn
-        follower.referenced_then = bool(referenced)
+        position, angle, turn, spacing, referenced, phase_of_zero, *z = row[:-4]
+        limit, enable, clear, reset = row[-4:]
+        cannot_keep_up = follower.cannot_keep_up
+        follower.show(clear, limit, turn, _ZSettings(*z))
+        step = follower.decide(spacing, reset)
+        follower.move(position, phase_of_zero)
+        follower.refer(position, angle, turn, referenced)
         following = follower.following
         follower.steps = [step, *follower.steps[:-1]] if following else [0] * _STEPS_UNDER_WAY
         follower.enabled = (following, follower.enabled[0])
-        follower.following = bool(enable)
+        follower.following = bool(enable and not cannot_keep_up)
         if reset:
             follower.restart()
         outputs[clock + 1] = (*follower.pins, follower.following_error, follower.cannot_keep_up)

@@ -24,6 +24,8 @@ class Conditions(TableState):
     since_run_start_s: NDArray[np.float64]
     travelled_rad: NDArray[np.float64] | None = None
     """How far the table has turned since it was set up, in either direction; None: not known."""
+    since_reversal_rad: NDArray[np.float64] | None = None
+    """How far it has turned since it last changed its direction; None: not known."""
 
     def turned(self, angle_rad: NDArray[np.float64]) -> Conditions:
         """The same conditions at other angles."""

@@ -72,15 +72,18 @@ class Noise:
 
 
 def together(parts: Iterable[Noise], rows: int) -> Noise:
-    """The sum of independent noises of the same rows."""
-    listed = list(parts)
+    """The sum of independent noises of the same rows; processes with the same decay become one."""
     variance = np.zeros(rows)
-    for part in listed:
+    processes: dict[bytes, tuple[float, Float]] = {}
+    for part in parts:
         variance = variance + part.white_rad**2
+        for sigma, decay in zip(part.sigma_rad, part.decay, strict=True):
+            before, _ = processes.get(decay.tobytes(), (0.0, decay))
+            processes[decay.tobytes()] = (before + float(sigma) ** 2, decay)
     return Noise(
         np.sqrt(variance),
-        np.concatenate([np.zeros(0), *(part.sigma_rad for part in listed)]),
-        np.concatenate([_none(rows), *(part.decay for part in listed)]),
+        np.sqrt(np.array([square for square, _ in processes.values()])),
+        np.array([decay for _, decay in processes.values()]).reshape(-1, rows),
     )
 
 

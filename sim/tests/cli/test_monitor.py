@@ -52,7 +52,7 @@ class Device(threading.Thread):
         self.sensor = Sensor(made) if self.with_sensor else None
         while not self.ended:
             try:
-                said = made.send(os.read(self.end, 256))
+                said = made.send(self.received(os.read(self.end, 256)))
             except BlockingIOError:
                 said = ""
                 time.sleep(0.002)
@@ -62,6 +62,10 @@ class Device(threading.Thread):
                 counts[0, 300:] += 10**6 * self.bad_turns
                 made.core.hand_over(counts)
             self.tell(said + made.step())
+
+    def received(self, data: bytes) -> bytes:
+        """What comes out of the line of what was sent into it."""
+        return data
 
     def tell(self, said: str) -> None:
         data = said.encode()

@@ -16,6 +16,7 @@ from arctrue.measurement import write_measurement_set
 
 SIGNED = {
     ("calibrate", "separation"),
+    ("iso230", "temperature"),
     ("export", "temperature"),
     ("import", "separation"),
     ("import", "clock_offset"),

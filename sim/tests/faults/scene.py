@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -174,13 +174,22 @@ class Scene:
         fault = PinFault(first, counts * CLOCKS_A_COUNT, low=pins | also_low)
         instrument.disturb(fault)
 
-    def recovers(self, most_turns: int = 4) -> None:
-        """Without a fault any more, a turn is calibrated again and the output is right again."""
+    def recovers(self, most_turns: int = 4, *, refers: bool = False) -> None:
+        """Without a fault any more, a turn is calibrated again and the output is right again.
+
+        ``refers``: the receiver looks for its zero first, as after a fault of the output.
+        """
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
                 break
         assert self.told["reason"] in ("none", "not_better")
         self.settle()
+        if refers:
+            self.record()
+            self.turn(1.0)
+            now = zeros_of(self.instrument)
+            slip = now.head1 - self._zeros.head1
+            self._zeros = replace(self._zeros, corrected=now.corrected - slip)
         self.record()
         self.turn(1.0)
         clean = self.compare()

@@ -7,6 +7,7 @@ from sim.tests.faults.conftest import MakeScene
 from sim.tests.faults.setting import (
     CLOCKS_A_COUNT,
     COUNTS,
+    FOLLOWING_LIMIT_COUNTS,
     MINIMUM_EDGE_SPACING_CLOCKS,
     OUTPUT_SPACING_CLOCKS,
     TURN_RAD,
@@ -60,15 +61,16 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert ("cannot_keep_up" in flags) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
     during = scene.compare()
     assert during.illegal == 0
-    # What comes in faster than it may go out waits.
-    travelled = speed * fast_s_turns * COUNTS
-    waiting = travelled * max(0.0, 1 - clocks_a_count / OUTPUT_SPACING_CLOCKS)
+    output_fault = clocks_a_count < OUTPUT_SPACING_CLOCKS
+    # Beyond the limit it stands and sends nothing of what comes after: no edge is later than this.
+    limit = FOLLOWING_LIMIT_COUNTS if output_fault else 0
     late = (OUTPUT_SPACING_CLOCKS + 1) / clocks_a_count
     wrong = scene.wrong_place(during.most_slip)
-    assert during.worse < scene.clean_bound + late + waiting + wrong
+    assert during.worse < scene.clean_bound + late + limit + wrong
+    assert (during.edges < 0.5 * COUNTS) == output_fault
 
     assert scene.next_turn()["result"] == "refused"
     assert scene.reasons(turns)[0] in ("edge_spacing", "illegal_transition", "index_error")
-    assert ("output" in scene.told["alarms"]) == (clocks_a_count < OUTPUT_SPACING_CLOCKS)
+    assert ("output" in scene.told["alarms"]) == output_fault
     assert scene.bank() == before
-    scene.recovers()
+    scene.recovers(refers=output_fault)

@@ -259,6 +259,16 @@ class Emulator:
             yield write
             order(f"z{breakpoint_there}", b"$OK#")
 
+    def fault_once(self, place: int, bad: bytes, handler: int) -> None:
+        """The code at ``place`` is bad until its fault has come to ``handler``, and never again."""
+        good = machine_code(place, len(bad))
+        with self.debugging() as order:
+            order(f"Z0,{handler:x},2", b"$OK#")
+            order(f"M{place:x},{len(bad):x}:{bad.hex()}", b"$OK#")
+            order("c", b"$T05")
+            order(f"M{place:x},{len(good):x}:{good.hex()}", b"$OK#")
+            order(f"z0,{handler:x},2", b"$OK#")
+
     def on_the_bus(self, *commands: str) -> list[str]:
         """Accesses of qtest's protocol, beside the processor: its answers without the OK."""
         if self._bus is None:

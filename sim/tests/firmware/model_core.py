@@ -13,6 +13,7 @@ from sim.tests.firmware.library import firmware
 from arctrue.gateware.register_access import register_named
 
 COEFFICIENTS = 0x1000
+INDEX_SEEN = 1
 
 
 def address(path: str) -> int:
@@ -34,6 +35,7 @@ class ModelCore:
         self.active: dict[int, int] = {}
         self.bank: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
         self.broken_lane: int | None = None
+        self.swaps_are_lost = False
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
         self.set("core_configuration", lanes | 18 << 8 | depth << 16)
@@ -68,11 +70,14 @@ class ModelCore:
             self.words[offset] = word
 
     def command(self, word: int) -> None:
-        if word & bit("command", "swap"):
+        if word & bit("command", "swap") and not self.swaps_are_lost:
             self.active = dict(self.idle)
             self.set("swap_count", self.get("swap_count") + 1)
         if word & bit("command", "capture_release"):
             self.set("status", self.get("status") & ~bit("status", "capture_ready"))
+        for head in ("head1", "head2"):
+            if word & bit("command", f"clear_{head}"):
+                self.set(f"{head}.flags", self.get(f"{head}.flags") & INDEX_SEEN)
         if word & bit("command", "rearm"):
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
@@ -121,6 +126,7 @@ class Firmware:
         self.said = bytearray()
         self._put = ffi.callback("text_put", self._take)
         self.sink = ffi.new("struct text_sink *", [self._put, ffi.NULL])
+        self.sensor: Any = None
         self.application = ffi.new("struct application *")
         self.console = ffi.new("struct console *")
         library.application_prepare(self.application, core.access)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -225,6 +226,38 @@ def test_an_index_error_that_would_be_cleared_unseen(running: Firmware, head: st
     assert told["alarms"] == [], "not looked at without an index error"
 
 
+def test_counts_that_head_1_lost_are_noticed_before_the_bank_is_full(running: Firmware) -> None:
+    """At the index; a bank may take minutes."""
+    running.turn(turn())
+    running.core.writes.clear()
+    running.core.set("head1.flags", 0b11)
+    running.core.set("head1.index", 2)
+    running.core.set("snapshot.head1_position", 1002)
+    running.core.set("snapshot.head1_angle", 1000)
+    running.step()
+    assert not running.core.writes, "within the repeatability of the index"
+    running.core.set("head1.index", COUNTS // 3)
+    running.step()
+    assert not running.core.writes, "a pulse far from the index is rather none: the bank tells"
+    running.core.set("head1.index", -8)
+    told = json.loads(running.step())
+    assert told["alarms"] == ["zero_lost"]
+    assert running.phase == "wait_for_index"
+    commands = [word for offset, word in running.core.writes if offset == address("command")]
+    assert commands[0] & bit("command", "rearm")
+    captures = [
+        bool(word & bit("control", "capture_enable"))
+        for offset, word in running.core.writes
+        if offset == address("control")
+    ]
+    assert captures == [False, True], "half a turn with the wrong zero is not used"
+    assert running.application.has_active, "the coefficients belong to the index"
+    running.core.see_index()
+    running.core.set("head1.index", 1002)
+    running.step()
+    assert running.turn(turn(seed=2))["alarms"] == []
+
+
 def test_a_re_arm_makes_both_zeros_anew(running: Firmware) -> None:
     running.core.head2_slips(40)
     running.turn(turn(), LOST)
@@ -319,6 +352,42 @@ def test_coefficients_that_do_not_read_back(running: Firmware) -> None:
     assert not controls(running.core)["compensate"]
 
 
+def test_a_swap_that_never_comes_ends_in_the_safe_state(running: Firmware) -> None:
+    running.turn(turn())
+    running.core.swaps_are_lost = True
+    running.core.hand_over(turn(Disc({1: (20.0, 1.0)}), seed=3))
+    running.step()
+    assert running.phase == "swap"
+    running.said.clear()
+    said = running.step(2000)
+    assert "swap" in json.loads(said.splitlines()[-1])["alarms"]
+    assert running.phase == "capture"
+    assert not controls(running.core)["compensate"]
+    running.core.swaps_are_lost = False
+    assert running.turn(turn(seed=4))["result"] == "applied"
+    assert controls(running.core)["compensate"]
+
+
+def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmware) -> None:
+    """The gate sees nothing better in a turn of the same disc: the rest stays as it is."""
+    for seed in range(1, 6):
+        running.turn(turn(seed=seed))
+    reading = np.arange(0, COUNTS, COUNTS // 1024)
+
+    def spectrum() -> Any:
+        error = active_coefficients(running.core).error_counts(reading)
+        return np.abs(np.fft.rfft(error))[:32] * 2 * ARCSEC_PER_COUNT / reading.size
+
+    before = spectrum()
+    assert before[31] > 0.2
+    assert running.send("set orders 5") == "ok\r\n"
+    assert running.turn(turn(seed=6, noise=0.25))["result"] == "applied"
+    after = spectrum()
+    assert (after[6:] < 0.01).all(), "rounding of the samples"
+    np.testing.assert_allclose(after[1:4], before[1:4], atol=0.05)
+    assert running.turn(turn(seed=6, noise=0.25))["reason"] == "not_better"
+
+
 def test_a_stuck_capture_ends_in_the_safe_state(running: Firmware) -> None:
     running.turn(turn())
     position = running.core.get("snapshot.head1_position")
@@ -355,11 +424,12 @@ def test_a_turn_of_counts_that_the_core_refuses(running: Firmware) -> None:
 
 def test_the_core_interrupts_when_a_bank_is_ready(running: Firmware) -> None:
     core = running.core
-    assert core.get("interrupt_enable") == bit("interrupt_enable", "capture_ready")
+    enabled = bit("interrupt_enable", "capture_ready") | bit("interrupt_enable", "head1_fault")
+    assert core.get("interrupt_enable") == enabled
     core.writes.clear()
     core.hand_over(turn())
     running.library.application_interrupt(running.application)
-    assert (address("interrupt_status"), bit("interrupt_status", "capture_ready")) in core.writes
+    assert (address("interrupt_status"), enabled) in core.writes
     running.step()
     assert (running.application.interrupts, running.application.banks_without_interrupt) == (1, 0)
     running.step(3)
@@ -397,6 +467,8 @@ class Sensor:
         ffi, library = c_library()
         self.celsius: float | None = 40.0
         self.call = ffi.callback("temperature_read", self.read)
+        # The firmware holds a pointer to it.
+        firmware.sensor = self
         library.application_use_temperature(firmware.application, self.call, ffi.NULL)
 
     def read(self, _: Any, celsius: Any) -> bool:

@@ -152,6 +152,14 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
     assert ffi.string(library.refusal_name(code)).decode() == reason
 
 
+def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
+    """Some three dozen passes over the turn: a long capture may have less than a short one."""
+    disc = Disc({1: (7700.0, 0.4)})
+    for samples, expected in ((400, "none"), (12_000, "not_converged")):
+        held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)
+        assert estimate("least_squares", held, orders=24)[0] == expected
+
+
 def turns_of(number: int, noise: float = 0.2) -> list[Any]:
     return [
         estimate("fourier", capture_in_c(counts_of(noise=noise, seed=seed, samples=1500)), 8)[1]

@@ -47,7 +47,7 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
         ("set orders 3.5", "error: a whole number is needed, not 3.5"),
         ("set colour 1", "error: no parameter colour"),
         ("bypass maybe", "error: on or off, not maybe"),
-        ("a b c d e", "error: the line is too long or is not text; try help"),
+        ("a b c d e f g h", "error: the line is too long or is not text; try help"),
         ("x" * 81, "error: the line is too long or is not text; try help"),
         ("x" * 5000, "error: the line is too long or is not text; try help"),
         ("st\x01atus", "error: the line is too long or is not text; try help"),
@@ -62,7 +62,7 @@ def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
     ffi, library = firmware()
     reasons = [library.refusal_name(reason) for reason in range(1, library.REFUSALS)]
     alarms = [name for bit in range(32) if (name := library.alarm_name(1 << bit)) != ffi.NULL]
-    assert len(alarms) == 9
+    assert len(alarms) == 10
     for name in {ffi.string(name).decode() for name in (*reasons, *alarms)}:
         answer = running.send(f"help {name}").splitlines()
         assert len(answer) == 2, name
@@ -122,6 +122,19 @@ def test_harmonics_are_shown_as_they_were_found(running: Firmware) -> None:
         assert float(cosine) == pytest.approx(harmonic[place].cosine, abs=6e-10)
         assert float(sine) == pytest.approx(harmonic[place].sine, abs=6e-10)
         assert verdict in ("applied", "not_significant")
+
+
+def test_harmonics_of_a_refused_turn_are_not_shown(running: Firmware) -> None:
+    running.turn(turn())
+    good = running.send("show harmonics")
+    assert running.turn(turn(seed=2, noise=5.0))["reason"] == "noise"
+    assert running.send("show harmonics") == good
+    (noise,) = [
+        line for line in running.send("status").splitlines() if line.startswith("noise_arcsec")
+    ]
+    refused = 5.0 * np.sqrt(2.0)
+    # 1500 samples leave 2 % of it unknown.
+    assert float(noise.split()[1]) == pytest.approx(refused, rel=0.1)
 
 
 def test_a_dump_is_the_capture(running: Firmware) -> None:
@@ -201,8 +214,11 @@ def test_what_the_board_knows_is_told(running: Firmware) -> None:
     assert "reset none\r\n" in plain
     assert "reset_instruction" not in plain
     assert "fabric" not in plain
-    reason, fabric = ffi.new("char[]", b"hang"), ffi.new("char[]", b"loaded")
+    reason, loaded = ffi.new("char[]", b"hang"), ffi.new("char[]", b"loaded")
+    fabric = ffi.callback("console_word", lambda: loaded)
     running.console.reset_reason, running.console.fabric = reason, fabric
+    running.console.overruns = 3
     running.console.reset_instruction = 0x1A2C
     told = running.send("status")
+    assert "console_overruns 3\r\n" in told
     assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in told

@@ -446,12 +446,9 @@ def test_orders_outlive_faults_and_faults_in_a_row_end(tmp_path: Path) -> None:
             assert machine.send(order) == "ok\r\n"
         place = symbol("application_step")
         bad = assemble(tmp_path, "udf.w #0")
-        original = machine_code(place, len(bad))
         for number in (1, 2, 3):
             start = len(machine.said)
-            machine.write_memory(place, bad)
-            machine.wait_for("state 0x", start=start)
-            machine.write_memory(place, original)
+            machine.fault_once(place, bad, symbol("fault_taken"))
             machine.wait_for("settings kept, bypass on\r\n", start=start)
             status = machine.ask("status", f"faults_in_a_row {number}\r\n")
             assert field(status, "settings") == "kept"

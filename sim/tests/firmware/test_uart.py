@@ -22,6 +22,7 @@ REGISTERS = {AT[name]: name for name in AT if name.startswith("UART_") and name 
 RX_RESET, TX_RESET, RX_ON, RX_OFF, TX_ON, TX_OFF = (1 << bit for bit in range(6))
 RX_EMPTY, TX_EMPTY, TX_FULL, TX_ACTIVE = 1 << 1, 1 << 3, 1 << 4, 1 << 11
 RX_TRIGGER = 1
+RX_OVERFLOW = 1 << 5
 FIFO = 64
 RESET_READS = 3
 CHARACTER_READS = 20
@@ -37,7 +38,7 @@ static inline void register_write(uint32_t address, uint32_t word) { model_write
 DECLARATIONS = """
 extern uint32_t (*model_read)(uint32_t);
 extern void (*model_write)(uint32_t, uint32_t);
-struct uart { uint32_t written; uint32_t taken; uint8_t ring[4096]; };
+struct uart { uint32_t written; uint32_t taken; uint32_t overruns; bool lost; uint8_t ring[4096]; };
 void uart_set_up(struct uart *uart);
 void uart_interrupt(struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
@@ -89,7 +90,9 @@ class Uart:
         self.ring = self.ffi.new("struct uart *")
 
     def arrive(self, character: int) -> None:
-        if self.words["UART_CR"] & RX_ON and len(self.received) < FIFO:
+        if len(self.received) >= FIFO:
+            self.status |= RX_OVERFLOW
+        elif self.words["UART_CR"] & RX_ON:
             self.received.append(character)
             if len(self.received) == self.words["UART_RXWM"]:
                 self.status |= RX_TRIGGER
@@ -210,4 +213,21 @@ def test_more_than_the_ring_holds_is_lost_and_no_more(uart: Uart) -> None:
     assert uart.heard() == bytes(place % 251 for place in range(4096))
     uart.arrive(7)
     uart.interrupts()
-    assert uart.heard() == b"\x07"
+    assert uart.heard() == b"\x00\x07", "a 0 where some were lost: no line of text has one"
+    assert uart.ring.overruns == 1
+
+
+@pytest.mark.parametrize("more", [1, 30])
+def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> None:
+    """Interrupts were off for more than 64 characters."""
+    for place in range(FIFO + more):
+        uart.arrive(32 + place)
+    uart.arrivals = {uart.reads + 9: ord("x")}
+    uart.interrupts()
+    uart.arrive(ord("y"))
+    uart.interrupts()
+    kept = bytes(32 + place for place in range(FIFO))
+    assert uart.heard() == kept + b"\x00xy"
+    assert uart.ring.overruns == 1
+    uart.set_up()
+    assert uart.ring.overruns == 0

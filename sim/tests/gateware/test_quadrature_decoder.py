@@ -266,6 +266,47 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
         assert told.index_error_count[-1] == (off == off.max()).sum() > 0
 
 
+def test_the_zero_is_found_again_by_two_marks_that_agree() -> None:
+    name = "lost_counts_and_the_zero_found_again"
+    scenario, given, trace = played(name)
+    delay = latency(given)
+    turn = scenario.counts_per_rev
+    off = (trace.angle[delay:-1] - given.count[:-delay]) % turn
+    off = np.where(off > turn // 2, off - turn, off)
+    ends = np.cumsum([segment.clocks for segment in scenario.segments]) - delay - 1
+    # At the end of each stretch: the zero is right again after counts were lost, but where it
+    # may not be found; the index stays seen, so that the correction goes on.
+    assert off[ends[1:]].tolist() == [0, 0, 0, 0, -12, -12, 0, 0]
+    first = int(np.argmax(trace.index_seen))
+    assert trace.index_seen[first:].all()
+    # Never further off than what was lost, and back within two turns of it.
+    assert set(off[first:].tolist()) <= {0, -4, 8, -12}
+    wrong_clocks = np.diff(np.flatnonzero(np.diff(off[first:]) != 0))[::2]
+    assert (wrong_clocks[:2] <= 2 * turn * 3 + 20).all()
+    # The position keeps what it lost.
+    assert trace.position[-1] == given.count[-delay] - given.count[2] + (-4 + 8 - 12)
+    # The angle is turn_position modulo the turn throughout.
+    assert (trace.turn_position[first:] % turn == trace.angle[first:]).all()
+
+
+@pytest.mark.parametrize("false_at", [(130,), (130, 260), (130, 131, 300)])
+def test_false_marks_do_not_move_the_zero(false_at: tuple[int, ...]) -> None:
+    """At 5 counts a turn off and nearer, seen once each."""
+    count = np.repeat(np.arange(700), 8)
+    mark = (count % 100 == 0) | np.isin(count, false_at)
+    clock = np.arange(count.size)
+    pins = (np.isin(count % 4, (1, 2)), np.isin(count % 4, (2, 3)), mark)
+    trace = quadrature_decoder(
+        DecoderInputs(
+            *pins, counts_per_rev=100, reset=clock < 3, zero_again=True, index_tolerance=2
+        )
+    )
+    delay = latency_clocks()
+    seen = int(np.argmax(trace.index_seen))
+    assert trace.index_error_count[-1] >= 2
+    assert (trace.angle[seen:-1] == count[seen - delay : -delay] % 100).all()
+
+
 def test_a_lost_period_is_seen_up_to_a_tolerance_of_3() -> None:
     _, given, trace = played("a_lost_period_within_the_tolerance_of_a_bad_index")
     tolerance = given.columns["index_tolerance"]

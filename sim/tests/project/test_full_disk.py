@@ -176,8 +176,8 @@ def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-APPENDED = {"instrument/build.py", "studies/demo/run.py"}
-"""Logs of other programs, and the lock of a build: they grow while those run."""
+APPENDED = {"instrument/build.py", "studies/demo/run.py", "studies/campaign/store.py"}
+"""Logs of other programs, the lock of a build, results line by line: they grow while those run."""
 
 
 def test_every_writer_of_the_package_writes_whole_files() -> None:

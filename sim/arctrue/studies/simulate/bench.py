@@ -32,6 +32,8 @@ SERVO_ROUNDS = 16
 digit, which leaves 10⁻¹¹ of the first 150″."""
 MICROSECOND_S = 1e-6
 CLOCK_HZ = 100e6
+OVERRUN_RAD = float(np.deg2rad(5.0))
+"""How far the table is driven past a station at which it turns back."""
 
 
 @dataclass(frozen=True)
@@ -211,6 +213,8 @@ class Bench:
             np.full(time_s.size, number, dtype=np.int64),
             time_s,
             travelled_rad + np.abs(state.angle_rad - start_rad),
+            # A run begins where the last one was turned back.
+            np.abs(state.angle_rad - start_rad),
         )
 
     def _reference(self, plan: ReferencePlan) -> tuple[Reference, Float, TrueNoise]:
@@ -236,6 +240,7 @@ class Bench:
             np.full(time_s.size, -1, dtype=np.int64),
             np.full(time_s.size, np.inf),
             np.zeros(time_s.size),
+            _since_reversal_rad(target_deg, direction),
         )
         # It reads the scale where the table is; what arrives late, arrives late for all heads.
         for _ in range(SERVO_ROUNDS):
@@ -286,6 +291,20 @@ def _joined(parts: Sequence[Conditions]) -> Conditions:
     """Runs one after another."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def _since_reversal_rad(target_deg: Float, direction: Float) -> Float:
+    """Travel at each station since the direction changed: an overrun, then from target to target.
+
+    The first station after a change is driven past and approached anew, as the procedure asks.
+    """
+    steps_rad = np.deg2rad(np.abs(np.diff(target_deg, prepend=target_deg[0])))
+    # From the last face to the first one of the next pass it is one step on.
+    turns = np.minimum(steps_rad, np.abs(2 * np.pi - steps_rad))
+    changed = np.diff(direction, prepend=0.0) != 0
+    travel = np.cumsum(np.where(changed, 0.0, turns))
+    begun = np.maximum.accumulate(np.where(changed, np.arange(travel.size), 0))
+    return np.asarray(OVERRUN_RAD + travel - travel[begun])
 
 
 def _run_means(values: Float, run: NDArray[np.int64]) -> Float:

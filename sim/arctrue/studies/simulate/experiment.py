@@ -116,6 +116,18 @@ def lean() -> Experiment:
     return Experiment("lean", (_run(0.0, SLOW_RAD_S),), None)
 
 
+def one_pass() -> Experiment:
+    """Up for one turn, and once over the faces."""
+    run = replace(_run(0.0, SLOW_RAD_S), duration_s=2 * np.pi / SLOW_RAD_S)
+    return Experiment("one_pass", (run,), ReferencePlan(cycles=1))
+
+
+def one_speed() -> Experiment:
+    """Up and down at one speed and one temperature; ten polygon cycles."""
+    runs = tuple(_run(60.0 * number, SLOW_RAD_S * (1 - 2 * (number % 2))) for number in range(4))
+    return Experiment("one_speed", runs, ReferencePlan())
+
+
 def short() -> Experiment:
     """The full one with a sixth of the samples: quick to make and to judge."""
     return replace(full().smaller(SAMPLES // 6, cycles=10), name="short")
@@ -190,4 +202,10 @@ FURTHER = (
 with more samples; or a reference run; one more with the polygon turned by a third of a face; the
 same one with the polygon turned by whole faces; a reference on the move."""
 
-EXPERIMENTS = {"full": full, "lean": lean, "short": short}
+EXPERIMENTS = {
+    "full": full,
+    "lean": lean,
+    "one_pass": one_pass,
+    "one_speed": one_speed,
+    "short": short,
+}

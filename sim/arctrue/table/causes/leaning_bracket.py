@@ -16,7 +16,7 @@ from arctrue.table.state import TableState
 class LeaningBracket(PhysicalEffect):
     """One head leans to the side to which the disc turns: angle × direction.
 
-    After a reversal (which begins a run) it goes over from the other side within ``stroke_rad``
+    After a reversal it goes over from the other side within ``stroke_rad``
     of travel: −1 + 2·(1 − exp(−travel/stroke)).
     """
 
@@ -30,9 +30,7 @@ class LeaningBracket(PhysicalEffect):
         if head != self.head:
             return 0j
         conditions = conditions_of(state)
-        travel_rad = np.abs(conditions.speed_rad_s) * conditions.since_run_start_s
-        # At rest long after the start: no travel is known, and nothing is left of the stroke.
-        known = np.nan_to_num(travel_rad, nan=np.inf)
-        over = 1.0 - 2.0 * np.exp(-known / self.stroke_rad)
+        travel_rad = conditions.since_reversal_rad
+        over = 1.0 if travel_rad is None else 1.0 - 2.0 * np.exp(-travel_rad / self.stroke_rad)
         turn_rad = self.angle_rad * conditions.direction * over
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))

@@ -65,6 +65,8 @@ Random = np.random.Generator
 
 HEADS = two_heads()
 MICROMETRE_M = 1e-6
+GEAR_WOBBLE_RAD = 0.3
+DRIFT_HOURS, DRIFT_KNOT_S = 12.0, 60.0
 OUTLIER_ARCSEC = 2.0
 """Scale of Student's t: some twenty times the usual noise."""
 POLYGON_FACES = 24
@@ -134,6 +136,10 @@ def _sign(random: Random) -> float:
     return float(random.choice([-1.0, 1.0]))
 
 
+def _log_uniform(low: float, high: float, random: Random) -> float:
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
 def _vector(size: float, random: Random) -> complex:
     return cmath.rect(size, _angle(random))
 
@@ -184,7 +190,8 @@ def _vibration(size: float, random: Random, occasion: Occasion) -> list[Physical
 
 
 def _hysteresis(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [ShaftWindUp(_sign(random) * size / 2 * RAD_PER_ARCSEC)]
+    angle = _sign(random) * size / 2 * RAD_PER_ARCSEC
+    return [ShaftWindUp(angle, float(np.deg2rad(_log_uniform(0.2, 10.0, random))))]
 
 
 def _skew(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
@@ -212,12 +219,15 @@ def _slip(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffec
 
 def _defect(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
     width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
-    return [GraduationBump(_sign(random) * size * RAD_PER_ARCSEC, _angle(random), width)]
+    height, place = _sign(random) * size * RAD_PER_ARCSEC, _angle(random)
+    power, skew = _log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))
+    return [GraduationBump(height, place, width, power, skew)]
 
 
 def _gear(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
     teeth = int(random.choice(GEAR_TEETH))
-    return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (_angle(random),))]
+    phase, wobble = _angle(random), float(random.uniform(0.0, GEAR_WOBBLE_RAD))
+    return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (phase,), wobble, _angle(random))]
 
 
 def _faces(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
@@ -244,7 +254,12 @@ def _gain(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
 
 
 def _drift(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [InstrumentDrift(_sign(random) * size * RAD_PER_ARCSEC / 3600)]
+    rate = _sign(random) * size * RAD_PER_ARCSEC / 3600
+    # The temperature walks: its steps scatter by a fifth of what the mean rate makes of them.
+    knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
+    steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
+    turns = np.concatenate([[0.0], np.cumsum(steps)])
+    return [InstrumentDrift(rate, tuple(knots_s.tolist()), tuple(turns.tolist()))]
 
 
 def _warm(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
@@ -332,7 +347,7 @@ def _power_law(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]
 
 
 def _relaxing(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    constant_s = float(np.exp(random.uniform(np.log(0.05), np.log(30.0))))
+    constant_s = _log_uniform(0.05, 30.0, random)
     return [RelaxingNoise(size * RAD_PER_ARCSEC, constant_s)]
 
 
@@ -353,12 +368,12 @@ def _lag(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
 
 
 def _wander(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    constant_s = float(np.exp(random.uniform(np.log(30.0), np.log(1200.0))))
+    constant_s = _log_uniform(30.0, 1200.0, random)
     return [WanderingReference(size * RAD_PER_ARCSEC, constant_s)]
 
 
 def _gaps(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [TimeGaps(size / 100, float(np.exp(random.uniform(np.log(3.0), np.log(100.0)))))]
+    return [TimeGaps(size / 100, _log_uniform(3.0, 100.0, random))]
 
 
 def _swing(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:

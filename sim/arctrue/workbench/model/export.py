@@ -77,23 +77,34 @@ class _Lanes:
         }
 
 
-def export_model(
+@dataclass(frozen=True)
+class ReadingHarmonics:
+    """What of a model is a function of the reading: the significant orders of ε of head 1."""
+
+    components: dict[int, Float]
+    """Cosine and sine of every order, (2,), arcseconds."""
+    left_out: list[str]
+    """What of the model is no such function, or is not significant."""
+    warnings: list[str]
+
+    def amplitude_arcsec(self, order: int) -> float:
+        """Of one order."""
+        return float(np.hypot(*self.components[order]))
+
+
+def harmonics_of_reading(
     model: Model,
     observations: Observations,
     effects: Mapping[str, type[Effect]],
     *,
-    lanes: int,
     temperature_c: float | None,
-) -> Export:
-    """Quantise a fitted model for the gateware.
+) -> ReadingHarmonics:
+    """The orders of a fitted model that a correction by the reading can take away.
 
-    An order has a lane where it is significant: the covariance is that of a fit of the model to
-    ``observations``, the limit that of the calibration.
-
-    Raises ValueError for a model without coefficients, or more harmonics than lanes.
+    An order counts where it is significant: the covariance is that of a fit of the model to
+    ``observations``, the limit that of the calibration. Raises ValueError for a model without
+    coefficients.
     """
-    if observations.counts_per_rev is None:
-        raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
     left_out: list[str] = []
     entries = []
     for index, entry in enumerate(model.effects):
@@ -116,7 +127,6 @@ def export_model(
         read = as_function_of_reading(np.array(low, dtype=np.int64), values).reshape(2, -1).T
         for order, pair in zip(low, read, strict=True):
             by_order[order] = pair
-    amplitude = {order: float(np.hypot(*pair)) for order, pair in by_order.items()}
     warnings: list[str] = []
     lacking = _cannot_be_judged(model, observations, effects)
     if lacking:
@@ -129,22 +139,47 @@ def export_model(
             solution.covariance, [solution.part(index) for index in range(len(terms))]
         )
         factor = significance_factor(len(by_order))
-        quiet = sorted(order for order in by_order if amplitude[order] <= factor * u[order])
+        quiet = sorted(
+            order for order in by_order if float(np.hypot(*by_order[order])) <= factor * u[order]
+        )
         if quiet:
             named = ", ".join(map(str, quiet))
             one = "order" if len(quiet) == 1 else "orders"
             left_out.append(f"{one} {named}: not significant, below {factor:.1f} u")
-    orders = sorted(set(by_order) - set(quiet), key=lambda order: -amplitude[order])
+    kept = {order: pair for order, pair in by_order.items() if order not in quiet}
+    return ReadingHarmonics(kept, left_out, warnings)
+
+
+def export_model(
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    *,
+    lanes: int,
+    temperature_c: float | None,
+) -> Export:
+    """Quantise a fitted model for the gateware; the largest significant orders have a lane.
+
+    Raises ValueError for a model without coefficients, or a set that does not count.
+    """
+    if observations.counts_per_rev is None:
+        raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
+    found = harmonics_of_reading(model, observations, effects, temperature_c=temperature_c)
+    left_out = list(found.left_out)
+    by_order = found.components
+    orders = sorted(by_order, key=lambda order: -found.amplitude_arcsec(order))
     for order in orders[lanes:]:
-        left_out.append(f"order {order} ({amplitude[order]:.3f}″): no lane left, {lanes} are there")
+        left_out.append(
+            f"order {order} ({found.amplitude_arcsec(order):.3f}″): no lane left, {lanes} are there"
+        )
     kept = sorted(orders[:lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
-    sizes = [amplitude[order] for order in kept]
+    sizes = [found.amplitude_arcsec(order) for order in kept]
     count = arcsec_per_count(observations.counts_per_rev)
     coefficients = Coefficients.from_harmonics(
         kept, np.array(sizes) / count, phases, observations.counts_per_rev, lanes
     )
-    return Export(coefficients, kept, sizes, left_out, warnings)
+    return Export(coefficients, kept, sizes, left_out, found.warnings)
 
 
 def _cannot_be_judged(

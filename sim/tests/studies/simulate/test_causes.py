@@ -6,9 +6,12 @@ at 1 µm, which is the bound where nothing else is said.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import jv
 
 from arctrue.table import HEAD_SEPARATION_RAD, RotaryTable, two_heads
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
@@ -275,3 +278,39 @@ def test_an_autocollimator_does_not_see_that_the_polygon_is_off_the_axis() -> No
     still = np.zeros(ANGLE.size)
     made = cause.instrument_error_rad(Stations(conditions(), np.zeros(ANGLE.size, int)), still)
     assert np.abs(made).max() / ARCSEC == pytest.approx(0.00015, abs=2e-6)
+
+
+def test_wind_up_goes_over_within_its_stroke() -> None:
+    travel = np.linspace(0.0, 0.3, ANGLE.size)
+    up = replace(conditions(), since_reversal_rad=travel)
+    found = ShaftWindUp(2e-6, 0.05).disc_turn_rad(up)
+    # On the other side at the reversal, in the middle after ln 2 strokes, over at the end.
+    assert found[0] == pytest.approx(-2e-6)
+    assert np.interp(0.05 * np.log(2), travel, found) == pytest.approx(0.0, abs=2e-9)
+    assert found[-1] == pytest.approx(2e-6 * (1 - 2 * np.exp(-6)))
+
+
+def test_dirt_has_a_flat_top_and_two_sides() -> None:
+    bump = GraduationBump(1.0, 2.0, 0.1, power=6.0, skew=0.5)
+    at = np.array([1.96, 2.0, 2.1, 2.15, 2.3])
+    found = bump.graduation_error_rad(at, conditions())
+    away = np.array([0.04 / 0.05, 0.0, 0.1 / 0.15, 1.0, 2.0])
+    np.testing.assert_allclose(found, np.exp(-0.5 * away**6), rtol=1e-9)
+
+
+def test_wobbling_pitch_puts_lines_beside_the_order_of_the_teeth() -> None:
+    gear = GearMesh(20, (1e-6,), (0.0,), 0.3, 0.7)
+    angle = np.arange(1024) * (2 * np.pi / 1024)
+    ones = np.ones_like(angle)
+    state = Conditions(ones, angle, ones, ones, ones, np.zeros(1024, dtype=np.int64), ones)
+    lines = 2 * np.abs(np.fft.rfft(gear.disc_turn_rad(state))) / 1024
+    # Jacobi and Anger: J0 at the teeth, J1 beside.
+    np.testing.assert_allclose(lines[[19, 20, 21]], 1e-6 * jv([1, 0, 1], 0.3), rtol=1e-3)
+
+
+def test_drift_follows_its_temperature() -> None:
+    state = conditions()
+    stations = Stations(state, np.zeros(ANGLE.size, dtype=np.int64))
+    drift = InstrumentDrift(1e-9, (0.0, 10.0, 20.0), (0.0, 5e-9, -2e-9))
+    found = np.interp([5.0, 15.0, 30.0], state.time_s, drift.instrument_error_rad(stations, ANGLE))
+    np.testing.assert_allclose(found, [7.5e-9, 16.5e-9, 28e-9], rtol=1e-6)

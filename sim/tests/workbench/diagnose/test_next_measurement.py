@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from scripts.blind import SETTLED, report
-from scripts.blind_cases import Case
-from scripts.blind_judge import run_case
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.simulate.experiment import FURTHER, full, lean, with_further
+from arctrue.studies.benchmark.subject import diagnosed
+from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER, full, lean, with_further
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table.causes.registry import RECIPES
+from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
 from arctrue.workbench.diagnose.parts import (
     ALWAYS,
@@ -28,40 +28,64 @@ SAMPLES, CYCLES = 1500, 5
 EFFECTS = built_in()
 
 
+def asked(
+    name: str, experiment: str, share: float, seed: int, samples: int = SAMPLES
+) -> tuple[Diagnosis, Diagnosis]:
+    """The diagnosis of a set, and that of the set with the measurement added that it asks for.
+
+    ``share``: place of the size within the logarithm of its range.
+    """
+    size = RECIPES[name].low ** (1 - share) * RECIPES[name].high ** share
+    planned = EXPERIMENTS[experiment]().smaller(samples, CYCLES)
+
+    def found(*further: str) -> Diagnosis:
+        wanted = [Wanted(name, size)]
+        scatter = seed % 2
+        made = simulate_set(wanted, planned, seed, index_scatter_counts=scatter, further=further)
+        return diagnosed(made.measurement)[1]
+
+    first = found()
+    assert first.verdict == "ambiguous"
+    assert first.next_measurement_kind is not None
+    return first, found(first.next_measurement_kind)
+
+
 @pytest.mark.parametrize(
-    ("name", "experiment", "level", "seed", "rival", "kind"),
+    ("name", "experiment", "share", "seed", "rival", "kind"),
     [
         # One run: a constant is a head angle or a skew, a line is one in time or in angle.
-        ("head_angle_error", "lean", "middle", 3, "timing_skew", "speed"),
-        ("timing_skew", "lean", "middle", 3, "head_angle_error", "direction"),
-        ("bearing_ball_pass", "lean", "middle", 3, "vibration", "speed"),
-        # 90 teeth meet 24 faces as order 6; stations between the faces do not.
-        ("drive_gear_error", "full", "small", 6, "radial_error_motion", "polygon_turned"),
+        ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
+        ("timing_skew", "lean", 0.5, 3, "head_angle_error", "direction"),
+        ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
+        # A gear whose order meets 24 faces as a low one; stations between the faces do not.
+        ("drive_gear_error", "full", 0.15, 6, "radial_error_motion", "polygon_turned"),
     ],
 )
 def test_next_measurement_splits_the_pair(
-    name: str, experiment: str, level: str, seed: int, rival: str, kind: str
+    name: str, experiment: str, share: float, seed: int, rival: str, kind: str
 ) -> None:
-    outcome = run_case(Case((name,), experiment, level, seed, SAMPLES, CYCLES))
-    assert outcome.verdict == "ambiguous", report([outcome])
-    assert {name, rival} <= set(outcome.effect_class)
-    assert outcome.next_kind == kind
-    assert outcome.after_next in SETTLED
+    first, after = asked(name, experiment, share, seed)
+    assert {name, rival} <= set(first.effect_class)
+    assert first.next_measurement_kind == kind
+    assert after.named is not None
+    assert after.named.name == name
 
 
 def test_one_line_asks_for_another_speed_though_it_has_no_rival() -> None:
-    outcome = run_case(Case(("vibration",), "lean", "middle", 3, SAMPLES, CYCLES))
-    assert outcome.effect_class == ["vibration"]
-    assert outcome.next_kind == "speed"
-    assert outcome.after_next in SETTLED
+    first, after = asked("vibration", "lean", 0.5, 3)
+    assert first.effect_class == ["vibration"]
+    assert first.next_measurement_kind == "speed"
+    assert after.named is not None
+    assert after.named.name == "vibration"
 
 
 def test_a_half_order_of_one_run_is_said_beside_the_line_in_time() -> None:
-    outcome = run_case(Case(("half_order",), "lean", "middle", 20_093, 6000, CYCLES))
-    assert outcome.effect_class == ["vibration"]
-    assert outcome.parts == ["order:2.5", "stator"]
-    assert outcome.next_kind == "speed"
-    assert outcome.after_next in SETTLED
+    first, after = asked("half_order", "lean", 0.5, 20_093, 6000)
+    assert first.effect_class == ["vibration"]
+    assert first.described is not None
+    assert list(first.described.effect.parts) == ["order:2.5", "stator"]  # type: ignore[attr-defined]
+    assert first.next_measurement_kind == "speed"
+    assert after.verdict == "unknown"
 
 
 def _reference_chi_square(model: Model, measurement: MeasurementSet) -> float:

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Coefficients that the operator loads, beside those of the calibration.
+
+   They come in frames, each with its number and a CRC, and are taken whole or not at all. What is
+   whole is judged on the next captured turn, together with what is active. An order that has a
+   loaded lane belongs to it: the calibration leaves it alone. */
+
+#ifndef ARCTRUE_LOAD_H
+#define ARCTRUE_LOAD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "capture.h"
+#include "coefficients.h"
+
+enum load_state {
+    LOAD_NONE,
+    /* Frames are coming. */
+    LOAD_RECEIVING,
+    /* Whole; the next turn judges. */
+    LOAD_WAITING,
+    LOAD_ACTIVE,
+    /* What was loaded before stays. */
+    LOAD_REFUSED,
+};
+
+enum load_answer {
+    LOAD_TAKEN,
+    /* Of a frame: it may be sent again. */
+    LOAD_WRONG_CRC,
+    LOAD_WRONG_FRAME,
+    /* Of the set. */
+    LOAD_TOO_MANY_LANES,
+    LOAD_OUT_OF_RANGE,
+    LOAD_ORDER_TWICE,
+    LOAD_NOT_WHOLE,
+    LOAD_ANOTHER_TABLE,
+    LOAD_TOO_STEEP,
+    LOAD_WORSE,
+    LOAD_NOT_READ_BACK,
+    LOAD_ANSWERS,
+};
+
+struct load {
+    enum load_state state;
+    enum load_answer reason;
+    uint32_t frames;
+    uint32_t next;
+    /* Of all frames so far. */
+    uint32_t crc;
+    /* What is coming, and what belongs to the operator now. */
+    struct coefficients received;
+    struct coefficients loaded;
+};
+
+const char *load_state_name(enum load_state state);
+const char *load_answer_name(enum load_answer answer);
+
+/* A frame's CRC-32 is that of its numbers as little-endian words, in the order in which they are
+   written; the last one's is that of all words of the frames before it. */
+enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_per_rev,
+                            uint32_t lanes, uint32_t crc);
+enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
+                           uint32_t phase_offset, int32_t amplitude, uint32_t crc);
+/* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */
+enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
+                          const struct coefficients *active, uint32_t crc);
+
+/* The set is refused, or what was being received is dropped. */
+void load_refuse(struct load *load, enum load_answer reason);
+
+/* What is coming or waiting is dropped; what is loaded stays. */
+void load_abort(struct load *load);
+
+/* Nothing is loaded any more. */
+void load_forget(struct load *load);
+
+/* The core has begun anew: what is loaded is judged again. */
+void load_again(struct load *load, uint32_t counts_per_rev);
+
+/* The calibration's lanes of what is active (NULL: nothing): all but the loaded ones. */
+void load_own_lanes(const struct load *load, const struct coefficients *active,
+                    struct coefficients *own);
+
+/* `candidate`: the lanes of `set` and behind them those of `own` whose orders it has not, as many
+   as fit. */
+void load_combine(const struct coefficients *set, const struct coefficients *own, uint32_t lanes,
+                  struct coefficients *candidate);
+
+/* False: head 2 less head 1 of the turn is explained worse with `candidate` than with `active`
+   (NULL: nothing), by more than its noise explains. A lane may be of the disc, which both heads
+   see, or of head 1 alone, as a subdivision error is: the better of both counts. */
+bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
+                      const struct coefficients *candidate);
+
+#endif

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "load_commands.h"
+
+const char load_use[] =
+    "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load end CRC | "
+    "load status | load abort: what arctrue load sends";
+
+#define WORD_MOST 4294967295.0
+
+enum { BEGIN_WORDS = 5, LANE_WORDS = 7, END_WORDS = 3 };
+
+static void line(struct console *console, const char *text) {
+    text_word(&console->sink, text);
+    text_word(&console->sink, "\r\n");
+}
+
+static void answer(struct console *console, enum load_answer answer) {
+    if (answer == LOAD_TAKEN) {
+        line(console, "ok");
+        return;
+    }
+    text_word(&console->sink, "error: load ");
+    line(console, load_answer_name(answer));
+}
+
+/* Whole numbers and, last, a CRC; false where one is none. */
+static bool read_numbers(char *const *words, uint32_t number, int64_t *values, uint32_t *crc) {
+    for (uint32_t place = 0; place + 1 < number; place++) {
+        if (!text_parse_whole(words[place], WORD_MOST, &values[place])) {
+            return false;
+        }
+    }
+    return text_parse_hexadecimal(words[number - 1], crc);
+}
+
+static void begin(struct console *console, char *const *words) {
+    struct application *application = console->application;
+    int64_t values[2];
+    uint32_t crc;
+    if (application->phase == PHASE_NO_CORE) {
+        line(console, "error: no core");
+    } else if (!read_numbers(words, 3, values, &crc)) {
+        answer(console, LOAD_WRONG_CRC);
+    } else {
+        answer(console, load_begin(&application->load, (uint32_t)values[0], (uint32_t)values[1],
+                                   application->configuration.lanes, crc));
+    }
+}
+
+static void lane(struct console *console, char *const *words) {
+    int64_t values[4];
+    uint32_t crc;
+    if (!read_numbers(words, 5, values, &crc) || values[3] > INT32_MAX || values[3] < INT32_MIN) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_lane(&console->application->load, (uint32_t)values[0],
+                              (uint32_t)values[1], (uint32_t)values[2], (int32_t)values[3], crc));
+}
+
+static void end(struct console *console, char *const *words) {
+    uint32_t crc;
+    bool read = text_parse_hexadecimal(words[0], &crc);
+    answer(console, read ? application_load_end(console->application, crc) : LOAD_WRONG_CRC);
+}
+
+static void tell(struct console *console) {
+    const struct load *load = &console->application->load;
+    text_word(&console->sink, "load ");
+    text_word(&console->sink, load_state_name(load->state));
+    if (load->state == LOAD_REFUSED) {
+        text_word(&console->sink, " ");
+        text_word(&console->sink, load_answer_name(load->reason));
+    }
+    text_word(&console->sink, "\r\n");
+    for (uint32_t lane = 0; lane < load->loaded.lanes; lane++) {
+        if (load->loaded.lane[lane].order != 0) {
+            text_word(&console->sink, "loaded_order ");
+            text_unsigned(&console->sink, load->loaded.lane[lane].order);
+            text_word(&console->sink, "\r\n");
+        }
+    }
+    line(console, "ok");
+}
+
+void load_command(struct console *console, char *const *words, uint32_t number) {
+    const char *what = words[1];
+    if (text_equal(what, "begin") && number == BEGIN_WORDS) {
+        begin(console, words + 2);
+    } else if (text_equal(what, "lane") && number == LANE_WORDS) {
+        lane(console, words + 2);
+    } else if (text_equal(what, "end") && number == END_WORDS) {
+        end(console, words + 2);
+    } else if (text_equal(what, "status") && number == 2) {
+        tell(console);
+    } else if (text_equal(what, "abort") && number == 2) {
+        load_abort(&console->application->load);
+        line(console, "ok");
+    } else {
+        text_word(&console->sink, "error: use: ");
+        line(console, load_use);
+    }
+}

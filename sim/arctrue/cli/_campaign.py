@@ -1,0 +1,115 @@
+"""Options and progress of every command that runs a campaign."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import click
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from arctrue.cli._progress import SECONDS_BETWEEN_LINES, progress_console
+from arctrue.cli._terminal import say
+from arctrue.studies.campaign import CampaignError, Interrupted, Speed
+
+EXIT_INTERRUPTED = 130
+
+
+class _Shard(click.ParamType[tuple[int, int]]):
+    """``i/n``."""
+
+    name = "i/n"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        try:
+            place, number = (int(item) for item in str(value).split("/"))
+        except ValueError:
+            self.fail(f"expected a shard such as 3/10, found {value!r}", param, ctx)
+        if not 1 <= place <= number:
+            self.fail(f"a shard is 1/{number} … {number}/{number}, found {value!r}", param, ctx)
+        return place, number
+
+
+def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
+    """--workers, --scheduler, --shard."""
+    for option in (
+        click.option("--shard", type=_Shard(), help="Only every n-th task from the i-th."),
+        click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler: its workers do it."),
+        click.option(
+            "--workers", type=click.IntRange(min=1), help="Processes here; as many as cores."
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def interruptible(function: Callable[..., None]) -> Callable[..., None]:
+    """Ctrl-C and dead workers end in one sentence; exit code 130 or 2."""
+
+    @functools.wraps(function)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            function(*arguments, **options)
+        except Interrupted as stop:
+            say(f"arctrue: {stop}", err=True)
+            raise SystemExit(EXIT_INTERRUPTED) from None
+        except CampaignError as error:
+            say(f"arctrue: {error}", err=True)
+            raise SystemExit(2) from error
+
+    return wrapped
+
+
+class CampaignBar:
+    """A bar with the time left on a terminal, else a line at times; on stderr."""
+
+    def __init__(self, what: str) -> None:
+        """``what`` is counted: sets, turns."""
+        self._what = what
+        self._last_line = time.monotonic()
+        self._bar = Bar(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[told]}"),
+            console=progress_console,
+            disable=not sys.stderr.isatty(),
+        )
+        self._task = self._bar.add_task(what, total=None, told="")
+
+    def __enter__(self) -> Self:
+        """Shown until the block ends."""
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """The bar stays as it is."""
+        self._bar.stop()
+
+    def show(self, speed: Speed) -> None:
+        """How far it has come."""
+        told = f"{speed.tasks_per_s:.2g} {self._what}/s, {_left(speed.seconds_left)} left"
+        self._bar.update(self._task, completed=speed.done, total=speed.total, told=told)
+        if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
+            self._last_line = time.monotonic()
+            say(f"{speed.done} of {speed.total} {self._what}, {told}", err=True)
+
+
+def _left(seconds: float) -> str:
+    if seconds == float("inf"):
+        return "?"
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

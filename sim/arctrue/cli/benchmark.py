@@ -1,0 +1,113 @@
+"""arctrue benchmark: how often the diagnosis is right, on sets whose truth it does not see."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.answers import score_folders
+from arctrue.studies.benchmark.intervals import Rate
+from arctrue.studies.benchmark.page import page as page_of
+from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
+from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
+from arctrue.studies.campaign.store import read_header
+from arctrue.studies.simulate.truth import refuse_recorded, write_truth
+from arctrue.whole_file import write_whole_text
+
+Folder = click.Path(path_type=Path, file_okay=False)
+
+
+@click.group("benchmark", short_help="Measure how often the diagnosis is right.")
+def benchmark() -> None:
+    """Make sets from seeds, let the diagnosis see them only, and score its answers."""
+
+
+@benchmark.command("make")
+@click.argument("folder", type=Folder)
+@click.option("--tier", type=click.Choice(list(TIERS)), required=True, help="How many sets.")
+@for_people
+def make(folder: Path, tier: str) -> None:
+    """Write the plan: what is sealed, then the seed of all sets."""
+    plan = make_plan(tier, folder)
+    console.print(
+        f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
+    )
+
+
+@benchmark.command("run")
+@click.argument("folder", type=Folder)
+@campaign_options
+@interruptible
+@for_people
+def run(
+    folder: Path,
+    workers: int | None,
+    scheduler: str | None,
+    shard: tuple[int, int] | None,
+) -> None:
+    """Make and diagnose every set of the plan that is not done yet."""
+    subject = "arctrue"
+    campaign = read_plan(folder).campaign(folder, subject)
+    with CampaignBar("sets") as bar:
+        done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
+    console.print(f"{done} sets are done: {campaign.folder}", soft_wrap=True)
+
+
+@benchmark.command("score")
+@click.argument("folders", type=Folder, nargs=-1, required=True)
+@click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
+@click.option("--answers", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
+@for_people
+def score(
+    folders: tuple[Path, ...], subject: str, answers: Path | None, json_file: Path | None
+) -> None:
+    """Compare the answers with truth and oracle.
+
+    Several folders are shards of one run. --answers: a JSON object by set, as `benchmark sets`
+    names them.
+    """
+    found = score_folders(folders, subject, answers)
+    write_json(json_file, found)
+    for name, by_world in found["rates"].items():
+        console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    for item in found["failures"]:
+        hidden = "; ".join(item["hidden"]) or "nothing"
+        console.print(
+            f"{item['outcome']} ({item['said']}), {item['world']}, {hidden}\n  {item['command']}",
+            soft_wrap=True,
+        )
+
+
+@benchmark.command("page")
+@click.argument("folders", type=Folder, nargs=-1, required=True)
+@click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
+@click.option("--to", "path", type=OutputFile(), required=True, help="The Markdown file.")
+@for_people
+def page(folders: tuple[Path, ...], subject: str, path: Path) -> None:
+    """Write what came out as a page."""
+    found = score_folders(folders, subject, None)
+    header = read_header(folders[0] / subject)
+    write_whole_text(path, page_of(header["plan"], header["code"], found))
+    console.print(f"wrote {path}")
+
+
+@benchmark.command("set")
+@click.argument("folder", type=OutputFolder())
+@click.option("--world", type=click.Choice(list(WORLDS)), required=True)
+@click.option("--content", type=click.Choice(CONTENTS), required=True)
+@click.option("--seed", type=click.IntRange(min=0), required=True)
+@click.option("--samples", type=click.IntRange(min=100), default=SAMPLES_A_RUN, show_default=True)
+@for_people
+def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> None:
+    """Make one set again, its truth beside it."""
+    refuse_recorded(folder)
+    made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
+    write_measurement_set(folder, made.measurement)
+    console.print(f"wrote {folder}; what is in it is in {write_truth(folder, made.truth)}")

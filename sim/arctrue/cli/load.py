@@ -1,0 +1,60 @@
+"""``arctrue load PORT FILE``: a coefficient file into a running device."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from arctrue.cli._progress import Progress
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
+from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+
+REFUSED = 1
+NO_DEVICE = 2
+
+
+@click.command(short_help="Load a coefficient file into a device.")
+@click.argument("port")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=1.0),
+    default=120.0,
+    show_default=True,
+    help="Seconds to wait for the turn that judges the coefficients.",
+)
+def load(port: str, file: Path, timeout: float) -> None:
+    """Load FILE, which calibrate or export wrote, into the device at PORT.
+
+    The device's own calibration goes on beside it: an order that FILE has is
+    FILE's from then on, all others stay the calibration's. A file without
+    lanes takes what was loaded away.
+
+    Exit code 1: the device refuses the coefficients and says why, and what
+    was active stays. 2: FILE cannot be used, or the device does not answer.
+    """
+    try:
+        coefficients = read_coefficient_file(file)
+        console = Console(port)
+        with Progress(f"{file.name}: sending") as progress:
+            send_coefficients(
+                console,
+                coefficients,
+                lambda done, all_: progress.now(f"{file.name}: {done} of {all_} frames sent"),
+            )
+            progress.now("waiting for a turn that judges them")
+            wait_until_judged(console, timeout)
+    except LoadRefusedError as error:
+        click.echo(f"load: {file}: the device refuses: {error}", err=True)
+        sys.exit(REFUSED)
+    except (CoefficientFileError, ConsoleError) as error:
+        click.echo(f"load: {error}", err=True)
+        sys.exit(NO_DEVICE)
+    except ValueError as error:
+        click.echo(f"load: {file}: {error}", err=True)
+        sys.exit(NO_DEVICE)
+    lanes = sum(1 for amplitude in coefficients.amplitudes if amplitude)
+    click.echo(f"{file}: {lanes} orders are loaded and active")

@@ -1,0 +1,88 @@
+"""What a controller can take off the reading of head 1: by the reading and by the direction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Reference
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.model.export import ReadingHarmonics, harmonics_of_reading
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.observations import Observations
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+Components = NDArray[np.float64]
+
+REVERSAL = "reversal_error"
+"""Main parameter of an effect ε = d·B/2 whose only coefficient is B."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """g(R) + d·B/2, arcseconds: the error of indication at reading R, reached from direction d."""
+
+    orders: Integer
+    """(orders,)."""
+    components_arcsec: Components
+    """Cosine and sine of every order, (orders, 2)."""
+    reversal_arcsec: float
+    """B, the error from below less that from above."""
+    left_out: tuple[str, ...]
+    """What of the model is not in the correction."""
+    warnings: tuple[str, ...]
+
+    @classmethod
+    def of_model(
+        cls,
+        model: Model,
+        observations: Observations,
+        effects: Mapping[str, type[Effect]],
+        *,
+        temperature_c: float | None,
+    ) -> Correction:
+        """Of a fitted model: its significant orders, and its reversal error.
+
+        Raises ValueError for a model without coefficients.
+        """
+        found: ReadingHarmonics = harmonics_of_reading(
+            model, observations, effects, temperature_c=temperature_c
+        )
+        orders = sorted(found.components)
+        reversal = 0.0
+        left_out = list(found.left_out)
+        for entry in model.effects:
+            units = entry.effect(effects).parameter_units
+            if tuple(units) == (REVERSAL,) and len(entry.coefficients) == 1:
+                reversal += entry.coefficients[0]
+                left_out = [text for text in left_out if not text.startswith(f"{entry.name}:")]
+        return cls(
+            np.array(orders, dtype=np.int64),
+            np.array([found.components[order] for order in orders]).reshape(-1, 2),
+            reversal,
+            tuple(left_out),
+            tuple(found.warnings),
+        )
+
+    def by_reading(self, reading_rad: Float) -> Float:
+        """g(R) alone, arcseconds, shape of ``reading_rad``."""
+        phase = np.multiply.outer(reading_rad, self.orders.astype(np.float64))
+        cosine, sine = self.components_arcsec.T
+        return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
+
+    def error_arcsec(self, reading_rad: Float, direction: Integer | int | None) -> Float:
+        """g(R) + d·B/2, arcseconds; ``direction`` 1 from below, −1 from above, None not known."""
+        values = self.by_reading(reading_rad)
+        return values if direction is None else values + 0.5 * self.reversal_arcsec * direction
+
+
+def reading_rad(reference: Reference, counts_per_rev: int | None) -> Float:
+    """Reading of head 1 at every row of a reference run, radians: as recorded, else R = θ + ε."""
+    if reference.head1_counts is not None and counts_per_rev is not None:
+        turn = 2.0 * np.pi / counts_per_rev
+        return np.asarray(np.remainder(reference.head1_counts, counts_per_rev) * turn)
+    return np.asarray(np.radians(reference.target_deg + reference.error_arcsec / 3600.0))

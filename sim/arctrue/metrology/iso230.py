@@ -1,0 +1,248 @@
+"""Accuracy and repeatability of positioning after ISO 230-2:2014, from a run at targets.
+
+The symbols are those of clause 3 of the standard. A positioning deviation x is the actual position
+less the target: for a servo that follows head 1 it is the error of indication with the other sign.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Reference
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+LEAST_TARGETS = 8
+"""Of a rotary axis up to 360°."""
+LEAST_RUNS = 5
+"""Approaches to each target from each direction."""
+SAME_TARGET_DEG = 1e-6
+
+
+@dataclass(frozen=True)
+class Direction:
+    """The approaches from one direction; arrays (targets,), NaN where a target has none."""
+
+    approaches: Integer
+    mean_arcsec: Float
+    """x̄ᵢ, mean unidirectional positioning deviation."""
+    s_arcsec: Float
+    """sᵢ, estimator of the repeatability: standard deviation; NaN below two approaches."""
+
+    @property
+    def repeatability_arcsec(self) -> Float:
+        """Rᵢ = 4 sᵢ, (targets,)."""
+        return 4.0 * self.s_arcsec
+
+    @property
+    def accuracy(self) -> float:
+        """A: largest x̄ᵢ + 2 sᵢ less smallest x̄ᵢ − 2 sᵢ."""
+        return _span(self.mean_arcsec + 2.0 * self.s_arcsec, self.mean_arcsec - 2.0 * self.s_arcsec)
+
+    @property
+    def repeatability(self) -> float:
+        """R: largest Rᵢ."""
+        return _largest(self.repeatability_arcsec)
+
+    @property
+    def systematic(self) -> float:
+        """E: range of x̄ᵢ."""
+        return _span(self.mean_arcsec, self.mean_arcsec)
+
+
+@dataclass(frozen=True)
+class Positioning:
+    """The figures of one run. Every angle but ``target_deg`` is in arcseconds.
+
+    A figure is NaN where the run does not define it: the scatter needs two approaches to each
+    target, a reversal value both directions.
+    """
+
+    target_deg: Float
+    """(targets,), ascending, within a turn."""
+    up: Direction
+    down: Direction
+    objections: tuple[str, ...]
+    """Why the figures are not by the standard, one sentence each; none: they are."""
+
+    @property
+    def mean_arcsec(self) -> Float:
+        """x̄ᵢ, mean bidirectional positioning deviation, (targets,)."""
+        return 0.5 * (self.up.mean_arcsec + self.down.mean_arcsec)
+
+    @property
+    def reversal_arcsec(self) -> Float:
+        """Bᵢ = x̄ᵢ↑ − x̄ᵢ↓, (targets,)."""
+        return self.up.mean_arcsec - self.down.mean_arcsec
+
+    @property
+    def repeatability_arcsec(self) -> Float:
+        """Rᵢ, bidirectional: the largest of 2sᵢ↑ + 2sᵢ↓ + |Bᵢ|, Rᵢ↑ and Rᵢ↓, (targets,)."""
+        up, down = self.up, self.down
+        both = 2.0 * (up.s_arcsec + down.s_arcsec) + np.abs(self.reversal_arcsec)
+        return np.maximum(both, np.maximum(up.repeatability_arcsec, down.repeatability_arcsec))
+
+    @property
+    def approaches(self) -> int:
+        """The fewest approaches to a target, of the directions that the run has."""
+        fewest = [int(d.approaches.min()) for d in (self.up, self.down) if d.approaches.any()]
+        return min(fewest)
+
+    def figures(self) -> dict[str, float]:
+        """The figures over the turn by their symbols."""
+        up, down = self.up, self.down
+        high = np.stack([d.mean_arcsec + 2.0 * d.s_arcsec for d in (up, down)])
+        low = np.stack([d.mean_arcsec - 2.0 * d.s_arcsec for d in (up, down)])
+        means = np.stack([up.mean_arcsec, down.mean_arcsec])
+        return {
+            "A": _span(high, low),
+            "A↑": up.accuracy,
+            "A↓": down.accuracy,
+            "R": _largest(self.repeatability_arcsec),
+            "R↑": up.repeatability,
+            "R↓": down.repeatability,
+            "E": _span(means, means),
+            "E↑": up.systematic,
+            "E↓": down.systematic,
+            "M": _span(self.mean_arcsec, self.mean_arcsec),
+            "B": _largest(np.abs(self.reversal_arcsec)),
+            "B̄": float(np.mean(self.reversal_arcsec)),
+        }
+
+
+def positioning(
+    target_deg: Float, direction: Integer | None, deviation_arcsec: Float
+) -> Positioning:
+    """The figures of positioning deviations, arrays (rows,); ``direction`` 1 up, −1 down.
+
+    Targets that are whole turns apart are the same target. Without ``direction`` all approaches
+    count as up. Raises ValueError for no rows or another direction.
+    """
+    if target_deg.size == 0:
+        raise ValueError("the reference run has no row that may be used")
+    sides = np.ones(target_deg.size, dtype=np.int64) if direction is None else direction
+    if not np.isin(sides, (-1, 1)).all():
+        raise ValueError("the column direction of the reference run: expected 1 or -1")
+    turn = round(360.0 / SAME_TARGET_DEG)
+    place = np.rint(target_deg / SAME_TARGET_DEG).astype(np.int64) % turn
+    places, group = np.unique(place, return_inverse=True)
+    up, down = (
+        _one_direction(group[sides == side], deviation_arcsec[sides == side], places.size)
+        for side in (1, -1)
+    )
+    return Positioning(
+        np.asarray(places * SAME_TARGET_DEG, dtype=np.float64),
+        up,
+        down,
+        _objections(places.size, up, down, direction),
+    )
+
+
+def of_reference(reference: Reference, correction_arcsec: Float | None = None) -> Positioning:
+    """The figures of a reference run; ``correction_arcsec`` (rows,) is taken off its errors.
+
+    Rows with ``mask`` are not used. Nothing else is left out: the standard knows no outliers.
+    """
+    error = reference.error_arcsec
+    if correction_arcsec is not None:
+        error = error - correction_arcsec
+    used = slice(None) if reference.mask is None else ~reference.mask
+    direction = None if reference.direction is None else reference.direction[used]
+    return positioning(reference.target_deg[used], direction, -error[used])
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """Standard uncertainties that enter the figures, arcseconds; None: not known.
+
+    ``device``: of the reference at one angle, errors at different angles being independent;
+    ``environment``: of one approach, from what the environment does (drift).
+    """
+
+    device_arcsec: float | None
+    environment_arcsec: float | None
+
+    @classmethod
+    def from_drift(cls, device_arcsec: float | None, drift_arcsec: float | None) -> Contributions:
+        """``drift_arcsec``: range of readings at rest, of rectangular distribution."""
+        environment = None if drift_arcsec is None else drift_arcsec / (2.0 * math.sqrt(3.0))
+        return cls(device_arcsec, environment)
+
+    def expanded(self, approaches: int) -> dict[str, float]:
+        """U with k = 2 of every figure, arcseconds; NaN where a contribution is not known.
+
+        The contributors are those of ISO/TR 230-9; the law of propagation (JCGM 100:2008,
+        equation 10) is applied to the definitions above. A range of means is a difference at two
+        angles. The reference repeats itself at one angle, so that it does not enter R and B. The
+        drift alone makes R↑ = 4 u: this bound is taken as expanded uncertainty.
+        """
+        device = math.nan if self.device_arcsec is None else self.device_arcsec
+        drift = math.nan if self.environment_arcsec is None else self.environment_arcsec
+        scatter = 4.0 * drift
+        reversal = 2.0 * drift * math.sqrt(2.0 / approaches)
+        spread = 2.0 * math.sqrt(2.0 * device**2 + 2.0 * drift**2 / approaches)
+        accuracy = math.hypot(spread, scatter)
+        return {
+            "A": accuracy,
+            "A↑": accuracy,
+            "A↓": accuracy,
+            "R": math.hypot(scatter, reversal),
+            "R↑": scatter,
+            "R↓": scatter,
+            "E": spread,
+            "E↑": spread,
+            "E↓": spread,
+            "M": 2.0 * math.sqrt(2.0 * device**2 + drift**2 / approaches),
+            "B": reversal,
+            "B̄": reversal,
+        }
+
+
+def _one_direction(group: Integer, deviation: Float, targets: int) -> Direction:
+    number = np.bincount(group, minlength=targets)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(group, weights=deviation, minlength=targets) / number
+        square = np.bincount(group, weights=(deviation - mean[group]) ** 2, minlength=targets)
+        s = np.where(number > 1, np.sqrt(square / (number - 1.0)), np.nan)
+    return Direction(number, mean, s)
+
+
+def _objections(
+    targets: int, up: Direction, down: Direction, direction: Integer | None
+) -> tuple[str, ...]:
+    found = []
+    if targets < LEAST_TARGETS:
+        found.append(f"{targets} targets, {LEAST_TARGETS} or more are required")
+    if direction is None:
+        found.append(
+            "the run does not say from which direction a target was reached (column direction); "
+            "all approaches count as ↑"
+        )
+    elif not up.approaches.any() or not down.approaches.any():
+        only = "↑" if up.approaches.any() else "↓"
+        found.append(f"one direction only ({only}), both are required")
+    for sign, side in (("↑", up), ("↓", down)):
+        if not side.approaches.any():
+            continue
+        fewest = int(side.approaches.min())
+        short = int(np.count_nonzero(side.approaches < LEAST_RUNS))
+        if short:
+            found.append(
+                f"{short} of {targets} targets have fewer than {LEAST_RUNS} approaches {sign} "
+                f"(the fewest: {fewest})"
+            )
+    return tuple(found)
+
+
+def _span(high: Float, low: Float) -> float:
+    """Largest of ``high`` less smallest of ``low``; NaN where any is not defined."""
+    return float(np.max(high) - np.min(low))
+
+
+def _largest(values: Float) -> float:
+    return float(np.max(values))

@@ -1,0 +1,198 @@
+"""A report of text, tables and pictures, as Markdown, HTML and PDF; each file stands alone."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
+from matplotlib.figure import Figure
+
+from arctrue.printable import one_line
+from arctrue.report.svg import to_svg
+from arctrue.whole_file import whole_file, write_whole_text
+
+_A4_INCHES = (8.27, 11.69)
+_MARGIN = 0.06
+"""Of the width of a page."""
+_COLUMNS = 92
+"""Characters of a line of a page."""
+_LINES = 72
+_FONT_POINTS = 7.5
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table; the first ``names`` columns hold text, the rest numbers."""
+
+    title: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    names: int = 1
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of matplotlib."""
+
+    title: str
+    figure: Figure
+
+
+Block = Text | Rows | Picture
+
+
+@dataclass(frozen=True)
+class Document:
+    """A report: title, what it is of (name and value), and its blocks in order."""
+
+    title: str
+    facts: Sequence[tuple[str, str]]
+    blocks: Sequence[Block]
+
+
+def write_document(document: Document, folder: Path, stem: str) -> list[Path]:
+    """Write ``stem``.md, .html and .pdf into ``folder``. Raises OSError."""
+    markdown, html, pdf = (folder / f"{stem}.{ending}" for ending in ("md", "html", "pdf"))
+    write_whole_text(markdown, _markdown(document))
+    write_whole_text(html, _html(document))
+    _write_pdf(document, pdf)
+    return [markdown, html, pdf]
+
+
+def _markdown(document: Document) -> str:
+    lines = [f"# {_cell(document.title)}", "", "| | |", "|---|---|"]
+    lines += [f"| {_cell(name)} | {_cell(value)} |" for name, value in document.facts]
+    for block in document.blocks:
+        lines.append("")
+        if isinstance(block, Text):
+            lines += textwrap.wrap(one_line(block.text), 110)
+        elif isinstance(block, Rows):
+            rule = ["---"] * block.names + ["---:"] * (len(block.headings) - block.names)
+            lines += [f"## {_cell(block.title)}", "", _row(block.headings), f"|{'|'.join(rule)}|"]
+            lines += [_row(row) for row in block.rows]
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(map(_cell, cells))} |"
+
+
+def _cell(text: str) -> str:
+    return one_line(text).replace("|", "\\|")
+
+
+def _html(document: Document) -> str:
+    environment = Environment(
+        loader=PackageLoader("arctrue.report"),
+        autoescape=select_autoescape(("html", "j2")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    blocks: list[dict[str, object]] = []
+    for block in document.blocks:
+        if isinstance(block, Picture):
+            blocks.append(
+                {"kind": "Picture", "title": block.title, "svg": Markup(to_svg(block.figure))}
+            )
+        else:
+            blocks.append({"kind": type(block).__name__, "block": block})
+    return environment.get_template("report.html.j2").render(document=document, blocks=blocks)
+
+
+def _write_pdf(document: Document, path: Path) -> None:
+    lines: list[str] = [document.title, ""]
+    width = max((len(name) for name, _ in document.facts), default=0)
+    for name, value in document.facts:
+        lines += _wrapped(f"{name:<{width}}  {one_line(value)}", width + 2)
+    pictures = []
+    for block in document.blocks:
+        lines.append("")
+        if isinstance(block, Text):
+            lines += _wrapped(one_line(block.text), 0)
+        elif isinstance(block, Rows):
+            lines += [block.title, "", *_table_lines(block)]
+        else:
+            pictures.append(block)
+    with (
+        whole_file(path) as unfinished,
+        PdfPages(
+            unfinished,
+            metadata={
+                "Title": one_line(document.title),
+                "Creator": "arctrue",
+                "CreationDate": None,
+            },
+        ) as pdf,
+    ):
+        for start in range(0, len(lines), _LINES):
+            page = Figure(figsize=_A4_INCHES)
+            FigureCanvasPdf(page)
+            page.text(
+                _MARGIN,
+                0.96,
+                "\n".join(lines[start : start + _LINES]),
+                family="DejaVu Sans Mono",
+                size=_FONT_POINTS,
+                verticalalignment="top",
+                linespacing=1.35,
+                parse_math=False,
+            )
+            pdf.savefig(page)
+        for picture in pictures:
+            pdf.savefig(picture.figure)
+
+
+def _wrapped(text: str, indent: int) -> list[str]:
+    return textwrap.wrap(text, _COLUMNS, subsequent_indent=" " * indent) or [""]
+
+
+def _table_lines(block: Rows) -> list[str]:
+    """Columns as wide as their text; text columns share what the numbers leave."""
+    numbers = [
+        max(_width(row[i]) for row in (block.headings, *block.rows))
+        for i in range(block.names, len(block.headings))
+    ]
+    left = _COLUMNS - sum(numbers) - 2 * (len(block.headings) - 1)
+    needed = [
+        max(_width(row[i]) for row in (block.headings, *block.rows)) for i in range(block.names)
+    ]
+    while sum(needed) > left and max(needed) > 8:
+        needed[needed.index(max(needed))] -= 1
+    lines = []
+    for row in (block.headings, *block.rows):
+        cells = [
+            textwrap.wrap(one_line(cell), width) or [""]
+            for cell, width in zip(row, needed, strict=False)
+        ]
+        for place in range(max(len(cell) for cell in cells)):
+            texts = [
+                _left(cell[place] if place < len(cell) else "", width)
+                for cell, width in zip(cells, needed, strict=True)
+            ]
+            for cell, width in zip(row[block.names :], numbers, strict=True):
+                texts.append(" " * (width - _width(cell)) + cell if place == 0 else " " * width)
+            lines.append("  ".join(texts).rstrip())
+    lines.insert(1, "-" * _COLUMNS)
+    return lines
+
+
+def _width(text: str) -> int:
+    """Characters on paper: the bar of x̄ takes no place of its own."""
+    return len(text) - text.count("\u0304")
+
+
+def _left(text: str, width: int) -> str:
+    return text + " " * (width - _width(text))

@@ -1,0 +1,219 @@
+"""The ideal test of one cause: it knows the form, the true covariance and the base model.
+
+It is the generalised likelihood ratio of the cause's exact form against the base model (orders 1
+to 20 on the disc, an offset a run, a zero of the reference), under the covariance by which the
+noise was drawn. Nothing here is taken from the workbench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded, lstsq
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.simulate.bench import TrueNoise
+from arctrue.table.noise import Noise
+from arctrue.units import ARCSEC_PER_RAD
+
+Float = NDArray[np.float64]
+
+BASE_ORDERS = 20
+FALSE_ALARM, POWER = 0.01, 0.95
+TURNS = 12
+NYQUIST_HZ = 125.0
+ROWS = 24_000
+FORMS: dict[str, tuple[int, float]] = {
+    "high_order_graduation": (2, 220),
+    "head_angle_error": (1, 1),
+    "subdivision_error": (8, 1),
+    "radial_error_motion": (2, 7),
+    "bearing_ball_pass": (4, 2 * TURNS * 14),
+    "vibration": (8, 36 * NYQUIST_HZ),
+    "hysteresis": (1, 1),
+    "timing_skew": (1, 1),
+    "latency": (1, 1),
+    "thermal_head_drift": (1, 1),
+    "thermal_eccentricity": (2, 1),
+    "count_slip": (1, 4 * np.log(ROWS)),
+    "graduation_defect": (1, 360 / 0.1),
+    "drive_gear_error": (2, 1),
+    "polygon_face_error": (23, 1),
+    "polygon_eccentricity": (2, 1),
+    "autocollimator_gain": (1, 1),
+    "reference_drift": (1, 1),
+    "warm_ovality": (2, 1),
+    "centrifugal_lobes": (2, 1),
+    "half_order": (2, 1),
+    "settling_bracket": (1, 6),
+    "flat_track": (2, 360 / 3.0),
+    "saw_tooth_motion": (2, 4 * 6),
+    "warm_fast_lobes": (2, 4),
+    "sticking_bracket": (1, 200),
+    "loosening_head": (1, 200),
+    "wearing_track": (2, 5),
+    "leaning_bracket": (1, 6),
+}
+"""Coefficients of the true form, and places that it leaves open: orders, frequencies, instants,
+places on the disc (as many as a turn has widths), time constants."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What the ideal test makes of one cause in one set."""
+
+    noncentrality: float
+    """Of its χ²: what the base model cannot absorb, over the noise."""
+    needed: float
+    """At which it is found in 95 % of such sets at a false alarm of 1 %."""
+    rms_arcsec: float
+    """The largest channel's RMS of what the base model cannot absorb; offsets of runs included."""
+
+    @property
+    def sees(self) -> bool:
+        """The ideal test finds it in 95 % of such sets."""
+        return self.noncentrality >= self.needed
+
+    @property
+    def size_in_limits(self) -> float:
+        """How many times as large as the smallest that is found so."""
+        return float(np.sqrt(self.noncentrality / self.needed))
+
+
+@cache
+def needed_noncentrality(effect: str) -> float:
+    """λ at which a noncentral χ² passes the threshold with POWER, the search paid for."""
+    rank, places = FORMS[effect]
+    threshold = chi2.isf(FALSE_ALARM / places, rank)
+    return float(brentq(lambda value: ncx2.sf(threshold, rank, value) - POWER, 1e-3, 1e4))
+
+
+def inverse_times(noise: Noise, columns: Float) -> Float:
+    """C⁻¹ × ``columns`` ``(n, c)`` for C = W + Σ_j sigma_j²·K_j, W = diag(white²) > 0.
+
+    By the matrix inversion lemma over the k Gauss–Markov processes, whose joint precision is
+    banded when their states are interleaved row by row: O(n·k²·(k + c)).
+    """
+    weight = 1.0 / noise.white_rad**2
+    weighted = weight[:, None] * columns
+    parts = noise.sigma_rad.size
+    if parts == 0:
+        return weighted
+    rows = weight.size
+    decay = noise.decay.T.copy()
+    decay[0] = 0.0
+    fresh = 1.0 / ((1.0 - decay**2) * noise.sigma_rad**2)
+    # Precision of x_i = a_i·x_{i−1} + w_i with var w_i = q_i: 1/q_i + a²_{i+1}/q_{i+1} on the
+    # diagonal, −a_i/q_i beside it.
+    diagonal = fresh.copy()
+    diagonal[:-1] += decay[1:] ** 2 * fresh[1:]
+    band = np.zeros((parts + 1, rows * parts))
+    band[0] = (diagonal + weight[:, None]).ravel()
+    band[parts, : (rows - 1) * parts] = -(decay[1:] * fresh[1:]).ravel()
+    for apart in range(1, parts):
+        # All processes of one row are seen together.
+        together = np.zeros((rows, parts))
+        together[:, : parts - apart] = weight[:, None]
+        band[apart] = together.ravel()
+    factor = cholesky_banded(band, lower=True)
+    states = cho_solve_banded((factor, True), np.repeat(weighted, parts, axis=0))
+    explained = states.reshape(rows, parts, -1).sum(axis=1)
+    return np.asarray(weighted - weight[:, None] * explained)
+
+
+def look(
+    effect: str,
+    measurement: MeasurementSet,
+    signal_arcsec: dict[str, Float],
+    noise: dict[str, TrueNoise],
+    index_variance_arcsec2: float,
+) -> Sight:
+    """The ideal test of one cause; ``signal_arcsec`` is what it alone shows in each channel."""
+    normal, right, square = _sums(measurement, signal_arcsec, noise, index_variance_arcsec2)
+    absorbed = lstsq(normal, right, lapack_driver="gelsy")[0]
+    noncentrality = max(0.0, square - float(right @ absorbed))
+    largest = 0.0
+    for channel, columns in _columns(measurement).items():
+        left = signal_arcsec[channel] - np.asarray(columns @ absorbed)
+        sound = ~noise[channel].struck
+        largest = max(largest, float(np.sqrt(np.mean(left[sound] ** 2))))
+    # What the index may hide is moved all the same: offsets of the runs count as they are.
+    offsets = absorbed[_offsets(measurement)]
+    if offsets.size:
+        largest = max(largest, float(np.sqrt(np.mean(offsets**2))))
+    return Sight(noncentrality, needed_noncentrality(effect), largest)
+
+
+def _sums(
+    measurement: MeasurementSet,
+    signal_arcsec: dict[str, Float],
+    noise: dict[str, TrueNoise],
+    index_variance_arcsec2: float,
+) -> tuple[Float, Float, float]:
+    """Normal matrix, right side and square of the signal, over both channels and the index."""
+    columns = _columns(measurement)
+    width = next(iter(columns.values())).shape[1]
+    normal, right, square = np.zeros((width, width)), np.zeros(width), 0.0
+    for channel, block in columns.items():
+        sound = ~noise[channel].struck
+        process = noise[channel].gaussian.rows(sound)
+        beside = np.column_stack([block[sound], signal_arcsec[channel][sound]])
+        weighted = inverse_times(_in_arcsec(process), beside)
+        products = beside.T @ weighted
+        normal += products[:-1, :-1]
+        right += products[:-1, -1]
+        square += float(products[-1, -1])
+    for offset in range(width)[_offsets(measurement)]:
+        # An index that repeats exactly holds the offset at zero.
+        normal[offset, offset] += 1.0 / max(index_variance_arcsec2, 1e-12)
+    return normal, right, square
+
+
+def _in_arcsec(noise: Noise) -> Noise:
+    return Noise(noise.white_rad * ARCSEC_PER_RAD, noise.sigma_rad * ARCSEC_PER_RAD, noise.decay)
+
+
+def _offsets(measurement: MeasurementSet) -> slice:
+    capture = measurement.capture
+    runs = 0 if capture is None else int(capture.run.max()) + 1
+    return slice(2 * BASE_ORDERS, 2 * BASE_ORDERS + runs)
+
+
+def _columns(measurement: MeasurementSet) -> dict[str, Float]:
+    """Base model by channel, ``(n, 40 + runs + 1)``: orders, offsets, zero of the reference."""
+    found: dict[str, Float] = {}
+    block: Float
+    capture, reference, facts = measurement.capture, measurement.reference, measurement.table
+    offsets = _offsets(measurement)
+    if capture is not None:
+        assert facts.counts_per_rev is not None
+        assert facts.head_separation_deg is not None
+        head1_rad = capture.head1_counts * (2 * np.pi / facts.counts_per_rev)
+        alpha = float(np.radians(facts.head_separation_deg))
+        block = np.zeros((head1_rad.size, offsets.stop + 1))
+        block[:, : offsets.start] = _waves(head1_rad + alpha) - _waves(head1_rad)
+        block[np.arange(head1_rad.size), offsets.start + capture.run] = 1.0
+        found["capture"] = block
+    if reference is not None:
+        block = np.zeros((reference.target_deg.size, offsets.stop + 1))
+        block[:, : offsets.start] = _waves(np.radians(reference.target_deg))
+        block[:, -1] = 1.0
+        found["reference"] = block
+    return found
+
+
+def _waves(angle_rad: NDArray[np.floating[Any]]) -> Float:
+    powers = np.exp(1j * angle_rad)[:, None] ** np.arange(1, BASE_ORDERS + 1)
+    return np.concatenate([powers.real, powers.imag], axis=1)
+
+
+def visible(sights: Sequence[Sight], matters_arcsec: float) -> bool:
+    """Any of the causes is seen, and moves the prediction by what matters."""
+    return any(sight.sees and sight.rms_arcsec > matters_arcsec for sight in sights)

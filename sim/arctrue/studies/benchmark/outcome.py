@@ -1,0 +1,163 @@
+"""What one answer amounts to beside the truth of its set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from arctrue.studies.benchmark.oracle import Sight, visible
+
+MATTERS_COUNTS = 0.5
+COUNT_ARCSEC = 1_296_000 / (1 << 24)
+MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
+
+RIGHT = "right"
+FIRST = "first in class"
+IN_CLASS = "in class"
+UNKNOWN = "unknown, rightly"
+ADEQUATE = "adequate, rightly"
+QUIET = "cannot tell, rightly"
+FALSE_NAME = "false name"
+FALSE_CLASS = "class without it"
+FALSE_UNKNOWN = "unknown, wrongly"
+FALSE_ADEQUATE = "falsely adequate"
+SILENT = "silent"
+BAD_DATA = "bad data"
+ERROR = "error"
+OUTCOMES = (
+    RIGHT,
+    FIRST,
+    IN_CLASS,
+    UNKNOWN,
+    ADEQUATE,
+    QUIET,
+    FALSE_NAME,
+    FALSE_CLASS,
+    FALSE_UNKNOWN,
+    FALSE_ADEQUATE,
+    SILENT,
+    BAD_DATA,
+    ERROR,
+)
+GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET)
+"""What a set should come to. ``in class`` is none of them: the truth was not put first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One set: its task, its truth, the answer and what that amounts to."""
+
+    task: Mapping[str, Any]
+    truth: Mapping[str, Any]
+    answer: Mapping[str, Any]
+
+    @property
+    def world(self) -> str:
+        """In which world it was made."""
+        return str(self.task["world"])
+
+    @property
+    def hidden(self) -> list[str]:
+        """Names of what is in it."""
+        return [str(item["effect"]) for item in self.truth["effects"]]
+
+    @property
+    def label(self) -> str:
+        """The hidden names joined, or nothing."""
+        return " + ".join(self.hidden) or "nothing"
+
+    def seen(self, *kinds: str) -> list[Mapping[str, Any]]:
+        """Causes of these kinds (all without any) that the oracle sees and that matter."""
+        return [
+            item
+            for item in self.truth["effects"]
+            if (not kinds or item["kind"] in kinds) and visible([sight(item)], MATTERS_ARCSEC)
+        ]
+
+    @property
+    def has_stranger(self) -> bool:
+        """Something is in it that no catalogue has."""
+        return any(item["kind"] != "catalogue" for item in self.truth["effects"])
+
+    @property
+    def said(self) -> str:
+        """The answer in a word: the name, or the verdict."""
+        verdict, effects = self.answer["verdict"], self.answer.get("class") or []
+        if verdict == "named":
+            return str(self.answer.get("named"))
+        if verdict == "ambiguous":
+            return f"ambiguous: {', '.join(effects)}"
+        return str(verdict)
+
+    @property
+    def outcome(self) -> str:
+        """One of OUTCOMES."""
+        verdict, named = self.answer["verdict"], self.answer.get("named")
+        effects = list(self.answer.get("class") or [])
+        if verdict == "named":
+            return RIGHT if named in self.hidden else FALSE_NAME
+        if verdict == "ambiguous":
+            if not set(effects) & set(self.hidden):
+                return FALSE_CLASS
+            return FIRST if effects[0] in self.hidden else IN_CLASS
+        if verdict == "unknown":
+            return UNKNOWN if self.has_stranger else FALSE_UNKNOWN
+        if verdict == "adequate":
+            return FALSE_ADEQUATE if self.seen() else ADEQUATE
+        if verdict == "cannot_tell":
+            return SILENT if self.seen() else QUIET
+        return BAD_DATA if verdict == "bad_data" else ERROR
+
+    @property
+    def second_name(self) -> str | None:
+        """A name said beside the first one that is not in the set."""
+        if self.answer["verdict"] != "named":
+            return None
+        return next(
+            (name for name in self.answer.get("beside") or [] if name not in self.hidden), None
+        )
+
+    def probability_of_truth(self) -> float | None:
+        """What the answer gives to the truth; of several causes all count. None: not stated."""
+        stated = self.answer.get("probability")
+        if stated is None:
+            return None
+        truth = {
+            item["effect"] if item["kind"] == "catalogue" else "unknown" for item in self.seen()
+        }
+        return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
+
+    def first_probability(self) -> tuple[float, bool] | None:
+        """The largest probability stated, and whether it was given to the truth."""
+        stated = self.answer.get("probability")
+        if not stated:
+            return None
+        name = max(stated, key=lambda key: float(stated[key]))
+        truth = {_stated_as(item) for item in self.truth["effects"]}
+        right = name in truth or (name == "none" and not self.seen())
+        return float(stated[name]), right
+
+    def held_out_over_floor(self) -> float | None:
+        """The worse channel's held-out error over the noise that was put in."""
+        floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}
+        ratios = [float(found[name]) / float(floor[name]) for name in found if floor.get(name)]
+        return max(ratios) if ratios else None
+
+    def command(self) -> str:
+        """What makes this set again."""
+        task = self.task
+        return (
+            f"arctrue benchmark set FOLDER --world {task['world']} --content {task['content']} "
+            f"--seed {task['seed']} --samples {task['samples']}"
+        )
+
+
+def _stated_as(effect: Mapping[str, Any]) -> str:
+    """The key of a cause in the stated probabilities."""
+    return str(effect["effect"]) if effect["kind"] == "catalogue" else "unknown"
+
+
+def sight(effect: Mapping[str, Any]) -> Sight:
+    """What the oracle made of a cause of the truth."""
+    return Sight(effect["noncentrality"], effect["needed"], effect["rms_arcsec"])

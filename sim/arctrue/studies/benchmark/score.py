@@ -1,0 +1,253 @@
+"""All answers of a benchmark beside truth and oracle: rates with intervals, all and by world."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from arctrue.studies.benchmark.intervals import (
+    Rate,
+    expected_calibration_error,
+    rate,
+    reliability,
+)
+from arctrue.studies.benchmark.outcome import (
+    BAD_DATA,
+    ERROR,
+    FALSE_ADEQUATE,
+    FALSE_NAME,
+    FIRST,
+    GOOD,
+    IN_CLASS,
+    RIGHT,
+    SILENT,
+    Judged,
+    sight,
+)
+from arctrue.studies.benchmark.worlds import WORLDS
+
+SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
+"""Bins of a cause's size, in limits of the oracle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One rate: which sets count, which of them hit, and what it should be."""
+
+    name: str
+    counts: Callable[[Judged], bool]
+    hits: Callable[[Judged], bool]
+    at_most: float | None = None
+    at_least: float | None = None
+
+    def of(self, sets: Iterable[Judged]) -> Rate:
+        """The rate over the sets that count."""
+        return rate([self.hits(item) for item in sets if self.counts(item)])
+
+
+def _any(_: Judged) -> bool:
+    return True
+
+
+def _visible(item: Judged) -> bool:
+    return bool(item.seen())
+
+
+def _catalogue(item: Judged) -> bool:
+    return bool(item.seen("catalogue")) and not item.has_stranger
+
+
+def _nothing(item: Judged) -> bool:
+    return not item.truth["effects"]
+
+
+SCORES = (
+    Score("false name", _any, lambda item: item.outcome == FALSE_NAME, at_most=0.01),
+    Score(
+        "falsely adequate, of what the oracle sees",
+        _visible,
+        lambda item: item.outcome == FALSE_ADEQUATE,
+        at_most=0.01,
+    ),
+    Score(
+        "false name or falsely adequate",
+        _any,
+        lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
+        at_most=0.01,
+    ),
+    Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
+    Score("not good where nothing is", _nothing, lambda item: item.outcome not in GOOD),
+    Score(
+        "right first, of what the oracle sees of the catalogue",
+        _catalogue,
+        lambda item: item.outcome in (RIGHT, FIRST),
+        at_least=0.9,
+    ),
+    Score("named, of the same", _catalogue, lambda item: item.outcome == RIGHT),
+    Score(
+        "named or in the class, of the same",
+        _catalogue,
+        lambda item: item.outcome in (RIGHT, FIRST, IN_CLASS),
+    ),
+    Score(
+        "silent where the oracle sees (cannot tell, bad data, error)",
+        _visible,
+        lambda item: item.outcome in (SILENT, BAD_DATA, ERROR),
+    ),
+    Score(
+        "unknown, of visible strangers",
+        lambda item: bool(item.seen("stranger")) and not item.seen("catalogue"),
+        lambda item: item.answer["verdict"] == "unknown",
+        at_least=0.9,
+    ),
+    Score(
+        "unknown, of visible products of parts",
+        lambda item: bool(item.seen("parts")) and not item.seen("catalogue"),
+        lambda item: item.answer["verdict"] == "unknown",
+        at_least=0.9,
+    ),
+    Score(
+        "unknown with the right parts, of the same",
+        lambda item: bool(item.seen("parts")) and not item.seen("catalogue"),
+        lambda item: any(
+            set(effect["parts"]) == set(item.answer.get("parts") or [])
+            for effect in item.seen("parts")
+        ),
+    ),
+    Score(
+        "a second name that is not there, of right names",
+        lambda item: item.outcome == RIGHT,
+        lambda item: item.second_name is not None,
+        at_most=0.01,
+    ),
+)
+"""Goals of the verdicts; those of single worlds are looser: see :data:`WORLD_GOALS`."""
+WORLD_GOALS = {"false name or falsely adequate": 0.02}
+WHITE_RIGHT_FIRST = 0.97
+
+
+def scored(sets: Sequence[Judged]) -> dict[str, Any]:
+    """Everything as JSON: rates, probabilities, sizes, confusion, failures."""
+    worlds = [name for name in WORLDS if any(item.world == name for item in sets)]
+    return {
+        "sets": len(sets),
+        "visible": sum(_visible(item) for item in sets),
+        "rates": {
+            score.name: {
+                "all": score.of(sets).data(),
+                **{
+                    world: score.of([item for item in sets if item.world == world]).data()
+                    for world in worlds
+                },
+            }
+            for score in SCORES
+        },
+        "probability": probabilities(sets),
+        "held_out_over_floor": held_out(sets),
+        "found_by_size_in_limits": sizes(sets),
+        "outcomes": {
+            world: dict(Counter(item.outcome for item in sets if item.world == world))
+            for world in worlds
+        },
+        "confusion": confusion(sets),
+        "failures": [failure(item) for item in sets if item.outcome not in GOOD],
+    }
+
+
+def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
+    """At most and at least, of one world or ``all``."""
+    most, least = score.at_most, score.at_least
+    if world != "all" and score.name in WORLD_GOALS:
+        most = WORLD_GOALS[score.name]
+    if world == "white" and score.name.startswith("right first"):
+        least = WHITE_RIGHT_FIRST
+    return most, least
+
+
+def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
+    """Probability given to the truth and its calibration; None where no answer states any."""
+    stated = [item.first_probability() for item in sets]
+    pairs = [pair for pair in stated if pair is not None]
+    if not pairs:
+        return None
+    bins = reliability([pair[0] for pair in pairs], [pair[1] for pair in pairs])
+    truth = [item.probability_of_truth() for item in sets if _visible(item)]
+    given = [value for value in truth if value is not None]
+    return {
+        "mean_of_truth_where_visible": float(np.mean(given)) if given else None,
+        "expected_calibration_error": expected_calibration_error(bins),
+        "reliability": [
+            {"mean_probability": item.mean_probability, **item.right.data()} for item in bins
+        ],
+    }
+
+
+def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
+    """Held-out error over the floor where what was named is all that is there, or nothing is."""
+    ratios = [
+        ratio
+        for item in sets
+        if item.outcome in GOOD
+        and len(item.hidden) <= 1
+        and item.answer["verdict"] in ("named", "adequate")
+        and (ratio := item.held_out_over_floor()) is not None
+    ]
+    if not ratios:
+        return None
+    found = np.quantile(ratios, [0.5, 0.95, 1.0])
+    return {"median": float(found[0]), "95 %": float(found[1]), "largest": float(found[2])}
+
+
+def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
+    """Single causes of the catalogue: how many are put first, by their size in oracle limits."""
+    found = []
+    single = [
+        (sight(item.truth["effects"][0]).size_in_limits, item.outcome in (RIGHT, FIRST))
+        for item in sets
+        if len(item.truth["effects"]) == 1 and not item.has_stranger
+    ]
+    for low, high in pairwise(SIZE_EDGES):
+        hits = rate([hit for size, hit in single if low <= size < high])
+        found.append({"from": low, "to": None if np.isinf(high) else high, **hits.data()})
+    return found
+
+
+def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
+    """By what is hidden (one cause, or several): how often each was said."""
+    found: dict[str, Counter[str]] = {}
+    for item in sets:
+        truth = item.label if len(item.hidden) <= 1 else "several"
+        said = item.said
+        if truth == "several" and item.outcome in (RIGHT, FIRST):
+            said = "one of them"
+        elif said.startswith("ambiguous"):
+            said = f"ambiguous ({item.outcome})"
+        found.setdefault(truth, Counter())[said] += 1
+    return {truth: dict(found[truth].most_common()) for truth in sorted(found)}
+
+
+def failure(item: Judged) -> dict[str, Any]:
+    """One set that is not as it should be, with the command that makes it again."""
+    return {
+        "world": item.world,
+        "bad": list(item.truth["told"]),
+        "hidden": [
+            f"{effect['effect']} {effect['size']:.3g} {effect['unit']}, "
+            f"{sight(effect).size_in_limits:.3g} limits"
+            for effect in item.truth["effects"]
+        ],
+        "outcome": item.outcome,
+        "said": item.said,
+        "error": item.answer.get("error"),
+        "command": item.command(),
+    }
+
+
+def judged(results: Iterable[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> list[Judged]:
+    """Tasks with their results, as sets that can be scored."""
+    return [Judged(task, result["truth"], result["answer"]) for task, result in results]

@@ -1,0 +1,89 @@
+"""One set of the benchmark, from its world, content and seed alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.benchmark.oracle import look
+from arctrue.studies.benchmark.worlds import WORLDS, Surroundings, hidden
+from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulate_set
+
+NOTHING = 1e-9
+"""Share of a cause's size at which it is there without effect, so that all draws stay the same."""
+
+
+@dataclass(frozen=True)
+class BenchmarkSet:
+    """The set that may be shown, and the truth that may not."""
+
+    measurement: MeasurementSet
+    truth: dict[str, Any]
+
+
+def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
+    """The set of a task: ``world``, ``content``, ``seed``, ``samples`` (a run, at most).
+
+    The truth holds each cause with its size and what the oracle makes of it, the noise, and the
+    RMS of what no model can explain, by channel. Raises KeyError for an unknown world.
+    """
+    random = np.random.default_rng([task["seed"], 0])
+    surroundings = WORLDS[task["world"]](random)
+    surroundings.thin(task["samples"])
+    if task["content"] == "nothing":
+        # A head that stands elsewhere than stated is something.
+        surroundings.extra = []
+        surroundings.told = [name for name in surroundings.told if name != "head_angle"]
+    wanted = hidden(task["content"], random)
+    wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
+    if not surroundings.experiment.runs:
+        wanted = [item for item in wanted if item.name != "count_slip"]
+    made = _simulated(wanted, surroundings, task["seed"])
+    effects = []
+    for number, item in enumerate(made.truth["effects"]):
+        faint = list(wanted)
+        faint[number] = Wanted(item["effect"], item["size"] * NOTHING)
+        without = _simulated(faint, surroundings, task["seed"])
+        signal = {
+            channel: exact - without.exact_arcsec[channel]
+            for channel, exact in made.exact_arcsec.items()
+        }
+        sight = look(
+            item["effect"], made.measurement, signal, made.noise, made.index_variance_arcsec2
+        )
+        effects.append(
+            {
+                **{key: item[key] for key in ("effect", "kind", "parts", "size", "unit")},
+                "noncentrality": _seven(sight.noncentrality),
+                "needed": _seven(sight.needed),
+                "rms_arcsec": _seven(sight.rms_arcsec),
+            }
+        )
+    truth = {
+        "effects": effects,
+        "noise": [
+            {key: item[key] for key in ("noise", "size", "unit")} for item in made.truth["noise"]
+        ],
+        "told": surroundings.told,
+        "floor_arcsec": {key: _seven(value) for key, value in made.truth["floor_arcsec"].items()},
+    }
+    return BenchmarkSet(surroundings.stated(made.measurement), truth)
+
+
+def _simulated(wanted: list[Wanted], surroundings: Surroundings, seed: int) -> SimulatedSet:
+    return simulate_set(
+        wanted,
+        surroundings.experiment,
+        seed,
+        title="benchmark",
+        index_scatter_counts=surroundings.index_scatter_counts,
+        noise=surroundings.noise,
+    )
+
+
+def _seven(value: float) -> float:
+    return float(f"{value:.7g}")

@@ -1,0 +1,156 @@
+"""What the sets of the benchmark are like: a world disturbs them, a content is hidden in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from arctrue.measurement import MeasurementSet
+from arctrue.studies.simulate.experiment import Experiment, full, lean, one_pass, one_speed
+from arctrue.studies.simulate.simulated_set import Wanted
+from arctrue.table.causes.registry import RECIPES, REGISTRY, STRANGERS
+
+Random = np.random.Generator
+SAMPLES_A_RUN = 6_000
+"""24,000 rows in four runs."""
+CYCLES = 10
+FEW_SAMPLES_A_RUN = 600
+INDEX_COUNTS = (0, 1)
+UNSTATED_INDEX_COUNTS = 3
+HEAD_ANGLE_ARCSEC = (3.0, 30.0)
+UNDERSTATED = 3.0
+"""By how much the stated uncertainty of the reference is too small."""
+WRONG = ("head_angle", "index", "sensor_lag", "uncertainty")
+COLOURS = ("pink", "power_law", "ornstein_uhlenbeck", "autoregressive", "by_angle")
+
+Statement = Callable[[MeasurementSet], MeasurementSet]
+
+
+@dataclass
+class Surroundings:
+    """What a world makes of a set before its content is known."""
+
+    experiment: Experiment
+    noise: list[Wanted] = field(default_factory=list)
+    index_scatter_counts: int = 1
+    extra: list[Wanted] = field(default_factory=list)
+    """Causes of the catalogue that a wrong statement amounts to."""
+    understated: float = 1.0
+    """By how much the stated uncertainty of the reference is too small."""
+    told: list[str] = field(default_factory=list)
+    """What is wrong or bad in this set, in words."""
+
+    def thin(self, samples: int) -> None:
+        """No more than so many samples a run."""
+        reference = self.experiment.reference
+        most = min([samples, *(run.samples for run in self.experiment.runs)])
+        self.experiment = self.experiment.smaller(most, reference.cycles if reference else 0)
+
+    def stated(self, measurement: MeasurementSet) -> MeasurementSet:
+        """The set with its wrong statements."""
+        reference = measurement.reference
+        if self.understated == 1.0 or reference is None:
+            return measurement
+        uncertainty = (reference.standard_uncertainty_arcsec or 0.0) / self.understated
+        return replace(
+            measurement, reference=replace(reference, standard_uncertainty_arcsec=uncertainty)
+        )
+
+
+def _usual(random: Random) -> Surroundings:
+    return Surroundings(
+        full().smaller(SAMPLES_A_RUN, CYCLES),
+        index_scatter_counts=int(random.choice(INDEX_COUNTS)),
+    )
+
+
+def white(random: Random) -> Surroundings:
+    """White noise, and everything that the set says is true."""
+    return _usual(random)
+
+
+def coloured(random: Random) -> Surroundings:
+    """One colour in the heads, and in half of the sets a reference that wanders."""
+    found = _usual(random)
+    found.noise = [Wanted(str(random.choice(COLOURS)))]
+    if random.random() < 0.5:
+        found.noise.append(Wanted("wandering_reference"))
+    found.told = [item.name for item in found.noise]
+    return found
+
+
+def wrong_statements(random: Random) -> Surroundings:
+    """One or two of: α off, index ±3 counts, a lagging sensor, an uncertainty stated too small."""
+    found = _usual(random)
+    number = 1 + int(random.random() < 0.3)
+    found.told = [str(name) for name in random.choice(WRONG, number, replace=False)]
+    if "index" in found.told:
+        found.index_scatter_counts = UNSTATED_INDEX_COUNTS
+    if "sensor_lag" in found.told:
+        found.noise.append(Wanted("sensor_lag"))
+    if "uncertainty" in found.told:
+        found.understated = UNDERSTATED
+    if "head_angle" in found.told:
+        low, high = np.log(HEAD_ANGLE_ARCSEC)
+        # A separation stated wrong is a head elsewhere than stated: one cause.
+        found.extra = [Wanted("head_angle_error", float(np.exp(random.uniform(low, high))))]
+    return found
+
+
+def few_data(random: Random) -> Surroundings:
+    """One run, one pass over the faces, one speed, or few samples."""
+    found = _usual(random)
+    kind = int(random.integers(4))
+    planned = (lean, one_pass, one_speed, full)[kind]()
+    samples = FEW_SAMPLES_A_RUN if kind == 3 else SAMPLES_A_RUN
+    cycles = planned.reference.cycles if planned.reference else CYCLES
+    found.experiment = planned.smaller(samples, min(cycles, CYCLES))
+    found.told = [("lean", "one pass", "one speed", "few samples")[kind]]
+    return found
+
+
+def outliers_and_gaps(random: Random) -> Surroundings:
+    """Rows that are off, rows that are missing, or both."""
+    found = _usual(random)
+    chosen = (("outliers",), ("gaps",), ("outliers", "gaps"))[int(random.integers(3))]
+    found.noise = [Wanted(name) for name in chosen]
+    found.told = list(chosen)
+    return found
+
+
+def swinging_speed(random: Random) -> Surroundings:
+    """A drive whose speed swings."""
+    found = _usual(random)
+    found.noise = [Wanted("swinging_speed")]
+    found.told = ["swinging_speed"]
+    return found
+
+
+WORLDS: dict[str, Callable[[Random], Surroundings]] = {
+    "white": white,
+    "coloured": coloured,
+    "wrong_statements": wrong_statements,
+    "few_data": few_data,
+    "outliers_and_gaps": outliers_and_gaps,
+    "swinging_speed": swinging_speed,
+}
+CONTENTS = ("nothing", "one", "parts", "stranger", "several")
+CATALOGUE = tuple(name for name, item in RECIPES.items() if item.kind == "catalogue")
+PARTS = tuple(name for name, item in RECIPES.items() if item.kind == "parts")
+SHARE_OF_THREE = 0.25
+"""Of the sets with several causes: those with three."""
+
+
+def hidden(content: str, random: Random) -> list[Wanted]:
+    """The causes of a set, their sizes drawn from their ranges."""
+    if content == "nothing":
+        return []
+    if content == "several":
+        number = 3 if random.random() < SHARE_OF_THREE else 2
+        names = [str(name) for name in random.choice(CATALOGUE, number, replace=False)]
+    else:
+        pool = {"one": CATALOGUE, "parts": PARTS, "stranger": tuple(STRANGERS)}[content]
+        names = [str(random.choice(pool))]
+    return [Wanted(name, REGISTRY[name].draw_size(random)) for name in names]

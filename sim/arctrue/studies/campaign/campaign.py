@@ -1,0 +1,200 @@
+"""A campaign: the tasks, where they are run, and what happens when a worker or the user stops."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from arctrue.studies.campaign.code_state import code_state
+from arctrue.studies.campaign.store import Store
+from arctrue.studies.campaign.task import Task, digest, do_batch, task_key
+
+Batch = Sequence[Task]
+Done = tuple[Batch, list[tuple[Mapping[str, Any], float]]]
+MOST_BROKEN_POOLS = 3
+"""In a row, without a result between them: then a task itself kills its worker."""
+
+
+STOP_POLL_S = 0.5
+
+
+class CampaignError(RuntimeError):
+    """The campaign cannot go on; what was done is on the disk."""
+
+
+class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
+    """The user stopped the campaign; what was done is on the disk."""
+
+    def __init__(self, done: int, total: int) -> None:
+        """How many tasks are done."""
+        super().__init__(f"{done} of {total} are done; the same command goes on from there")
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How far a campaign has come."""
+
+    done: int
+    total: int
+    tasks_per_s: float
+    """Of this run."""
+
+    @property
+    def seconds_left(self) -> float:
+        """At this speed; infinite before the first task is done."""
+        left = self.total - self.done
+        if not left:
+            return 0.0
+        return left / self.tasks_per_s if self.tasks_per_s else float("inf")
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Tasks of one kind and the folder of their results."""
+
+    work: str
+    """``module:function``, importable on every worker."""
+    tasks: Sequence[Task]
+    folder: Path
+    facts: Mapping[str, Any]
+    """What else the header says; a run with other facts does not go into the same folder."""
+    batch: int = 1
+    """Tasks that a worker takes at once: more for tasks that are short beside a message."""
+
+    def header(self) -> dict[str, Any]:
+        """Work, tasks, state of the code, and the facts."""
+        return {
+            "work": self.work,
+            "tasks": len(self.tasks),
+            "tasks_digest": digest([task_key(task) for task in self.tasks]),
+            "code": code_state(),
+            **self.facts,
+        }
+
+    def run(
+        self,
+        *,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        shard: tuple[int, int] | None = None,
+        progress: Callable[[Speed], None] | None = None,
+    ) -> int:
+        """Do what is not done yet; how many tasks of this shard are done in the end.
+
+        ``scheduler``: the address of a Dask scheduler in place of a pool of ``workers``
+        processes. ``shard`` (i, n): every n-th task from the i-th, 1 ≤ i ≤ n. Raises Interrupted
+        after Ctrl-C, CampaignError when workers die again and again, StoreError for a folder of
+        another campaign.
+        """
+        mine = list(self.tasks)
+        name = ""
+        if shard is not None:
+            place, number = shard
+            if not 1 <= place <= number:
+                raise ValueError(f"a shard is 1/n … n/n, found {place}/{number}")
+            mine = mine[place - 1 :: number]
+            name = f"-{place}-of-{number}"
+        with Store(self.folder, self.header(), name) as store:
+            left = [task for task in mine if task_key(task) not in store.done]
+            batches = [left[at : at + self.batch] for at in range(0, len(left), self.batch)]
+            done_before, begin = len(mine) - len(left), time.monotonic()
+            done = done_before
+            if progress is not None:
+                progress(Speed(done, len(mine), 0.0))
+            with _interrupts() as stopping:
+                if scheduler is None:
+                    finished = pool(self.work, batches, workers or os.cpu_count() or 1, stopping)
+                else:
+                    from arctrue.studies.campaign.dask_cluster import cluster
+
+                    finished = cluster(self.work, batches, scheduler, stopping)
+                for tasks, results in finished:
+                    for task, (result, seconds) in zip(tasks, results, strict=True):
+                        store.add(task, result, seconds)
+                        done += 1
+                    if progress is not None:
+                        rate = (done - done_before) / max(time.monotonic() - begin, 1e-9)
+                        progress(Speed(done, len(mine), rate))
+                if stopping():
+                    raise Interrupted(done, len(mine))
+            return done
+
+
+def pool(
+    work: str, batches: Sequence[Batch], workers: int, stopping: Callable[[], bool]
+) -> Iterator[Done]:
+    """Batches as they are finished by processes of this machine.
+
+    A killed worker breaks the pool: what it and the others held is done again in a new one. Once
+    ``stopping()`` is true no batch is begun, and those under way are still handed out.
+    """
+    left = dict(enumerate(batches))
+    broken = 0
+    while left and not stopping():
+        executor = ProcessPoolExecutor(
+            max_workers=min(workers, len(left)),
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_leave_interrupts_to_the_parent,
+        )
+        waiting = iter(list(left))
+        running: dict[Future[list[tuple[Mapping[str, Any], float]]], int] = {}
+        try:
+            while True:
+                # Few are handed out ahead, so that a stop waits for few.
+                while not stopping() and len(running) < workers + 1:
+                    number = next(waiting, None)
+                    if number is None:
+                        break
+                    running[executor.submit(do_batch, work, left[number])] = number
+                if not running:
+                    break
+                finished, _ = wait(running, STOP_POLL_S, FIRST_COMPLETED)
+                for future in finished:
+                    number = running.pop(future)
+                    results = future.result()
+                    broken = 0
+                    yield left.pop(number), results
+        except BrokenProcessPool as error:
+            broken += 1
+            if broken >= MOST_BROKEN_POOLS:
+                raise CampaignError(
+                    f"workers were killed {broken} times and nothing was finished between; "
+                    "is there too little memory? Results so far are kept"
+                ) from error
+        finally:
+            executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; a second one ends the program at once."""
+    pressed = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield pressed.is_set
+        return
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+        pressed.set()
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,63 @@
+"""A campaign on a Dask cluster; needs the optional extra ``cluster``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from arctrue.studies.campaign.task import Task, digest, do_batch
+
+Batch = Sequence[Task]
+Done = tuple[Batch, list[tuple[Mapping[str, Any], float]]]
+RETRIES = 3
+CONNECT_S = 5.0
+
+
+def cluster(
+    work: str, batches: Sequence[Batch], scheduler: str, stopping: Callable[[], bool]
+) -> Iterator[Done]:
+    """Batches as they are finished by the workers of the scheduler at this address.
+
+    A batch whose worker dies is done again by another one. Once ``stopping()`` is true, the next
+    batch that is finished is the last. Raises CampaignError where the library
+    is missing, the scheduler does not answer, or a batch kills four workers.
+    """
+    from arctrue.studies.campaign.campaign import CampaignError
+
+    try:
+        from distributed import Client, as_completed
+        from distributed.scheduler import KilledWorker
+    except ImportError as error:
+        raise CampaignError(
+            "--scheduler needs the library distributed: pip install 'arctrue[cluster]'"
+        ) from error
+    try:
+        client: Any = Client(scheduler, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
+    except OSError as error:
+        raise CampaignError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    try:
+        # A name of its own: a scheduler that serves two campaigns must not mix them.
+        futures = {
+            client.submit(
+                do_batch,
+                work,
+                list(batch),
+                key=f"{work}-{digest([work, list(batch)])[:24]}",
+                retries=RETRIES,
+                pure=False,
+            ): batch
+            for batch in batches
+        }
+        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
+            batch = futures.pop(future)
+            try:
+                results = future.result()
+            except KilledWorker as error:
+                raise CampaignError(f"a task kills every worker that takes it: {error}") from error
+            yield batch, results
+            future.release()
+            if stopping():
+                client.cancel(list(futures))
+                break
+    finally:
+        client.close()

@@ -1,0 +1,170 @@
+"""The folder of a campaign: a header, one JSON line a result, and timings apart from them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from arctrue.studies.campaign.task import Task, canonical, task_key
+from arctrue.whole_file import write_whole_text
+
+HEADER = "campaign.json"
+
+
+class StoreError(ValueError):
+    """The folder holds something else, or results that contradict each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One task and what came out."""
+
+    key: str
+    task: Task
+    result: Mapping[str, Any]
+
+    def line(self) -> str:
+        """As one line of a file."""
+        return canonical({"key": self.key, "task": self.task, "result": self.result})
+
+
+class Store:
+    """Appends results of one shard to a campaign's folder; use it as a context."""
+
+    def __init__(self, folder: Path, header: Mapping[str, Any], shard: str = "") -> None:
+        """Opens or creates the folder.
+
+        Raises StoreError where it belongs to another campaign or another state of the code.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        _check_header(folder, header)
+        self.folder = folder
+        # Bytes behind the last whole line are of a line that was cut by a crash.
+        self._results = _open(folder / f"results{shard}.jsonl")
+        self._timings = _open(folder / f"timings{shard}.jsonl")
+        self.done = {item.key for item in read_results([folder])}
+
+    def __enter__(self) -> Self:
+        """The store itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Closes both files."""
+        self._results.close()
+        self._timings.close()
+
+    def add(self, task: Task, result: Mapping[str, Any], seconds: float) -> None:
+        """One result, on the disk when this returns. A second one of a key is not written."""
+        key = task_key(task)
+        if key in self.done:
+            return
+        self._results.write(Result(key, task, result).line() + "\n")
+        self._results.flush()
+        self._timings.write(canonical({"key": key, "seconds": round(seconds, 3)}) + "\n")
+        self._timings.flush()
+        self.done.add(key)
+
+
+def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
+    path = folder / HEADER
+    text = json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    # Written whole under another name and linked: of two shards that begin at once one wins.
+    mine = folder / f".{HEADER}.{os.getpid()}"
+    write_whole_text(mine, text)
+    try:
+        os.link(mine, path)
+    except FileExistsError:
+        found = read_header(folder)
+        for name, value in header.items():
+            if found.get(name) != json.loads(canonical(value)):
+                raise StoreError(
+                    f"{path}: {name} is {_short(found.get(name))}, the present run has "
+                    f"{_short(value)}: results of two states are not mixed; take a new folder"
+                ) from None
+    finally:
+        mine.unlink()
+
+
+def _short(value: object) -> str:
+    text = canonical(value)
+    return text if len(text) < 200 else text[:200] + " …"
+
+
+def read_header(folder: Path) -> dict[str, Any]:
+    """The header of a campaign's folder. Raises StoreError where there is none."""
+    path = folder / HEADER
+    try:
+        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise StoreError(f"{path} is not there: no campaign has been run in {folder}") from None
+    except ValueError as error:
+        raise StoreError(f"{path}: no JSON: {error}") from None
+    return found
+
+
+def _open(path: Path) -> Any:
+    if path.exists():
+        whole = path.read_bytes()
+        if whole and not whole.endswith(b"\n"):
+            with path.open("r+b") as file:
+                file.truncate(whole.rfind(b"\n") + 1)
+    return path.open("a", encoding="utf-8")
+
+
+def read_results(folders: Iterable[Path]) -> list[Result]:
+    """All results of the folders (shards of one campaign), by key.
+
+    Raises StoreError where folders have different headers, or one key two results.
+    """
+    found: dict[str, Result] = {}
+    first: tuple[Path, dict[str, Any]] | None = None
+    for folder in folders:
+        header = read_header(folder)
+        if first is not None and header != first[1]:
+            raise StoreError(f"{folder} and {first[0]} are different campaigns or states of code")
+        first = first or (folder, header)
+        for path, number, item in _lines(folder):
+            result = Result(item["key"], item["task"], item["result"])
+            earlier = found.setdefault(result.key, result)
+            if earlier.line() != result.line():
+                raise StoreError(
+                    f"{path}, line {number}: another result for {result.key} than before"
+                )
+    return [found[key] for key in sorted(found)]
+
+
+def _lines(folder: Path) -> Iterator[tuple[Path, int, dict[str, Any]]]:
+    for path in sorted(folder.glob("results*.jsonl")):
+        text = path.read_text(encoding="utf-8")
+        for number, line in enumerate(text.splitlines(keepends=True), start=1):
+            if not line.endswith("\n"):
+                # Cut by a crash: computed again.
+                continue
+            try:
+                yield path, number, json.loads(line)
+            except ValueError as error:
+                raise StoreError(f"{path}, line {number}: no JSON: {error}") from None
+
+
+def merge(folders: Iterable[Path], into: Path) -> int:
+    """One folder with one file, its lines in the order of their keys; how many there are.
+
+    The bytes of the file do not depend on who computed what, or when.
+    """
+    listed = list(folders)
+    results = read_results(listed)
+    into.mkdir(parents=True, exist_ok=True)
+    _check_header(into, read_header(listed[0]))
+    text = "".join(item.line() + "\n" for item in results)
+    write_whole_text(into / "results.jsonl", text)
+    return len(results)

@@ -1,0 +1,89 @@
+"""load against the firmware's own console, at the other end of a pseudo-terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from sim.tests.cli.test_monitor import Device
+from sim.tests.firmware.emulator import PATIENCE_S
+from sim.tests.firmware.library import firmware
+
+from arctrue.cli.load import load
+from arctrue.device import console
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.coefficients import Coefficients
+
+COUNTS_PER_REV = 1 << 24
+
+
+class SpoilingDevice(Device):
+    """The first frame of a lane loses a digit on the way."""
+
+    spoiled = False
+
+    def received(self, data: bytes) -> bytes:
+        if not self.spoiled and b"load lane" in data:
+            self.spoiled = True
+            return data.replace(b"1", b"", 1)
+        return data
+
+
+@pytest.fixture(params=[Device, SpoilingDevice])
+def device(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+    made: Device = request.param()
+    made.start()
+    yield made
+    made.ended = True
+    made.join(PATIENCE_S)
+    assert not made.is_alive()
+
+
+def file_of(
+    folder: Path, lanes: dict[int, tuple[float, float]], counts_per_rev: int = COUNTS_PER_REV
+) -> Path:
+    counts = np.array([amplitude for amplitude, _ in lanes.values()]) * counts_per_rev / 1_296_000
+    phases = [phase for _, phase in lanes.values()]
+    path = folder / "coefficients.toml"
+    write_coefficient_file(
+        path, Coefficients.from_harmonics(list(lanes), counts, phases, counts_per_rev, 32)
+    )
+    return path
+
+
+def run(device: Device, path: Path) -> Result:
+    return CliRunner().invoke(load, [device.port, str(path), "--timeout", str(PATIENCE_S)])
+
+
+def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:
+    """Orders 1 and 2 of the table that the device turns."""
+    done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 2: (6.0, 4.2)}))
+    assert done.exit_code == 0, done.output
+    assert "2 orders are loaded and active" in done.output
+    assert getattr(device, "spoiled", True), "and what was spoiled has been sent again"
+
+
+def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> None:
+    done = run(device, file_of(tmp_path, {1: (150.0, 0.4), 5: (8.0, 0.0)}))
+    assert done.exit_code == 1, done.output
+    assert "the device refuses: worse_prediction: the captured turn speaks" in done.output
+    done = run(device, file_of(tmp_path, {1: (150.0, 0.4)}, 3_600_000))
+    assert done.exit_code == 1, done.output
+    assert "another_table: the coefficients were made for another counts_per_rev" in done.output
+
+
+def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:
+    done = run(device, tmp_path / "none.toml")
+    assert done.exit_code == 2
+    assert "no such file" in done.output
+    path = file_of(tmp_path, {1: (150.0, 0.4)})
+    text = path.read_text("utf-8").replace("counts = 0.0\nword = 0", "counts = 1.0\nword = 2048")
+    path.write_text(text, encoding="utf-8")
+    done = run(device, path)
+    assert done.exit_code == 2
+    assert "offset.word is 2048; expected 0" in done.output

@@ -1,0 +1,218 @@
+"""Tables of other controllers against models of their interpolation, written once more.
+
+The models follow the controllers' own sources step by step, one angle at a time: LinuxCNC's
+compute_screw_comp (src/emc/motion/control.c) and the sign of type 0 (docs, ini-config: "actual
+position"), ecmc's ecmcLookupTable::getValue and ecmcEncoder, moteus' MotorPosition::lerp.
+"""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.cli import main
+from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.measurement import write_measurement_set
+from arctrue.metrology.controllers import FORMATS
+from arctrue.metrology.correction import Correction
+
+ARCSEC_RAD = math.pi / 648_000.0
+DISC = {1: (90.0, 0.4), 2: (8.0, 1.0), 7: (1.5, -2.0)}
+"""Amplitude ″ and phase of each order of g(R)."""
+REVERSAL = 3.0
+
+
+def _g(reading_rad: float) -> float:
+    return sum(a * math.cos(n * reading_rad + phase) for n, (a, phase) in DISC.items())
+
+
+def _correction() -> Correction:
+    pairs = [(a * math.cos(p), -a * math.sin(p)) for a, p in DISC.values()]
+    return Correction(np.array(list(DISC)), np.array(pairs), REVERSAL, (), ())
+
+
+def _linuxcnc(text: str, angle_deg: float, way: int) -> float:
+    """What is added to a command, ″."""
+    rows = [[float(cell) for cell in line.split()] for line in text.splitlines()]
+    entry = 0
+    while entry + 1 < len(rows) - 1 and angle_deg >= rows[entry + 1][0]:
+        entry += 1
+    (n0, *actual0), (n1, *actual1) = rows[entry], rows[entry + 1]
+    side = 0 if way > 0 else 1
+    trim0, trim1 = n0 - actual0[side], n1 - actual1[side]
+    return (trim0 + (trim1 - trim0) / (n1 - n0) * (angle_deg - n0)) * 3600.0
+
+
+def _ecmc(text: str, angle_deg: float, way: int) -> float:
+    """What is taken off a reading, ″."""
+    rows = []
+    for line in text.replace(",", " ").splitlines():
+        if line and not line.startswith(("#", "PREC=")):
+            rows.append(tuple(map(float, line.split())))
+    index = [row[0] for row in rows]
+    assert len(rows) >= 3
+    assert all(b > a for a, b in itertools.pairwise(index))
+    x = math.fmod(angle_deg, 360.0)
+    i = bisect.bisect_left(index, x)
+    if i == 0:
+        value = rows[0][1]
+    else:
+        (x0, v0), (x1, v1) = rows[i - 1], rows[i]
+        value = v0 + (v1 - v0) * (x - x0) / (x1 - x0)
+    return value * 3600.0
+
+
+def _moteus(text: str, angle_deg: float, way: int) -> float:
+    """What is taken off a reading, ″."""
+    config = dict(line.split()[2:] for line in text.splitlines())
+    size = sum("table." in key for key in config)
+    base = "motor_position.sources.0.compensation_"
+    table = [float(config[f"{base}table.{i}"]) for i in range(size)]
+    scale = float(config[f"{base}scale"]) / 127.0 if f"{base}scale" in config else 1.0
+    if f"{base}scale" in config:
+        assert all(abs(value) <= 127 and value == int(value) for value in table)
+    ratio = angle_deg / 360.0
+    left = min(size - 1, int(ratio * size))
+    fraction = (ratio - left / size) * size
+    lerp = table[left] * scale * (1.0 - fraction) + table[(left + 1) % size] * scale * fraction
+    return -lerp * 1_296_000.0
+
+
+def _csv(text: str, angle_deg: float, way: int) -> float:
+    """What is taken off a reading, ″."""
+    header, *lines = text.splitlines()
+    assert header == "reading_deg,forward_arcsec,reverse_arcsec"
+    rows = [tuple(map(float, line.split(","))) for line in lines]
+    i = min(bisect.bisect_right([row[0] for row in rows], angle_deg), len(rows) - 1)
+    side = 1 if way > 0 else 2
+    part = (angle_deg - rows[i - 1][0]) / (rows[i][0] - rows[i - 1][0])
+    return rows[i - 1][side] * (1 - part) + rows[i][side] * part
+
+
+CONTROLLERS: dict[str, Callable[[str, float, int], float]] = {
+    "linuxcnc": _linuxcnc,
+    "ecmc": _ecmc,
+    "moteus": _moteus,
+    "moteus-256": _moteus,
+    "csv": _csv,
+}
+
+
+def _left(name: str, text: str, angle_deg: float, way: int) -> float:
+    """Angle that the controller believes in less the true angle, ″."""
+    changed = CONTROLLERS[name](text, angle_deg, way)
+    if name == "linuxcnc":  # the servo brings the reading to motor_pos_cmd
+        reading = math.radians(angle_deg) + changed * ARCSEC_RAD
+        return changed - (_g(reading) + way * REVERSAL / 2)
+    return _g(math.radians(angle_deg)) + way * REVERSAL / 2 - changed
+
+
+def _chord(points: int) -> float:
+    """Most that straight lines between ``points`` exact rows leave: h²/8 · largest |g″|."""
+    step = 2.0 * math.pi / points
+    return step**2 / 8.0 * sum(a * n**2 for n, (a, _) in DISC.items())
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_the_controller_leaves_what_is_said(name: str) -> None:
+    form, correction = FORMATS[name], _correction()
+    text = form.text(correction, form.points, "table 7")
+    said = form.left(text, correction)
+    angles = np.random.default_rng(5).uniform(0.0, 360.0, 1500)
+    left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]
+    assert np.abs(left).max() <= said.largest_arcsec + 1e-4
+    assert np.sqrt(np.mean(np.square(left))) == pytest.approx(said.rms_arcsec, rel=0.05)
+    # Straight lines between exact rows; half a step of the whole numbers; the direction.
+    rounding = 0.5 / 127.0 * 102.0 if name == "moteus-256" else 1e-4
+    direction = 0.0 if form.knows_direction else REVERSAL / 2
+    assert said.largest_arcsec <= _chord(form.points) * 1.02 + rounding + direction
+    assert said.largest_arcsec >= direction
+    assert said.rms_arcsec < 0.05 * np.sqrt(sum(a**2 for a, _ in DISC.values()) / 2)
+
+
+def test_limits_of_the_controllers() -> None:
+    text = FORMATS["linuxcnc"].text(_correction(), 255, "")
+    assert len(text.splitlines()) == 256, "the controller holds 256 triplets a joint"
+    assert len(FORMATS["moteus"].text(_correction(), 32, "").splitlines()) == 32
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:
+    """No second head: 24 stations of a reference instrument."""
+    made = measurement_set(cycles=5, runs=1, turns=1)
+    table = replace(made.table, counts_per_rev=None, head_separation_deg=None)
+    write_measurement_set(tmp_path / "set", replace(made, table=table, capture=None))
+    for name, form in FORMATS.items():
+        answer = _run(
+            "export", tmp_path / "set", "--format", name, "--out", tmp_path / name,
+            "--json", tmp_path / "e.json",
+        )  # fmt: skip
+        assert answer.exit_code == 0, answer.output
+        text = (tmp_path / name / form.file_name).read_text()
+        told = json.loads((tmp_path / "e.json").read_text())
+        assert told["format"] == name
+        assert f"leaves at most {told['left_arcsec']['largest']:.3f}″" in answer.output
+        # Against the disc itself, which no part of the package made.
+        for angle_deg in np.arange(0.0, 360.0, 7.3).tolist():
+            angle = math.radians(angle_deg)
+            error = float(paper_error(np.array(angle), np.array(20.0), 0.0))
+            at = angle_deg if name == "linuxcnc" else (angle_deg + error / 3600.0) % 360.0
+            taken = CONTROLLERS[name](text, at, 1)
+            # Noise of the fit: 0.15″ on 240 rows, 23 columns, five standard deviations.
+            noise = 5 * 0.15 * math.sqrt(23 / 240)
+            assert taken == pytest.approx(error, abs=noise + told["left_arcsec"]["largest"]), name
+
+
+def test_stations_that_leave_a_gap_are_refused(tmp_path: Path) -> None:
+    """24 stations hold no order above 11: in 20 orders, 5 and 19 would share what 5 has."""
+    made = measurement_set(cycles=2, runs=1, turns=1)
+    assert made.reference is not None
+    half = made.reference.where(made.reference.target_deg < 180.0)
+    write_measurement_set(tmp_path / "half", replace(made, capture=None, reference=half))
+    for name in ("gateware", "csv"):
+        answer = _run("export", tmp_path / "half", "--format", name, "--out", tmp_path / "out")
+        assert answer.exit_code == 2, answer.output
+        assert "has no target over 195.0° of the turn" in answer.stderr
+    write_measurement_set(tmp_path / "whole", replace(made, capture=None))
+    answer = _run("export", tmp_path / "whole", "--out", tmp_path)
+    assert answer.exit_code == 0, answer.output
+    held = read_coefficient_file(tmp_path / "coefficients.toml")
+    assert held.orders[held.amplitudes != 0].tolist() == [1, 2, 3, 5]
+
+
+def test_a_table_that_adds_to_the_error_is_refused(tmp_path: Path) -> None:
+    made = measurement_set(cycles=2, runs=1, turns=1)
+    assert made.reference is not None
+    write_measurement_set(tmp_path / "set", replace(made, capture=None))
+    model = tmp_path / "model.toml"
+    assert _run("add", "hysteresis", tmp_path / "set", "--model", model).exit_code == 0
+    turned = replace(made.reference, error_arcsec=-made.reference.error_arcsec)
+    write_measurement_set(tmp_path / "other", replace(made, capture=None, reference=turned))
+    words = ("export", tmp_path / "other", "--model", model, "--format", "csv", "--out", tmp_path)
+    answer = _run(*words)
+    assert answer.exit_code == 1, answer.output
+    assert "rises" in answer.stderr
+    assert not (tmp_path / "correction.csv").exists()
+    assert _run(*words, "--force").exit_code == 0
+    assert (tmp_path / "correction.csv").exists()
+
+
+def test_rows_that_a_controller_does_not_hold_are_refused(tmp_path: Path) -> None:
+    write_measurement_set(tmp_path / "set", measurement_set(cycles=1, runs=1, turns=1))
+    for name, points in (("linuxcnc", 300), ("moteus", 64)):
+        answer = _run("export", tmp_path / "set", "--format", name, "--points", points)
+        assert answer.exit_code == 2
+        assert "--points" in answer.stderr

@@ -1,0 +1,312 @@
+"""Plans, seals, outcomes, rates, answers and the commands of the benchmark."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from arctrue.cli import main
+from arctrue.measurement import read_measurement_set
+from arctrue.studies.benchmark import plan as plan_module
+from arctrue.studies.benchmark.answers import AnswersError, score_folders, set_name
+from arctrue.studies.benchmark.intervals import (
+    Rate,
+    expected_calibration_error,
+    rate,
+    reliability,
+)
+from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
+from arctrue.studies.benchmark.page import page
+from arctrue.studies.benchmark.plan import TIERS, PlanError, make_plan, read_plan
+from arctrue.studies.benchmark.score import SCORES, scored
+from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.subject import answer_of
+from arctrue.studies.benchmark.work import run_set
+from arctrue.studies.benchmark.worlds import WORLDS
+from arctrue.studies.campaign import task_key
+from arctrue.studies.campaign.store import Store
+
+
+def effect(name: str, kind: str = "catalogue", limits: float = 3.0) -> dict[str, Any]:
+    return {
+        "effect": name,
+        "kind": kind,
+        "parts": ["order:2", "disc"] if kind == "parts" else [],
+        "size": 1.0,
+        "unit": "um",
+        "noncentrality": 20.0 * limits**2,
+        "needed": 20.0,
+        "rms_arcsec": 0.1,
+    }
+
+
+def judged(
+    verdict: str, *effects: dict[str, Any], named: str | None = None, **answer: Any
+) -> Judged:
+    task = {"world": "white", "content": "one", "seed": 5, "samples": 1500, "subject": "x"}
+    truth = {"effects": list(effects), "noise": [], "told": [], "floor_arcsec": {"capture": 0.1}}
+    return Judged(task, truth, {"verdict": verdict, "named": named, **answer})
+
+
+@pytest.mark.parametrize(
+    ("item", "expected"),
+    [
+        (judged("named", effect("latency"), named="latency"), "right"),
+        (judged("named", effect("latency"), effect("vibration"), named="vibration"), "right"),
+        (judged("named", effect("latency"), named="vibration"), "false name"),
+        (judged("named", named="vibration"), "false name"),
+        (judged("named", effect("flat_track", "stranger"), named="vibration"), "false name"),
+        (judged("ambiguous", effect("latency"), **{"class": ["latency", "x"]}), "first in class"),
+        (judged("ambiguous", effect("latency"), **{"class": ["x", "latency"]}), "in class"),
+        (judged("ambiguous", effect("latency"), **{"class": ["x"]}), "class without it"),
+        (judged("unknown", effect("flat_track", "stranger")), "unknown, rightly"),
+        (judged("unknown", effect("latency")), "unknown, wrongly"),
+        (judged("adequate", effect("latency")), "falsely adequate"),
+        (judged("adequate", effect("latency", limits=0.9)), "adequate, rightly"),
+        (judged("adequate"), "adequate, rightly"),
+        (judged("cannot_tell", effect("latency")), "silent"),
+        (judged("cannot_tell"), "cannot tell, rightly"),
+        (judged("bad_data"), "bad data"),
+        (judged("error"), "error"),
+    ],
+)
+def test_outcomes(item: Judged, expected: str) -> None:
+    assert item.outcome == expected
+    assert expected in OUTCOMES
+
+
+def test_what_does_not_matter_is_not_visible() -> None:
+    small = {**effect("latency"), "rms_arcsec": 0.038}
+    assert judged("adequate", small).outcome == "adequate, rightly"
+    assert judged("adequate", {**small, "rms_arcsec": 0.039}).outcome == "falsely adequate"
+
+
+def test_a_second_name_that_is_there_is_none_too_many() -> None:
+    pair = (effect("latency"), effect("vibration"))
+    assert judged("named", *pair, named="latency", beside=["vibration"]).second_name is None
+    one = judged("named", pair[0], named="latency", beside=["vibration"])
+    assert one.second_name == "vibration"
+
+
+def test_intervals_are_the_published_ones() -> None:
+    # 0 of 100: 3.62 % (two-sided); 5 of 50: 3.33 … 21.81 % (Clopper and Pearson).
+    assert Rate(0, 100).interval == pytest.approx((0.0, 0.03622), abs=1e-5)
+    assert Rate(5, 50).interval == pytest.approx((0.03328, 0.21813), abs=1e-5)
+    assert Rate(0, 0).interval == (0.0, 1.0)
+    assert str(Rate(0, 0)) == "no such set"
+
+
+def test_calibration_error_of_a_known_curve() -> None:
+    bins = reliability([0.95] * 10 + [0.55] * 10, [True] * 9 + [False] + [True] * 3 + [False] * 7)
+    assert [(item.mean_probability, item.right.hits) for item in bins] == [
+        (pytest.approx(0.55), 3),
+        (pytest.approx(0.95), 9),
+    ]
+    assert expected_calibration_error(bins) == pytest.approx((0.25 + 0.05) / 2)
+    sure = reliability([1.0], [True])
+    assert expected_calibration_error(sure) == 0.0
+
+
+def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not() -> None:
+    stated = {"latency": 0.7, "vibration": 0.2, "none": 0.06, "unknown": 0.04}
+    pair = (effect("latency"), effect("vibration"))
+    two = judged("named", *pair, named="latency", probability=stated)
+    assert two.probability_of_truth() == pytest.approx(0.9)
+    assert (
+        judged("unknown", effect("x", "parts"), probability=stated).probability_of_truth() == 0.04
+    )
+    assert judged("adequate", probability=stated).probability_of_truth() == 0.06
+    assert judged("named", pair[0], named="latency").probability_of_truth() is None
+    found = scored([two, judged("named", pair[0], named="vibration", probability=stated)])
+    assert found["probability"]["mean_of_truth_where_visible"] == pytest.approx(0.8)
+    assert found["probability"]["expected_calibration_error"] == pytest.approx(0.3)
+    assert scored([judged("adequate")])["probability"] is None
+
+
+def test_rates_count_what_they_say() -> None:
+    sets = [
+        judged("named", effect("latency"), named="latency", beside=["vibration"]),
+        judged("named", effect("latency"), named="vibration"),
+        judged("adequate", effect("latency")),
+        judged("adequate"),
+        judged("unknown", effect("flat_track", "stranger")),
+        judged("unknown", effect("warm_ovality", "parts"), parts=["disc", "order:2"]),
+        judged("cannot_tell", effect("flat_track", "stranger")),
+    ]
+    found = {score.name: (score.of(sets).hits, score.of(sets).of) for score in SCORES}
+    assert found["false name"] == (1, 7)
+    assert found["false name or falsely adequate"] == (2, 7)
+    assert found["right first, of what the oracle sees of the catalogue"] == (1, 3)
+    assert found["unknown, of visible strangers"] == (1, 2)
+    assert found["unknown with the right parts, of the same"] == (1, 1)
+    assert found["a second name that is not there, of right names"] == (1, 1)
+    assert found["silent where the oracle sees (cannot tell, bad data, error)"] == (1, 6)
+    whole = scored(sets)
+    assert len(whole["failures"]) == 3
+    assert whole["confusion"]["latency"] == {"latency": 1, "vibration": 1, "adequate": 1}
+    told = "--world white --content one --seed 5 --samples 1500"
+    assert all(told in item["command"] for item in whole["failures"])
+    text = page(
+        {"tier": "dev", "seed": 2, "sets": 7, "generator": "g", "scoring": "s"},
+        {"arctrue": "a", "numpy": "2"},
+        whole,
+    )
+    assert "| false name | ≤ 1 | 14.3 (0.4 … 57.9) of 7 |" in text
+    assert "state no probability" in text
+
+
+def test_answer_of_both_schemas() -> None:
+    candidate = {
+        "effect": "latency",
+        "heldout_before_arcsec": {"capture": 0.3},
+        "heldout_after_arcsec": {"capture": 0.1},
+    }
+    old = {"verdict": "named", "named": "latency", "class": ["latency"], "candidates": [candidate]}
+    assert answer_of(old)["probability"] is None
+    assert answer_of(old)["held_out_arcsec"] == {"capture": 0.1}
+    new = {**old, "verdict": "adequate", "named": None, "probability": {"none": 0.98, "x": 0.02}}
+    assert answer_of(new)["probability"] == {"none": 0.98, "x": 0.02}
+    assert answer_of(new)["held_out_arcsec"] == {"capture": 0.3}
+    assert answer_of({"verdict": "bad_data", "named": None})["beside"] == []
+
+
+@pytest.mark.parametrize("tier", list(TIERS))
+def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_path: Path) -> None:
+    plan = make_plan(tier, tmp_path)
+    tasks = plan.tasks("arctrue")
+    assert len(tasks) == TIERS[tier].sets
+    assert len({task["seed"] for task in tasks}) == len(tasks)
+    assert len({task_key(task) for task in tasks}) == len(tasks)
+    contents = Counter((task["world"], task["content"]) for task in tasks)
+    assert {world for world, _ in contents} == set(WORLDS)
+    if tier == "sealed":
+        assert min(contents[world, "nothing"] for world in WORLDS) >= 300
+        assert sum(contents[world, "one"] for world in WORLDS) >= 2_000
+        assert sum(contents[world, "stranger"] for world in WORLDS) >= 500
+        assert sum(contents[world, "several"] for world in WORLDS) >= 500
+
+
+def test_sealed_seed_is_drawn_and_never_twice(tmp_path: Path) -> None:
+    seeds = {make_plan("sealed", tmp_path / name).seed for name in "ab"}
+    assert len(seeds) == 2
+    with pytest.raises(PlanError, match="is there already"):
+        make_plan("sealed", tmp_path / "a")
+    assert make_plan("dev", tmp_path / "c") == make_plan("dev", tmp_path / "c")
+
+
+def test_a_plan_of_another_generator_is_refused(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    plan = make_plan("quick", tmp_path)
+    assert read_plan(tmp_path) == plan
+    with pytest.raises(PlanError, match="generator has changed"):
+        replace(plan, generator="0").campaign(tmp_path, "arctrue")
+    package = tmp_path / "package"
+    (package / "table").mkdir(parents=True)
+    (package / "table" / "cause.py").write_text("LOW = 1\n")
+    monkeypatch.setattr(plan_module, "PACKAGE", package)
+    before = plan_module.files_digest(("table",))
+    (package / "table" / "cause.py").write_text("LOW = 2\n")
+    assert plan_module.files_digest(("table",)) != before
+
+
+def test_no_plan_and_a_broken_one_are_told(tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["benchmark", "run", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "first arctrue benchmark make" in done.output
+    (tmp_path / "plan.json").write_text("{}")
+    assert CliRunner().invoke(main, ["benchmark", "run", str(tmp_path)]).exit_code == 2
+
+
+TASK = {"world": "wrong_statements", "content": "several", "seed": 77, "samples": 200}
+
+
+def test_a_set_is_its_seed_and_made_again_by_its_command(tmp_path: Path) -> None:
+    made = make_set(TASK)
+    again = Judged({**TASK, "subject": "x"}, made.truth, {"verdict": "error"}).command()
+    folder = tmp_path / "set"
+    arguments = again.replace("FOLDER", str(folder)).split()[1:]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    truth = json.loads((tmp_path / "set.truth.json").read_text(encoding="utf-8"))
+    assert truth["effects"] == made.truth["effects"]
+    read = read_measurement_set(folder)
+    assert read.capture is not None
+    assert made.measurement.capture is not None
+    np.testing.assert_array_equal(read.capture.head2_counts, made.measurement.capture.head2_counts)
+    text = "".join(file.read_text(encoding="utf-8") for file in folder.iterdir())
+    assert not any(item["effect"] in text for item in truth["effects"])
+
+
+def test_nothing_means_nothing_also_where_the_separation_is_stated_wrong() -> None:
+    for seed in range(12):
+        made = make_set({**TASK, "content": "nothing", "seed": seed})
+        assert made.truth["effects"] == []
+        assert "head_angle" not in made.truth["told"]
+
+
+def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    def fails(folder: Path) -> dict[str, Any]:
+        raise RuntimeError("no such matrix")
+
+    monkeypatch.setitem(run_set.__globals__["SUBJECTS"], "arctrue", fails)
+    answer = run_set({**TASK, "subject": "arctrue"})["answer"]
+    assert answer == {"verdict": "error", "error": "RuntimeError: no such matrix"}
+
+
+def finished(folder: Path) -> list[str]:
+    """A folder with three sets of a plan; the names of the sets."""
+    plan = make_plan("quick", folder)
+    tasks = plan.tasks("arctrue")[:3]
+    truth = {"effects": [effect("latency")], "noise": [], "told": [], "floor_arcsec": {}}
+    with Store(folder / "arctrue", {"plan": "x", "code": {"arctrue": "a"}}) as store:
+        for task in tasks:
+            store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
+    return [set_name(task) for task in tasks]
+
+
+def test_anybodys_answers_are_scored(tmp_path: Path) -> None:
+    names = finished(tmp_path)
+    assert scored_rate(score_folders([tmp_path], "arctrue", None)) == 0
+    answers = tmp_path / "answers.json"
+    right = {"verdict": "named", "named": "latency"}
+    answers.write_text(json.dumps(dict.fromkeys(names, right)))
+    assert scored_rate(score_folders([tmp_path], "arctrue", answers)) == 3
+    done = CliRunner().invoke(
+        main, ["benchmark", "score", str(tmp_path), "--answers", str(answers)]
+    )
+    assert done.exit_code == 0, done.output
+    assert "right first, of what the oracle sees of the catalogue: 3 of 3" in done.output
+
+
+def scored_rate(found: dict[str, Any]) -> int:
+    rates = found["rates"]["right first, of what the oracle sees of the catalogue"]
+    return int(rates["all"]["hits"])
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda answers: answers.popitem(), "1 sets have no answer"),
+        (lambda answers: answers.update(x={"verdict": "named"}), "no set is called 'x'"),
+        (lambda answers: answers[min(answers)].update(verdict=1), "expected one of"),
+        (lambda answers: answers.update({min(answers): 3}), "expected one of"),
+    ],
+)
+def test_answers_that_cannot_be_scored_are_refused(tmp_path: Path, change: Any, match: str) -> None:
+    answers = {name: {"verdict": "adequate"} for name in finished(tmp_path)}
+    change(answers)
+    file = tmp_path / "answers.json"
+    file.write_text(json.dumps(answers))
+    with pytest.raises(AnswersError, match=match):
+        score_folders([tmp_path], "arctrue", file)
+
+
+def test_good_outcomes_are_outcomes() -> None:
+    assert set(GOOD) < set(OUTCOMES)
+    assert rate([True, False]) == Rate(1, 2)

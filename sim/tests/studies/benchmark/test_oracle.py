@@ -1,0 +1,128 @@
+"""The ideal test against dense linear algebra and against its own draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.studies.benchmark.oracle import (
+    FALSE_ALARM,
+    FORMS,
+    POWER,
+    inverse_times,
+    look,
+    needed_noncentrality,
+)
+from arctrue.studies.simulate.bench import TrueNoise
+from arctrue.studies.simulate.experiment import full
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table.causes.registry import NOISES, REGISTRY
+from arctrue.table.noise import Noise, together
+from arctrue.units import RAD_PER_ARCSEC
+
+COUNTS = 1 << 24
+DRAWS = 40
+AIR = Wanted("ornstein_uhlenbeck", 0.1)
+
+
+def noise(rows: int) -> Noise:
+    time_s = np.arange(rows) * 0.1
+    relaxing = Noise.relaxing(np.array([1.0, 0.5, 2.0]), np.array([0.3, 5.0, 400.0]), time_s)
+    return together([Noise.white(np.linspace(0.2, 0.6, rows), rows), relaxing], rows)
+
+
+def test_banded_inverse_is_that_of_the_full_covariance() -> None:
+    process = noise(60)
+    columns = np.random.default_rng(1).normal(size=(60, 4))
+    expected = np.linalg.solve(process.covariance(), columns)
+    np.testing.assert_allclose(inverse_times(process, columns), expected, rtol=1e-7, atol=1e-9)
+
+
+def test_white_inverse_is_the_weights() -> None:
+    found = inverse_times(Noise.white(0.5, 3), np.ones((3, 1)))
+    np.testing.assert_allclose(found, 4.0)
+
+
+@pytest.mark.parametrize("index_variance", [0.0, 0.25])
+def test_noncentrality_is_that_of_generalised_least_squares(index_variance: float) -> None:
+    rows = 240
+    run = np.repeat([0, 1], rows // 2)
+    turn = np.linspace(0.0, 2.0, rows)
+    counts = np.round(turn * COUNTS).astype(np.int64)
+    capture = Capture(run, np.arange(rows) * 0.1, counts, counts)
+    table = Table(COUNTS, 16384, 107.95, 33.0)
+    measurement = MeasurementSet(table, capture, None, "")
+    process = noise(rows)
+    signal = np.cos(0.37 * turn) + (run == 1) * 0.8
+    in_radians = Noise(
+        process.white_rad * RAD_PER_ARCSEC, process.sigma_rad * RAD_PER_ARCSEC, process.decay
+    )
+    found = look(
+        "hysteresis",
+        measurement,
+        {"capture": signal},
+        {"capture": TrueNoise(in_radians, np.zeros(rows, dtype=bool))},
+        index_variance,
+    )
+    # Marginal covariance: the offsets' variance added, and the orders left free.
+    covariance = process.covariance() + index_variance * (run[:, None] == run)
+    angle = 2 * np.pi * turn
+    alpha = np.deg2rad(33.0)
+    orders = np.arange(1, 21)
+    waves = np.exp(1j * orders * (angle[:, None] + alpha)) - np.exp(1j * orders * angle[:, None])
+    base = np.hstack([waves.real, waves.imag])
+    inverse = np.linalg.inv(covariance)
+    normal = base.T @ inverse @ base
+    projected = signal - base @ np.linalg.lstsq(normal, base.T @ inverse @ signal, rcond=1e-12)[0]
+    assert found.noncentrality == pytest.approx(projected @ inverse @ projected, rel=1e-4)
+
+
+def test_what_is_needed_gives_the_power() -> None:
+    rank, places = FORMS["bearing_ball_pass"]
+    needed = needed_noncentrality("bearing_ball_pass")
+    threshold = chi2.isf(FALSE_ALARM / places, rank)
+    draws = np.random.default_rng(2).normal(size=(40_000, rank))
+    draws[:, 0] += np.sqrt(needed)
+    found = np.mean(np.sum(draws**2, axis=1) > threshold)
+    # Binomial: 6 standard deviations of 0.95 in 40,000 are 0.0065.
+    assert found == pytest.approx(POWER, abs=0.0065)
+
+
+def test_every_cause_that_can_be_hidden_has_a_form() -> None:
+    assert set(FORMS) == set(REGISTRY) - set(NOISES)
+
+
+def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:
+    """Over sets that differ in their noise alone the score of the form is normal, mean √λ."""
+    experiment = full().smaller(100, 4)
+    wanted, faint = Wanted("hysteresis", 0.25), Wanted("hysteresis", 0.25e-9)
+    scores, expected = [], 0.0
+    for again in range(DRAWS):
+        made, without = (
+            simulate_set(
+                [item], experiment, 8, again=again, noise=[Wanted("ornstein_uhlenbeck", 0.1)]
+            )
+            for item in (wanted, faint)
+        )
+        form = {
+            channel: exact - without.exact_arcsec[channel]
+            for channel, exact in made.exact_arcsec.items()
+        }
+        arguments = (made.noise, made.index_variance_arcsec2)
+        expected = look("hysteresis", made.measurement, form, *arguments).noncentrality
+        reference = made.measurement.reference
+        assert reference is not None
+        # Only the reference sees hysteresis: its own rows are the data.
+        seen = {"capture": form["capture"], "reference": reference.error_arcsec}
+        both = {name: form[name] + seen[name] for name in form}
+        less = {name: form[name] - seen[name] for name in form}
+        # (a+b)ᵀM(a+b) − (a−b)ᵀM(a−b) = 4·aᵀMb
+        cross = (
+            look("hysteresis", made.measurement, both, *arguments).noncentrality
+            - look("hysteresis", made.measurement, less, *arguments).noncentrality
+        ) / 4
+        scores.append(cross / np.sqrt(expected))
+    assert np.mean(scores) == pytest.approx(np.sqrt(expected), abs=4 / np.sqrt(DRAWS))
+    assert np.std(scores) == pytest.approx(1.0, abs=4 / np.sqrt(2 * DRAWS))

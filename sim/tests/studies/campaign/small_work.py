@@ -1,0 +1,41 @@
+"""Tasks for tests, importable in a worker."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def square(task: Mapping[str, Any]) -> dict[str, Any]:
+    return {"square": task["number"] ** 2}
+
+
+def slow_square(task: Mapping[str, Any]) -> dict[str, Any]:
+    time.sleep(0.05)
+    return square(task)
+
+
+def killed_once(task: Mapping[str, Any]) -> dict[str, Any]:
+    """The worker that first takes number 5 is killed over it."""
+    mark = Path(task["mark"])
+    if task["number"] == 5 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return square(task)
+
+
+def always_killed(task: Mapping[str, Any]) -> dict[str, Any]:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return {}
+
+
+def noted(task: Mapping[str, Any]) -> dict[str, Any]:
+    """Leaves a file a run, so that what is done twice is seen."""
+    place = Path(task["place"])
+    (place / f"{task['number']}-{os.getpid()}").touch()
+    time.sleep(0.1)
+    return square(task)

@@ -1,0 +1,204 @@
+"""A campaign gives the same lines for any sharding; a stop or a dead worker loses nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from arctrue.studies.campaign import (
+    Campaign,
+    CampaignError,
+    Speed,
+    StoreError,
+    code_state,
+    read_results,
+    task_key,
+)
+from arctrue.studies.campaign.store import Store, merge
+from arctrue.studies.campaign.task import canonical
+
+WORK = "sim.tests.studies.campaign.small_work"
+ROOT = Path(__file__).resolve().parents[4]
+
+
+def campaign(folder: Path, number: int = 12, work: str = "square", **more: Any) -> Campaign:
+    tasks = [{"number": item, **more} for item in range(number)]
+    return Campaign(f"{WORK}:{work}", tasks, folder, {"kind": "test"})
+
+
+def squares(folder: Path) -> list[int]:
+    return sorted(item.result["square"] for item in read_results([folder]))
+
+
+def test_key_is_the_content_whatever_the_order_of_its_names() -> None:
+    assert task_key({"a": 1, "b": [2, 3]}) == task_key({"b": [2, 3], "a": 1})
+    assert task_key({"a": 1}) != task_key({"a": 2})
+    with pytest.raises(ValueError, match="JSON compliant"):
+        task_key({"a": float("nan")})
+
+
+def test_shards_and_workers_do_not_change_a_byte(tmp_path: Path) -> None:
+    campaign(tmp_path / "one").run(workers=1)
+    for place in (1, 2, 3):
+        campaign(tmp_path / "three").run(workers=2, shard=(place, 3))
+    texts = []
+    for name in ("one", "three"):
+        assert merge([tmp_path / name], tmp_path / f"merged-{name}") == 12
+        texts.append((tmp_path / f"merged-{name}" / "results.jsonl").read_bytes())
+    assert texts[0] == texts[1]
+    assert squares(tmp_path / "three") == [n**2 for n in range(12)]
+
+
+def test_shards_in_folders_of_their_own_are_merged(tmp_path: Path) -> None:
+    for place in (1, 2):
+        campaign(tmp_path / str(place)).run(workers=1, shard=(place, 2))
+    assert merge([tmp_path / "1", tmp_path / "2"], tmp_path / "whole") == 12
+
+
+def test_what_is_done_is_not_done_again_and_a_cut_line_is(tmp_path: Path) -> None:
+    place = tmp_path / "runs"
+    place.mkdir()
+    whole = campaign(tmp_path / "campaign", 4, "noted", place=str(place))
+    whole.run(workers=1)
+    lines = tmp_path / "campaign" / "results.jsonl"
+    lines.write_text(lines.read_text()[:-9])
+    whole.run(workers=1)
+    whole.run(workers=1)
+    assert squares(tmp_path / "campaign") == [0, 1, 4, 9]
+    # Four runs, and the one whose line was cut.
+    assert len(list(place.iterdir())) == 5
+
+
+def test_another_state_of_the_code_is_refused(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    campaign(tmp_path).run(workers=1)
+    monkeypatch.setattr(
+        "arctrue.studies.campaign.campaign.code_state", lambda: {"arctrue": "another"}
+    )
+    with pytest.raises(StoreError, match="two states are not mixed"):
+        campaign(tmp_path).run(workers=1)
+
+
+def test_other_tasks_do_not_go_into_the_same_folder(tmp_path: Path) -> None:
+    campaign(tmp_path, 3).run(workers=1)
+    with pytest.raises(StoreError, match="tasks"):
+        campaign(tmp_path, 4).run(workers=1)
+
+
+def test_code_state_follows_the_source(tmp_path: Path) -> None:
+    file = tmp_path / "module.py"
+    file.write_text("a = 1\n")
+    before = code_state(tmp_path)
+    file.write_text("a = 2\n")
+    assert code_state(tmp_path) != before
+
+
+def test_contradicting_results_are_refused(tmp_path: Path) -> None:
+    with Store(tmp_path, {"kind": "test"}) as store:
+        store.add({"number": 1}, {"square": 1}, 0.1)
+        store.add({"number": 1}, {"square": 2}, 0.1)
+    assert squares(tmp_path) == [1]
+    lie = {"key": task_key({"number": 1}), "task": {"number": 1}, "result": {"square": 3}}
+    (tmp_path / "results-2-of-2.jsonl").write_text(canonical(lie) + "\n")
+    with pytest.raises(StoreError, match="another result"):
+        read_results([tmp_path])
+
+
+def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
+    told: list[Speed] = []
+    work = campaign(tmp_path / "c", 12, "killed_once", mark=str(tmp_path / "mark"))
+    assert work.run(workers=2, progress=told.append) == 12
+    assert (tmp_path / "mark").exists()
+    assert squares(tmp_path / "c") == [n**2 for n in range(12)]
+    assert [item.done for item in told] == sorted(item.done for item in told)
+    assert told[-1].seconds_left == 0.0
+
+
+def test_a_task_that_kills_every_worker_ends_the_campaign(tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match="were killed 3 times"):
+        campaign(tmp_path, 2, "always_killed").run(workers=1)
+
+
+def test_ctrl_c_loses_nothing_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    program = (
+        "from pathlib import Path\n"
+        "from arctrue.studies.campaign import Interrupted\n"
+        "from sim.tests.studies.campaign.test_campaign import campaign\n"
+        "if __name__ == '__main__':\n"
+        f"    work = campaign(Path({str(tmp_path / 'c')!r}), 400, 'slow_square')\n"
+        "    try:\n"
+        "        print('done', work.run(workers=2))\n"
+        "    except Interrupted as stop:\n"
+        "        print(stop)\n"
+    )
+    script = tmp_path / "stopped.py"
+    script.write_text(program)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")])}
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,
+    )
+    lines = tmp_path / "c" / "results.jsonl"
+    while not lines.exists() or lines.stat().st_size == 0:
+        assert process.poll() is None
+        time.sleep(0.02)
+    # As a terminal does: the signal goes to the workers too.
+    os.killpg(process.pid, signal.SIGINT)
+    said, _ = process.communicate(timeout=60)
+    done = int(said.split()[0])
+    assert said == f"{done} of 400 are done; the same command goes on from there\n"
+    assert 0 < done < 400
+    assert len(squares(tmp_path / "c")) == done
+    assert len({json.loads(line)["key"] for line in lines.read_text().splitlines()}) == done
+
+
+def test_a_shard_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="found 4/3"):
+        campaign(tmp_path).run(shard=(4, 3))
+
+
+def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_nothing_is_twice(
+    tmp_path: Path,
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    place = tmp_path / "runs"
+    place.mkdir()
+    whole = campaign(tmp_path / "c", 24, "noted", place=str(place))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, protocol="tcp"
+    ) as cluster:
+
+        def kill_one() -> None:
+            while len(list(place.iterdir())) < 4:
+                time.sleep(0.02)
+            os.kill(cluster.workers[0].pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill_one)
+        killer.start()
+        assert whole.run(scheduler=cluster.scheduler_address) == 24
+        killer.join()
+    lines = (tmp_path / "c" / "results.jsonl").read_text().splitlines()
+    assert len(lines) == len({json.loads(line)["key"] for line in lines}) == 24
+    assert squares(tmp_path / "c") == [n**2 for n in range(24)]
+    campaign(tmp_path / "pool", 24, "noted", place=str(place)).run(workers=2)
+    for name in ("c", "pool"):
+        merge([tmp_path / name], tmp_path / f"merged-{name}")
+    merged = [(tmp_path / f"merged-{name}/results.jsonl").read_bytes() for name in ("c", "pool")]
+    assert merged[0] == merged[1]
+
+
+def test_a_scheduler_that_does_not_answer_is_an_error_for_people(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
+        campaign(tmp_path).run(scheduler="tcp://127.0.0.1:9")

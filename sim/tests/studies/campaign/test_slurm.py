@@ -1,0 +1,37 @@
+"""The Slurm array: every job of it runs its own shard, and together they do all tasks."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[4]
+SCRIPT = ROOT / "scripts" / "benchmark_array.sbatch"
+
+
+def job(tmp_path: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    told = tmp_path / "arctrue"
+    told.write_text('#!/bin/sh\necho "$OPENBLAS_NUM_THREADS:" "$@"\n')
+    told.chmod(0o755)
+    clean = {name: value for name, value in os.environ.items() if not name.startswith("SLURM")}
+    return subprocess.run(
+        ["bash", str(SCRIPT), "sets"],
+        env={**clean, "ARCTRUE": str(told), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_each_job_takes_its_shard(tmp_path: Path) -> None:
+    said = [
+        job(tmp_path, SLURM_ARRAY_TASK_ID=str(n), SLURM_ARRAY_TASK_COUNT="3").stdout for n in (1, 3)
+    ]
+    assert said == [f"1: benchmark run sets --workers 1 --shard {n}/3\n" for n in (1, 3)]
+
+
+def test_outside_of_an_array_it_says_so(tmp_path: Path) -> None:
+    done = job(tmp_path)
+    assert done.returncode != 0
+    assert "run it as an array" in done.stderr
