@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
@@ -21,7 +22,7 @@ NO_DEVICE = 2
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--timeout",
-    type=click.FloatRange(min=1.0),
+    type=Finite(min=1.0),
     default=120.0,
     show_default=True,
     help="Seconds to wait for the turn that judges the coefficients.",
