@@ -9,6 +9,7 @@ import click
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import say
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
@@ -49,13 +50,13 @@ def load(port: str, file: Path, timeout: float) -> None:
             progress.now("waiting for a turn that judges them")
             wait_until_judged(console, timeout)
     except LoadRefusedError as error:
-        click.echo(f"load: {file}: the device refuses: {error}", err=True)
+        say(f"load: {file}: the device refuses: {error}", err=True)
         sys.exit(REFUSED)
     except (CoefficientFileError, ConsoleError) as error:
-        click.echo(f"load: {error}", err=True)
+        say(f"load: {error}", err=True)
         sys.exit(NO_DEVICE)
     except ValueError as error:
-        click.echo(f"load: {file}: {error}", err=True)
+        say(f"load: {file}: {error}", err=True)
         sys.exit(NO_DEVICE)
     lanes = sum(1 for amplitude in coefficients.amplitudes if amplitude)
-    click.echo(f"{file}: {lanes} orders are loaded and active")
+    say(f"{file}: {lanes} orders are loaded and active")

@@ -126,7 +126,7 @@ def _chord(points: int) -> float:
 @pytest.mark.parametrize("name", FORMATS)
 def test_the_controller_leaves_what_is_said(name: str) -> None:
     form, correction = FORMATS[name], _correction()
-    text = form.text(correction, form.points, "table 7")
+    text = form.text(correction, form.points, "my table")
     said = form.left(text, correction)
     angles = np.random.default_rng(5).uniform(0.0, 360.0, 1500)
     left = [_left(name, text, angle, way) for angle in angles.tolist() for way in (1, -1)]

@@ -36,21 +36,6 @@ def test_simulated_table_and_workbench_share_no_code() -> None:
     assert there == []
 
 
-def test_share_of_false_names_is_that_of_the_counted_sets() -> None:
-    blind = (ROOT / "docs" / "blind.md").read_text(encoding="utf-8")
-    counted = re.search(r"false name on sets without any effect: (\d+) of (\d+)", blind)
-    claimed = re.search(
-        r"With none in (\d+) sets .*? below ([\d.]+) % at 95 % confidence",
-        " ".join((ROOT / "docs" / "workbench.md").read_text(encoding="utf-8").split()),
-    )
-    assert counted
-    assert claimed
-    assert int(counted[1]) == 0
-    assert counted[2] == claimed[1]
-    # The share p at which none in n sets has a chance of 5 %: (1 − p)ⁿ = 0.05.
-    assert round(100 * (1 - 0.05 ** (1 / int(claimed[1]))), 1) == float(claimed[2])
-
-
 def test_what_cannot_be_shown_is_not_said() -> None:
     texts = [
         *(ROOT / "docs").rglob("*.md"),

@@ -22,12 +22,6 @@ from arctrue.studies.simulate.truth import write_truth
 from arctrue.table import DISC_RADIUS_M, HEAD_SEPARATION_RAD
 from arctrue.table.causes.base import PhysicalEffect
 
-_ROWS = tuple(
-    field.name
-    for field in dataclasses.fields(Reference)
-    if field.name not in ("instrument", "faces", "standard_uncertainty_arcsec")
-)
-
 
 def write_set(
     folder: Path,
@@ -48,8 +42,11 @@ def write_set(
     )
     reference = None
     if references:
+        columns = [
+            name for name, value in vars(references[0]).items() if isinstance(value, np.ndarray)
+        ]
         rows: dict[str, Any] = {
-            name: np.concatenate([getattr(item, name) for item in references]) for name in _ROWS
+            name: np.concatenate([getattr(item, name) for item in references]) for name in columns
         }
         reference = dataclasses.replace(references[0], **rows)
     facts = Table(
