@@ -18,7 +18,7 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import scan
 from arctrue.workbench.inference.every_row import capture_figures, on_every_row
-from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, RunningSums, Term
+from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import fitted
@@ -172,15 +172,15 @@ def test_run_offsets_that_are_not_written_out_sum_like_columns() -> None:
     rows, shared, runs = 500, 4, 7
     columns, measured = random.normal(size=(rows, shared)), random.normal(size=rows)
     run = np.sort(random.integers(0, runs - 1, rows))
-    sums = RunningSums(shared, runs)
+    ones = random.uniform(0.5, 2.0, rows)
+    design = np.hstack([columns, ones[:, np.newaxis] * np.eye(runs)[run]])
+    gram, moment = np.zeros((shared + runs,) * 2), np.zeros(shared + runs)
     for block in (slice(0, 123), slice(123, 123), slice(123, rows)):
-        sums.add(columns[block], run[block], measured[block])
-    design = np.hstack([columns, np.eye(runs)[run]])
-    found = sums.sums()
-    np.testing.assert_allclose(found.gram, design.T @ design, atol=1e-9)
-    np.testing.assert_allclose(found.moment, design.T @ measured, atol=1e-9)
-    assert found.square == pytest.approx(float(measured @ measured))
-    assert found.rows == rows
+        inside = WhitenedRows(columns[block], ones[block], run[block], runs)
+        gram += inside.gram()
+        moment += inside.moment(measured[block])
+    np.testing.assert_allclose(gram, design.T @ design, atol=1e-9)
+    np.testing.assert_allclose(moment, design.T @ measured, atol=1e-9)
 
 
 def _many_runs(runs: int) -> Observations:
