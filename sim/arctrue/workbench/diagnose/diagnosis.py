@@ -42,7 +42,7 @@ from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.observations import Observations
 
-Verdict = Literal["adequate", "named", "ambiguous", "unknown", "bad_data"]
+Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
 Progress = Callable[[str], None]
 
 SIGNIFICANCE = 0.01
@@ -61,6 +61,10 @@ LACK_OF_FIT = 1e-4
 LEAST_EXCESS = 0.25
 """A model with a lack of fit this sure, and an excess over the repeats larger than this share of
 their noise, is not adequate even where nothing describes what is left."""
+MORE_READINGS_THAN_COEFFICIENTS = (
+    "the same stations once more: this set has no more readings than coefficients, so "
+    "that nothing tells the noise (or state standard_uncertainty_arcsec)"
+)
 NEAR_P = 0.3
 """A first p below this is near to a name: the noise is estimated anew beside it."""
 MOST_WEIGHED = 6
@@ -124,6 +128,10 @@ def diagnose(
     progress("fitting the model")
     base = fit(terms, observations)
     residuals = Residuals(base)
+    if _noise_is_unknown(base):
+        return Diagnosis(
+            observations, base, "cannot_tell", next_measurement=MORE_READINGS_THAN_COEFFICIENTS
+        )
     result = Diagnosis(observations, base, "adequate")
     _judge_fit(result, residuals)
     present = {term.effect.name for term in terms}
@@ -152,6 +160,17 @@ def diagnose(
     progress("fitting every row")
     _sharpen(result)
     return result
+
+
+def _noise_is_unknown(base: Solution) -> bool:
+    """No channel has readings beyond what its coefficients take, nor a stated uncertainty."""
+    observations = base.observations
+    there = {
+        name
+        for name, rows in (("capture", observations.capture), ("reference", observations.reference))
+        if rows is not None
+    }
+    return there <= base.unknown_noise
 
 
 def _sharpen(result: Diagnosis) -> None:

@@ -100,6 +100,11 @@ def sentences(result: Diagnosis) -> list[str]:
     """The verdict in words, and what to do next."""
     if result.verdict == "bad_data":
         return ["The data themselves are faulty:", *result.faults]
+    if result.verdict == "cannot_tell":
+        return [
+            "This set cannot tell: its rows are too few beside the coefficients to show noise.",
+            f"Next measurement: {result.next_measurement}.",
+        ]
     if result.verdict == "adequate":
         said = ["The model is adequate: no known effect, and no product of parts, adds anything."]
     elif result.verdict == "named" and result.named is not None:

@@ -83,3 +83,17 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
     result = _diagnosis(made)
     assert result.named is not None
     assert result.named.name == "count_slip"
+
+
+def test_one_polygon_cycle_alone_cannot_tell() -> None:
+    """24 rows and 41 coefficients leave nothing: noise of 0 once named a bearing."""
+    made = measurement_set(cycles=1)
+    assert made.reference is not None
+    first = {
+        name: value[:24] if isinstance(value, np.ndarray) else value
+        for name, value in vars(made.reference).items()
+    }
+    alone = replace(made, capture=None, reference=type(made.reference)(**first))
+    result = _diagnosis(alone)
+    assert result.verdict == "cannot_tell"
+    assert result.next_measurement is not None
