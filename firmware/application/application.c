@@ -30,6 +30,10 @@ const char *settings_origin_name(enum settings_origin origin) {
     return (unsigned)origin <= SETTINGS_LOST ? names[origin] : "unknown";
 }
 
+const char *output_fault_name(bool stands) {
+    return stands ? "cannot_keep_up" : "none";
+}
+
 const char *turn_result_name(enum turn_result result) {
     static const char *const names[] = {"applied", "kept", "refused"};
     return (unsigned)result <= TURN_REFUSED ? names[result] : "unknown";
@@ -246,6 +250,22 @@ void application_bypass(struct application *application, bool bypassed) {
     }
 }
 
+const char *application_output_fault(const struct application *application) {
+    bool there = application->phase != PHASE_NO_CORE;
+    return output_fault_name(there && core_status(&application->core).cannot_keep_up);
+}
+
+enum output_answer application_clear_output(struct application *application) {
+    if (application->phase == PHASE_NO_CORE) {
+        return OUTPUT_NO_CORE;
+    }
+    if (!core_status(&application->core).cannot_keep_up) {
+        return OUTPUT_NO_FAULT;
+    }
+    core_clear_output(&application->core);
+    return core_status(&application->core).cannot_keep_up ? OUTPUT_FAULT_AGAIN : OUTPUT_CLEARED;
+}
+
 static void wait_for_index(struct application *application) {
     if (core_indices_seen(&application->core)) {
         application->position_at_bank = core_position(&application->core).head1_position;
@@ -319,7 +339,8 @@ static uint32_t alarms_of(struct application *application) {
                       : 0;
     }
     alarms |= application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
-    alarms |= core_status(&application->core).cannot_keep_up ? ALARM_OUTPUT : 0;
+    application->report.output_stands = core_status(&application->core).cannot_keep_up;
+    alarms |= application->report.output_stands ? ALARM_OUTPUT : 0;
     alarms |= overruns != application->overruns ? ALARM_OVERRUN : 0;
     application->overruns = overruns;
     bool hot = application->report.has_temperature &&

@@ -61,6 +61,8 @@ struct turn_report {
     struct capture_fault fault;
     struct gate_prediction prediction;
     uint32_t alarms;
+    /* A, B and Z stand: the output lay too far behind. */
+    bool output_stands;
     /* Of the die; known or absent, never a number that is none. */
     bool has_temperature;
     double temperature_c;
@@ -174,6 +176,11 @@ bool application_busy(const struct application *application);
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
+enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAULT_AGAIN };
+/* End the fault of the output; nothing else in the firmware does. */
+enum output_answer application_clear_output(struct application *application);
+/* Why the output stands now: "none" where it follows. */
+const char *application_output_fault(const struct application *application);
 /* All frames of a set have come; what load_end() says. */
 enum load_answer application_load_end(struct application *application, uint32_t crc);
 /* Correction off and nothing known, of the calibration and of what was loaded. */
@@ -183,6 +190,7 @@ enum parameter_answer application_set(struct application *application, const cha
                                       double value,
                                       const struct parameter_description **description);
 
+const char *output_fault_name(bool stands);
 const char *application_phase_name(enum application_phase phase);
 const char *settings_origin_name(enum settings_origin origin);
 const char *turn_result_name(enum turn_result result);

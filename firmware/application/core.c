@@ -155,8 +155,11 @@ void core_acknowledge_interrupt(const struct core_access *core) {
 }
 
 void core_clear_faults(const struct core_access *core) {
-    write_at(core, AT(command),
-             BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2) | BIT(COMMAND__CLEAR_OUTPUT));
+    write_at(core, AT(command), BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2));
+}
+
+void core_clear_output(const struct core_access *core) {
+    write_at(core, AT(command), BIT(COMMAND__CLEAR_OUTPUT));
 }
 
 static void lane_words(const struct lane *lane, uint32_t words[WORDS_A_LANE]) {

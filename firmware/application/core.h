@@ -94,7 +94,11 @@ struct core_position core_position(const struct core_access *core);
 void core_release_capture(const struct core_access *core);
 /* The interrupt line low, and what raised it forgotten; call before looking at the status. */
 void core_acknowledge_interrupt(const struct core_access *core);
+/* Of both heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
+/* End the fault of the output: it follows from the present position. Only the operator knows
+   whether what is behind the output may move. */
+void core_clear_output(const struct core_access *core);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);
 /* Read the idle bank back; false where a word differs. */

@@ -47,7 +47,11 @@ static const struct {
     {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
                    "was moved, set separation_deg to what status shows; else look at the index of "
                    "both heads"},
-    {"output", "the output cannot keep up: turn slower or set a shorter output_spacing"},
+    {"output", "the output stands at a fault, see help cannot_keep_up"},
+    {"cannot_keep_up",
+     "the output stands: it fell further behind than following_limit, and counts are lost for its "
+     "receiver; turn slower or set a shorter output_spacing, make the servo safe, then "
+     "clear_output, and let the receiver look for its zero"},
     {"overrun",
      "turns came faster than they are worked on and were left out; nothing else is lost"},
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},

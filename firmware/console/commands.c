@@ -157,6 +157,8 @@ static void status(struct console *console, char *const *words, uint32_t number)
     show_alarms(console);
     if (application->phase != PHASE_NO_CORE) {
         named(console, "lanes", application->configuration.lanes);
+        named_word(console, "output_fault", application_output_fault(application));
+        advise(console, application_output_fault(application));
         named(console, "overruns", application->overruns);
         text_word(&console->sink, "head2_zero_counts ");
         text_signed(&console->sink, application->head2_zero);
@@ -296,6 +298,25 @@ static void forget(struct console *console, char *const *words, uint32_t number)
     line(console, "ok");
 }
 
+static void clear_output(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    switch (application_clear_output(console->application)) {
+    case OUTPUT_CLEARED:
+        line(console, "ok, the output follows from the present position");
+        break;
+    case OUTPUT_NO_FAULT:
+        error(console, "the output is at no fault", "");
+        break;
+    case OUTPUT_FAULT_AGAIN:
+        error(console, "the output came to a fault again; try help output", "");
+        break;
+    case OUTPUT_NO_CORE:
+    default:
+        error(console, "no core", "");
+    }
+}
+
 static void rearm(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -320,6 +341,10 @@ static const struct command commands[] = {
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
     {"forget", "forget: correction off, begin with nothing known", 1, 1, forget},
+    {"clear_output",
+     "clear_output: end the fault of the output; it follows from the present position, the missed "
+     "counts stay lost: make the servo safe first, let it look for its zero afterwards",
+     1, 1, clear_output},
     {"rearm", "rearm: look for the core and the index again", 1, 1, rearm},
 };
 

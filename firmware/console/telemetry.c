@@ -125,6 +125,7 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
         harmonics_part(sink, application);
     }
     number(sink, "swaps", application->swaps);
+    word(sink, "output_fault", output_fault_name(report->output_stands));
     alarm_part(sink, report->alarms);
     text_word(sink, "}\r\n");
 }

@@ -177,7 +177,8 @@ class Scene:
     def recovers(self, most_turns: int = 4, *, refers: bool = False) -> None:
         """Without a fault any more, a turn is calibrated again and the output is right again.
 
-        ``refers``: the receiver looks for its zero first, as after a fault of the output.
+        ``refers``: the output is at a fault, which the operator ends, and the receiver looks for
+        its zero first.
         """
         for _ in range(most_turns):
             if self.next_turn()["result"] != "refused":
@@ -185,6 +186,8 @@ class Scene:
         assert self.told["reason"] in ("none", "not_better")
         self.settle()
         if refers:
+            assert "cannot_keep_up" in self.faults(), "only the operator ends it"
+            assert self.firmware.send("clear_output").startswith("ok")
             self.record()
             self.turn(1.0)
             now = zeros_of(self.instrument)

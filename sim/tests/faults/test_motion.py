@@ -72,5 +72,10 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert scene.next_turn()["result"] == "refused"
     assert scene.reasons(turns)[0] in ("edge_spacing", "illegal_transition", "index_error")
     assert ("output" in scene.told["alarms"]) == output_fault
+    assert (scene.told["output_fault"] == "cannot_keep_up") == output_fault
     assert scene.bank() == before
+    scene.record()
+    scene.turn(0.4)
+    # The refused turn has cleared the flags of the heads, and the output stands as before.
+    assert (scene.compare().edges == 0) == output_fault
     scene.recovers(refers=output_fault)

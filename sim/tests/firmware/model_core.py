@@ -78,6 +78,8 @@ class ModelCore:
         for head in ("head1", "head2"):
             if word & bit("command", f"clear_{head}"):
                 self.set(f"{head}.flags", self.get(f"{head}.flags") & INDEX_SEEN)
+        if word & bit("command", "clear_output"):
+            self.set("status", self.get("status") & ~bit("status", "cannot_keep_up"))
         if word & bit("command", "rearm"):
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 

@@ -164,6 +164,45 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
     assert "refused illegal_transition 1\r\n" in status
 
 
+def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
+    """A servo that stands behind it would move by itself; it has lost counts besides."""
+    assert running.turn(turn())["output_fault"] == "none"
+    assert "output_fault none\r\n" in running.send("status")
+    running.core.set("status", bit("status", "cannot_keep_up"))
+    running.core.writes.clear()
+    flagged = running.turn(turn(seed=2), BOTH_INDICES_SEEN | header_flag("illegal1"))
+    assert (flagged["result"], flagged["output_fault"]) == ("refused", "cannot_keep_up")
+    running.send("rearm")
+    running.send("set sample_period 35")
+    running.send("forget")
+    running.step(3)
+    ends = bit("command", "clear_output")
+    commands = [word for offset, word in running.core.writes if offset == address("command")]
+    assert commands
+    assert not any(word & ends for word in commands)
+    assert "output_fault cannot_keep_up\r\nadvice the output stands" in running.send("status")
+    running.core.writes.clear()
+    assert running.send("clear_output") == "ok, the output follows from the present position\r\n"
+    assert running.core.writes == [(address("command"), ends)]
+    assert "output_fault none\r\n" in running.send("status")
+    assert running.send("clear_output") == "error: the output is at no fault\r\n"
+
+
+def test_a_fault_of_the_output_that_is_still_there_is_told(running: Firmware) -> None:
+    """The core sets it again at once while the output is still too far behind."""
+    running.core.set("status", bit("status", "cannot_keep_up"))
+    running.core.command = lambda word: None  # type: ignore[method-assign]
+    answer = running.send("clear_output")
+    assert answer == "error: the output came to a fault again; try help output\r\n"
+
+
+def test_without_a_core_there_is_no_output_to_clear() -> None:
+    core = ModelCore()
+    core.set("identification", 0)
+    assert Firmware(core).send("clear_output") == "error: no core\r\n"
+    assert not core.writes
+
+
 LOST = BOTH_INDICES_SEEN | header_flag("index_error2")
 
 
