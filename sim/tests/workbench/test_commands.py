@@ -59,7 +59,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
     assert diagnosed.exit_code == 0, diagnosed.output
     data = _json(tmp_path / "d.json")
-    assert data["schema"] == 1
+    assert data["schema"] == 2
     assert (data["verdict"], data["named"]) == ("named", "thermal_eccentricity")
     assert data["candidates"][0]["effect"] == "thermal_eccentricity"
     assert data["class"][0] == "thermal_eccentricity"

@@ -18,7 +18,8 @@ from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
-from arctrue.workbench.inference.identifiability import identifiability, needed_gain
+from arctrue.workbench.inference.detectable import needed_gain
+from arctrue.workbench.inference.identifiability import identifiability
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
@@ -79,7 +80,6 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
     # One column at 1 %: z of 2.576 for the threshold and 1.645 for the power.
     assert needed == pytest.approx((2.5758 + 1.6449) ** 2, rel=1e-3)
     found = {1.0: 0, 0.4: 0}
-    hysteresis = EFFECTS["hysteresis"]
     for size in found:
         for seed in range(25):
             # ± half the reversal in the two directions: its RMS is half of it.
@@ -87,9 +87,9 @@ def test_smallest_effect_is_found_in_nearly_all_sets_and_half_of_it_in_fewer() -
                 runs=1, cycles=2, seed=seed, reversal_arcsec=2.0 * smallest * size
             )
             residuals = Residuals(fit([_graduation()], observations_of(made)))
-            # With the noise estimated anew beside the effect: a reversal is slow noise without it.
-            tested = evidence(residuals, restricted_likelihood(residuals), hysteresis(), {})
-            found[size] += tested.gain > 6.635
+            # As the diagnosis does: the noise estimated anew beside the effect.
+            null = restricted_likelihood(residuals)
+            found[size] += evidence(residuals, null, EFFECTS["hysteresis"](), {}).gain > 6.635
     # 95 % of 25 is 23.75; fewer than 20 has a chance of 1 in 3,000. At 0.4 of it 19 % are expected.
     assert found[1.0] >= 20
     assert found[0.4] <= 14

@@ -10,9 +10,11 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.workbench.diagnose.classes import adds, alike, stands_in
+from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.evidence import Evidence, evidence, restricted_likelihood
+from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.heldout import (
     HeldOut,
@@ -32,6 +34,7 @@ from arctrue.workbench.diagnose.next_measurement import (
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.posterior import posterior
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -105,6 +108,15 @@ class Diagnosis:
     unconfirmed: str | None = None
     """Why an effect that fits, and has no rival, is not named."""
     faults: list[str] = field(default_factory=list)
+    covers: Coverage = field(default_factory=Coverage)
+    probability: dict[str, float] = field(default_factory=dict)
+    """Of every effect that was tested, ``none`` and ``unknown``; the sum is 1."""
+    cannot_tell: str | None = None
+    """Why, where the verdict is ``cannot_tell``."""
+    excluded: frozenset[str] = frozenset()
+    """Effects that fit, and that held-out rows, passes or speeds speak against."""
+    look_alikes: dict[str, list[str]] = field(default_factory=dict)
+    """Effects that this set cannot test but that would look like the first, with what it lacks."""
 
 
 def diagnose(
@@ -124,13 +136,19 @@ def diagnose(
             "bad_data",
             faults=faults,
             next_measurement="record the faulty runs again",
+            probability=_probability_of_nothing(),
         )
     progress("fitting the model")
     base = fit(terms, observations)
     residuals = Residuals(base)
     if _noise_is_unknown(base):
         return Diagnosis(
-            observations, base, "cannot_tell", next_measurement=MORE_READINGS_THAN_COEFFICIENTS
+            observations,
+            base,
+            "cannot_tell",
+            next_measurement=MORE_READINGS_THAN_COEFFICIENTS,
+            cannot_tell="its rows are too few beside the coefficients to show noise",
+            probability=_probability_of_nothing(),
         )
     result = Diagnosis(observations, base, "adequate")
     _judge_fit(result, residuals)
@@ -155,11 +173,61 @@ def diagnose(
     matters = 0.0 if count is None else matters_counts * count
     _weigh(result, residuals, len(absent), matters, progress)
     _rank(result)
-    _decide(result, residuals, matters)
+    result.covers = coverage(residuals, result.candidates, result.untestable, len(absent))
+    _decide(result, residuals, matters, effects)
+    if result.verdict == "adequate":
+        _unless_blind(result, residuals, matters)
+    result.probability = _probability(result)
     _look_beside(result, len(absent), matters)
     progress("fitting every row")
     _sharpen(result)
     return result
+
+
+def _unless_blind(result: Diagnosis, residuals: Residuals, matters_arcsec: float) -> None:
+    """Nothing was found; where little could be, that says nothing."""
+    found = blindness(residuals, result.covers, result.residual_rms_arcsec, matters_arcsec)
+    if found is not None:
+        result.verdict = "cannot_tell"
+        result.cannot_tell = found.reason
+        result.next_measurement = found.next_measurement
+        result.next_measurement_kind = found.next_measurement_kind
+
+
+def _probability_of_nothing() -> dict[str, float]:
+    """Beforehand: nothing was tested."""
+    return posterior(
+        "cannot_tell",
+        [],
+        1,
+        effect_class=[],
+        look_alikes=[],
+        product=None,
+        excluded=frozenset(),
+        lack_of_fit_p=1.0,
+        rows=1,
+        near_tie=NEAR_TIE,
+        advantage=PARTS_ADVANTAGE,
+    )
+
+
+def _probability(result: Diagnosis) -> dict[str, float]:
+    product = result.described
+    if product is None and not result.effect_class:
+        product = next(iter(result.parts), None)
+    return posterior(
+        result.verdict,
+        result.candidates,
+        len(result.untestable),
+        effect_class=result.effect_class,
+        look_alikes=list(result.look_alikes),
+        product=product,
+        excluded=result.excluded,
+        lack_of_fit_p=min(result.lack_of_fit.values(), default=1.0),
+        rows=result.observations.rows,
+        near_tie=NEAR_TIE,
+        advantage=PARTS_ADVANTAGE,
+    )
 
 
 def _noise_is_unknown(base: Solution) -> bool:
@@ -437,7 +505,12 @@ def _rank(result: Diagnosis) -> None:
     result.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
 
 
-def _decide(result: Diagnosis, residuals: Residuals, matters: float) -> None:
+def _decide(
+    result: Diagnosis,
+    residuals: Residuals,
+    matters: float,
+    effects: Mapping[str, type[Effect]],
+) -> None:
     base = residuals.solution
     significant = [item for item in result.candidates if item.p_corrected < SIGNIFICANCE]
     result.negligible = [
@@ -449,6 +522,8 @@ def _decide(result: Diagnosis, residuals: Residuals, matters: float) -> None:
         if _matters(item, matters) and _holds_out(item) and on_every_pass(item, base)
     ]
     real = [item for item in seen if at_other_speeds(item)]
+    kept = {item.name for item in (*real, *result.negligible)}
+    result.excluded = frozenset(item.name for item in significant if item.name not in kept)
     # Only the first was checked. Its p has paid for all places: no ΔBIC above 0 is asked for as
     # well, which would charge for them twice.
     parts = [
@@ -510,6 +585,18 @@ def _decide(result: Diagnosis, residuals: Residuals, matters: float) -> None:
         if best.lacking_variety:
             result.unconfirmed = f"it needs {'; '.join(best.lacking_variety)}"
         _suggest(result, found)
+        return
+    result.look_alikes = look_alikes(best, residuals, result.untestable, effects)
+    if result.look_alikes:
+        result.verdict = "ambiguous"
+        result.effect_class += list(result.look_alikes)
+        lacking = sorted({what for items in result.look_alikes.values() for what in items})
+        names = ", ".join(result.look_alikes)
+        result.unconfirmed = (
+            f"{names} would look the same on the rows there are, and cannot be tested: the set "
+            f"lacks {'; '.join(lacking)}"
+        )
+        _suggest(result, NextMeasurement(f"a set that has {'; '.join(lacking)}", None))
         return
     result.verdict = "named"
     result.named = best

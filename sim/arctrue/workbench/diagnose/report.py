@@ -1,15 +1,18 @@
-"""A diagnosis as JSON (schema 1) and as sentences."""
+"""A diagnosis as JSON (schema 2) and as sentences."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.heldout import HeldOut
 from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.inference.detectable import Detectable
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.whiteness import noise_data
 
 
 def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
@@ -65,11 +68,38 @@ def candidate_data(
     }
 
 
+def covers_data(covers: Coverage) -> dict[str, Any]:
+    """How far the verdict sees, as JSON."""
+    return {
+        "smallest": {
+            name: {
+                "rms_arcsec": item.rms_arcsec,
+                "size": None
+                if item.size is None
+                else {"value": item.size.value, "unit": item.size.unit},
+            }
+            for name, item in covers.smallest.items()
+        },
+        "cannot_be_tested": covers.untestable,
+        "blind_orders": covers.blind_orders,
+    }
+
+
+def _noise_data(result: Diagnosis) -> dict[str, Any]:
+    """Of the model with what was named or described: without it, the effect would be in it."""
+    found = result.named or result.described
+    solution = result.base if found is None else found.solution
+    if solution is None:
+        return {}
+    residuals = Residuals(solution)
+    return noise_data(solution.noise, (residuals.capture_whitened, residuals.reference_whitened))
+
+
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
-    """The whole diagnosis as JSON, schema 1."""
+    """The whole diagnosis as JSON, schema 2."""
     parts = [] if result.described is None else result.described.effect.parts  # type: ignore[attr-defined]
     return {
-        "schema": 1,
+        "schema": 2,
         "model": model,
         "noise_arcsec": result.noise_arcsec,
         "residual_rms_arcsec": result.residual_rms_arcsec,
@@ -85,6 +115,11 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "next_measurement": result.next_measurement,
         "next_measurement_kind": result.next_measurement_kind,
         "data_faults": result.faults,
+        "probability": result.probability,
+        "covers": covers_data(result.covers),
+        "noise": _noise_data(result),
+        "cannot_tell": result.cannot_tell,
+        "look_alikes": result.look_alikes,
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
         "beside": [item.name for item in result.beside],
@@ -102,11 +137,15 @@ def sentences(result: Diagnosis) -> list[str]:
         return ["The data themselves are faulty:", *result.faults]
     if result.verdict == "cannot_tell":
         return [
-            "This set cannot tell: its rows are too few beside the coefficients to show noise.",
+            f"This set cannot tell: {result.cannot_tell}.",
+            *_probable(result),
             f"Next measurement: {result.next_measurement}.",
         ]
     if result.verdict == "adequate":
-        said = ["The model is adequate: no known effect, and no product of parts, adds anything."]
+        said = [
+            "The model is adequate: no known effect, and no product of parts, adds anything.",
+            *_covered(result.covers),
+        ]
     elif result.verdict == "named" and result.named is not None:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
         if len(result.effect_class) > 1:
@@ -127,6 +166,7 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
+    said += _probable(result)
     if result.next_measurement:
         said.append(f"Next measurement: {result.next_measurement}.")
     if result.negligible:
@@ -135,10 +175,56 @@ def sentences(result: Diagnosis) -> list[str]:
     return said
 
 
+SHOWN_PROBABILITIES = 3
+LEAST_SHOWN = 0.01
+
+
+def _probable(result: Diagnosis) -> list[str]:
+    """The largest probabilities in a sentence."""
+    ranked = sorted(result.probability.items(), key=lambda item: -item[1])
+    shown = [
+        f"{name} {_share(value)}"
+        for name, value in ranked[:SHOWN_PROBABILITIES]
+        if value >= LEAST_SHOWN
+    ]
+    return [f"Probability of what to add next: {', '.join(shown)}."] if shown else []
+
+
+def _share(value: float) -> str:
+    return "above 99 %" if value > 0.99 else f"{100.0 * value:.0f} %"
+
+
+def _covered(covers: Coverage) -> list[str]:
+    """What "adequate" stands for, one sentence each."""
+    said = []
+    if covers.smallest:
+        sizes = ", ".join(
+            f"{name} {_smallest(item)}" for name, item in sorted(covers.smallest.items())
+        )
+        said.append(f"It would have found (in 95 % of such sets): {sizes}.")
+    if covers.blind_orders:
+        first = ", ".join(f"{order}" for order in covers.blind_orders[:MOST_ORDERS])
+        more = " and so on" if len(covers.blind_orders) > MOST_ORDERS else ""
+        said.append(f"Orders that it cannot see at this head separation: {first}{more}.")
+    return said
+
+
+MOST_ORDERS = 5
+
+
+def _smallest(item: Detectable) -> str:
+    size = item.size
+    if size is not None:
+        return f"{size.value:.2g} {size.unit}".replace(" arcsec", "″").removesuffix(" 1")
+    return f"{max(item.rms_arcsec.values()):.2g}″ RMS"
+
+
 def _undecided(result: Diagnosis) -> list[str]:
     first = result.effect_class[0]
     if len(result.effect_class) > 1:
         said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
+        if result.look_alikes and result.unconfirmed is not None:
+            said.append(f"Beside {first}: {result.unconfirmed}.")
     elif result.unconfirmed is not None:
         said = [f"{first} fits best, but this data is not enough to name it: {result.unconfirmed}."]
     else:

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
 
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.detectable import smallest_detectable
 from arctrue.workbench.inference.normal_equations import channel_sums
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
@@ -20,10 +19,6 @@ STRONG_CORRELATION = 0.9
 UNDETERMINED_SHARE = 0.5
 """A coefficient is not determined when more than this share of it lies in what no row shows."""
 MOST_PAIRS = 20
-SIGNIFICANCE = 0.01
-POWER = 0.95
-MOST_ROWS = 20_000
-"""The mean square of a column does not need more."""
 
 
 @dataclass(frozen=True)
@@ -130,14 +125,6 @@ def _pairs(
     ]
 
 
-def needed_gain(rank: int, candidates: int) -> float:
-    """Noncentrality at which a block of ``rank`` columns is found with 95 % power."""
-    threshold = float(chi2.isf(SIGNIFICANCE / max(candidates, 1), rank))
-    return float(
-        brentq(lambda gain: ncx2.sf(threshold, rank, gain) - POWER, 1e-6, 4.0 * threshold + 100.0)
-    )
-
-
 def _smallest(
     solution: Solution, absent: Mapping[str, type[Effect]]
 ) -> dict[str, dict[str, float]]:
@@ -147,34 +134,7 @@ def _smallest(
         effect = kind()
         if effect.search or effect.missing(observations):
             continue
-        score = residuals.score(effect, {})
-        if score.rank == 0:
-            continue
-        gain = needed_gain(score.rank, len(absent))
-        # Of all forms that the block can take, the typical one: the median of its columns.
-        sizes = np.sqrt(gain / np.maximum(np.diag(score.information), 1e-300))
-        there = np.diag(score.information) > 0.0
-        shown: dict[str, float] = {}
-        for channel, columns in _columns(effect, solution):
-            moved = sizes * np.sqrt(np.mean(columns**2, axis=0))
-            if float(np.max(moved[there], initial=0.0)) > 0.0:
-                shown[channel] = float(np.median(moved[there]))
-        found[name] = shown
-    return found
-
-
-def _columns(effect: Effect, solution: Solution) -> list[tuple[str, NDArray[np.float64]]]:
-    """Columns of an effect on some rows of each channel; of the reference less their mean (a₀)."""
-    observations, context = solution.observations, solution.context
-    found = []
-    if observations.capture is not None:
-        rows = observations.capture
-        thin = rows.part(slice(None, None, max(rows.run.size // MOST_ROWS, 1)))
-        columns = effect.capture_columns(thin, {}, context)
-        if columns is not None:
-            found.append(("capture", columns))
-    if observations.reference is not None:
-        columns = effect.reference_columns(observations.reference, {}, context)
-        if columns is not None:
-            found.append(("reference", columns - columns.mean(axis=0)))
+        smallest = smallest_detectable(residuals, effect, {}, float(len(absent)))
+        if smallest is not None:
+            found[name] = smallest.rms_arcsec
     return found

@@ -136,7 +136,7 @@ def test_a_disturbance_of_one_turn_is_no_defect_of_the_disc() -> None:
     capture.head2_counts[ROW : ROW + 8] += 60
     _, found = diagnosed(replace(made, capture=capture))
     tempting = {item.name: item.p_corrected for item in found.candidates}
-    # By its p alone it would be named: the limit is 0.01.
+    # Ten times below the limit of a name: only the other turns speak against it.
     assert tempting["graduation_defect"] < 1e-3
     assert found.named is None
     assert found.effect_class == []

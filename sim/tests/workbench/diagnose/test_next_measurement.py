@@ -55,8 +55,7 @@ def asked(
     [
         # One run: a constant is a head angle or a skew, a line is one in time or in angle.
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
-        # In a single run a smaller one is less than the index repeats.
-        ("timing_skew", "lean", 0.7, 3, "head_angle_error", "direction"),
+        ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
         # 90 teeth meet 24 faces as order 6; stations between the faces do not.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),

@@ -1,0 +1,169 @@
+"""How far a verdict sees: sizes that would have been found, and what the set cannot test."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.workbench.inference.detectable import Detectable, smallest_detectable
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn
+from arctrue.workbench.observations import Observations
+
+MOST_UNTESTED = 0.5
+"""Where more of the catalogue than this cannot be tested, a set cannot say that nothing lacks."""
+COLOURED_SHARE = 0.99
+"""Of a row's variance. The rows then show the slow noise ten times as well as a single reading
+scatters: any effect as slow as it would have been taken for it."""
+UNSEEN_SHARE = 0.5
+"""Of the generic effects, so many may need more than the whole residual to be found."""
+GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
+"""Orders of the angle that stand for all: slow and fast, whole and half; None: no wave."""
+HIGHEST_BLIND_ORDER = 1000
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What was tested and how small it could have been."""
+
+    smallest: dict[str, Detectable] = field(default_factory=dict)
+    """Of each effect that was tested."""
+    untestable: dict[str, list[str]] = field(default_factory=dict)
+    """What the set lacks for the others."""
+    blind_orders: list[int] = field(default_factory=list)
+    """Disc orders that two heads with this separation see alike, and nothing else shows."""
+
+
+@dataclass(frozen=True)
+class Blindness:
+    """Why a set cannot say that the model is adequate, and what would."""
+
+    reason: str
+    next_measurement: str
+    next_measurement_kind: str | None = None
+
+
+def coverage(
+    residuals: Residuals,
+    candidates: Sequence[Candidate],
+    untestable: Mapping[str, list[str]],
+    absent: int,
+) -> Coverage:
+    """Of every candidate: an effect with a search at the best place that it found."""
+    smallest = {}
+    for item in candidates:
+        found = smallest_detectable(
+            residuals, item.effect, item.nonlinear, max(absent, 1) * max(item.trials, 1.0)
+        )
+        if found is not None and found.rms_arcsec:
+            smallest[item.name] = found
+    return Coverage(smallest, dict(untestable), blind_orders(residuals))
+
+
+def blind_orders(residuals: Residuals) -> list[int]:
+    """Orders with |e^{jnα} − 1| near 0, up to half the samples a turn; none beside a reference
+    that reads single angles."""
+    rows = residuals.observations.capture
+    if rows is None:
+        return []
+    highest = int(min(samples_a_turn(residuals) / 2.0, HIGHEST_BLIND_ORDER))
+    orders = np.arange(1, highest + 1)
+    reference = residuals.observations.reference
+    seen = 0.0
+    if reference is not None:
+        stations = np.unique(np.round(np.mod(reference.target_rad, 2.0 * np.pi), 6)).size
+        seen = stations / 2.0
+    blind = np.abs(np.exp(1j * orders * rows.head_separation_rad) - 1.0) < BLIND_FACTOR
+    return [int(order) for order in orders[blind & (orders > seen)]]
+
+
+def blindness(
+    residuals: Residuals, found: Coverage, residual_rms_arcsec: Mapping[str, float], matters: float
+) -> Blindness | None:
+    """Why "adequate" would say too much; None where it does not."""
+    return (
+        _little_testable(found)
+        or _slow_noise(residuals, matters)
+        or _residual_unseen(residuals, residual_rms_arcsec)
+    )
+
+
+def _little_testable(found: Coverage) -> Blindness | None:
+    whole = len(found.smallest) + len(found.untestable)
+    if len(found.untestable) <= MOST_UNTESTED * whole:
+        return None
+    lacking = Counter(what for items in found.untestable.values() for what in items)
+    most, count = max(lacking.items(), key=lambda item: item[1])
+    return Blindness(
+        f"{len(found.untestable)} of {whole} effects cannot be tested with it",
+        f"a set that has {most}: {count} of the effects that were not tested need it",
+    )
+
+
+def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
+    noise = residuals.solution.noise
+    for channel, of_rows, law in (
+        ("capture", noise.capture, noise.capture_law),
+        ("reference", noise.reference, noise.reference_law),
+    ):
+        if of_rows is None or law is None or of_rows.weightless:
+            continue
+        variance = sum(spectrum.variance for spectrum in law.spectra)
+        slow = sum(float(spectrum.variances.sum()) for spectrum in law.spectra)
+        size = float(np.sqrt(slow / max(len(law.spectra), 1)))
+        if slow > COLOURED_SHARE * variance and size > matters:
+            return Blindness(
+                f"{size:.2g}″ of what the model leaves in the {channel} changes slowly, far above "
+                "the scatter of single readings: an effect as slow as that cannot be told from "
+                "noise",
+                "the same measurement once more, in another order and with the temperature: what "
+                "comes back at the same angle is no noise",
+                "again",
+            )
+    return None
+
+
+def _residual_unseen(
+    residuals: Residuals, residual_rms_arcsec: Mapping[str, float]
+) -> Blindness | None:
+    """Generic effects as large as all that is left would not have been found, most of them."""
+    tried = unseen = 0
+    generic = [
+        ProductOfParts(condition, () if order is None else (order,), frame)
+        for condition in _simple(residuals.observations)
+        for order in GENERIC_ORDERS
+        for frame in _frames(residuals.observations)
+    ]
+    for effect in generic:
+        smallest = smallest_detectable(residuals, effect, {}, float(len(generic)))
+        if smallest is None or not smallest.rms_arcsec:
+            continue
+        tried += 1
+        unseen += not any(
+            size < residual_rms_arcsec.get(channel, 0.0)
+            for channel, size in smallest.rms_arcsec.items()
+        )
+    if unseen <= UNSEEN_SHARE * tried:
+        return None
+    return Blindness(
+        f"{unseen} of {tried} simple effects would have to be larger than all that the model "
+        "leaves, to be found",
+        "the same measurement with more rows: more turns, or more visits of each station",
+        "turns" if residuals.observations.capture is not None else None,
+    )
+
+
+def _simple(observations: Observations) -> list[Condition]:
+    return [item for item in conditions(observations) if item.time_constant_s is None]
+
+
+def _frames(observations: Observations) -> list[Frame]:
+    return ["reference"] if observations.capture is None else ["head2"]
+
+
+__all__ = ["Blindness", "Coverage", "blind_orders", "blindness", "coverage"]

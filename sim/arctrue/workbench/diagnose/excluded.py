@@ -1,0 +1,55 @@
+"""Effects that a set cannot test, and that would look like the one that fits best."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.classes import LEAST_SHARE
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+
+LIKE = 0.95
+"""Canonical correlation of every direction of the best effect with the other's columns."""
+
+
+def look_alikes(
+    best: Candidate,
+    residuals: Residuals,
+    untestable: Mapping[str, list[str]],
+    effects: Mapping[str, type[Effect]],
+) -> dict[str, list[str]]:
+    """Names with what the set lacks, of effects without a search that would look like ``best``.
+
+    On the rows there are their columns contain those of ``best``, the model projected out, and
+    take at least half of its gain.
+    """
+    found = {}
+    for name, lacking in untestable.items():
+        effect = effects[name]()
+        if effect.search or not _has_columns(effect, residuals):
+            continue
+        there = best.evidence.base if best.evidence is not None else residuals
+        score = there.score(effect, {})
+        if score.rank < best.rank or score.gain < LEAST_SHARE * best.gain:
+            continue
+        alike = canonical_correlations(there, best.term, Term(effect, {}))
+        if alike.size >= best.rank and float(np.min(alike[: best.rank])) > LIKE:
+            found[name] = lacking
+    return found
+
+
+def _has_columns(effect: Effect, residuals: Residuals) -> bool:
+    """Its columns can be written on these rows: what they need is there.
+
+    An effect, possibly a user's own, may raise anything where a column that it asked for is not.
+    """
+    try:
+        columns = residuals.whitened_columns(effect, {})
+    except (TypeError, AttributeError, AssertionError, KeyError, ValueError, IndexError):
+        return False
+    return any(item is not None and np.all(np.isfinite(item)) for item in columns)

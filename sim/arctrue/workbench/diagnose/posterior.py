@@ -1,0 +1,93 @@
+"""The probabilities of a diagnosis, consistent with the rules that gave its verdict."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.classes import NOTHING_LEFT_P
+from arctrue.workbench.diagnose.probabilities import (
+    NONE,
+    PRIOR_NONE,
+    PRIOR_PRODUCT,
+    PRIOR_STRANGER,
+    UNKNOWN,
+    Weighed,
+    log_evidence,
+    log_evidence_of_p,
+    normalised,
+    prior,
+    untold,
+)
+
+SILENT = frozenset({"bad_data", "cannot_tell"})
+
+
+def posterior(
+    verdict: str,
+    candidates: list[Candidate],
+    untestable: int,
+    *,
+    effect_class: list[str],
+    look_alikes: list[str],
+    product: Candidate | None,
+    excluded: frozenset[str],
+    lack_of_fit_p: float,
+    rows: int,
+    near_tie: float,
+    advantage: float,
+) -> dict[str, float]:
+    """Of every effect that was tested, ``none`` and ``unknown``; the sum is 1.
+
+    ``look_alikes`` of the first of the class, which the set cannot test, are as probable as it is.
+    ``product`` is the best product of parts where it is none of the candidates in other words;
+    ``excluded`` are effects that fit and that held-out rows, passes or speeds speak against;
+    ``near_tie`` and ``advantage`` are the ΔBIC by which the rules prefer names to products, and
+    products to names.
+    """
+    effects = len(candidates) + untestable
+    share = float(np.log(prior(effects)))
+    if verdict in SILENT:
+        weights = untold(len(candidates), untestable)
+        return normalised(weights | {item.name: share for item in candidates})
+    evidence = {item.name: share + log_evidence(_weighed(item, rows)) for item in candidates}
+    # What a rule excludes fits all the same: something like it is there.
+    suspects = [evidence[name] for name in evidence if name in excluded]
+    weights = {
+        name: min(value, share) if name in excluded else value for name, value in evidence.items()
+    }
+    none = float(np.log(PRIOR_NONE))
+    stranger = float(np.log(PRIOR_STRANGER)) + log_evidence_of_p(lack_of_fit_p)
+    of_product = -np.inf
+    if product is not None:
+        of_product = float(np.log(PRIOR_PRODUCT)) + log_evidence(_weighed(product, rows))
+    unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
+    if verdict == "adequate":
+        unknown = min(unknown, none)
+        weights = {name: min(value, none) for name, value in weights.items()}
+    elif verdict == "unknown":
+        p_value = lack_of_fit_p if product is None else product.p_corrected
+        none = min(none, unknown - log_evidence_of_p(p_value))
+        weights = {name: min(value, unknown - 0.5 * advantage) for name, value in weights.items()}
+    else:
+        first = weights[effect_class[0]] = evidence[effect_class[0]]
+        p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
+        none = min(none, first - log_evidence_of_p(p_value))
+        named = verdict == "named"
+        unknown = min(unknown, first - 0.5 * near_tie if named else first + 0.5 * advantage)
+        for name, value in weights.items():
+            if name not in effect_class:
+                # Beside the first it adds nothing, or the first adds to it: at such a p.
+                weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
+            elif named:
+                weights[name] = min(value, first)
+        weights |= dict.fromkeys(look_alikes, first)
+    return normalised({NONE: none, UNKNOWN: unknown} | weights)
+
+
+def _weighed(item: Candidate, rows: int) -> Weighed:
+    trials = item.trials if item.level_trials is None else item.level_trials
+    return Weighed(item.gain, item.rank, trials, rows, item.freedom)
+
+
+__all__ = ["posterior"]

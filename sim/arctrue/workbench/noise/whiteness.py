@@ -1,0 +1,83 @@
+"""Whether whitened residuals are white: tests of the noise that σ and p rest on."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, jarque_bera
+
+from arctrue.workbench.noise.law import NoiseLaw
+from arctrue.workbench.noise.noise import Noise
+
+Float = NDArray[np.float64]
+
+LAGS = 20
+LEAST_ROWS = 8
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """p values; a small one says that σ and p of the diagnosis may be too small."""
+
+    autocorrelation_p: float
+    """Ljung and Box, Biometrika 65 (1978) 297, over LAGS rows, less where rows are few."""
+    normality_p: float
+    """Jarque and Bera, Economics Letters 6 (1980) 255: skewness and kurtosis."""
+
+
+def whiteness(whitened: Float) -> Whiteness | None:
+    """Of whitened residuals, shape (rows,); None for too few."""
+    rows = whitened.size
+    values = whitened - whitened.mean() if rows else whitened
+    square = float(values @ values)
+    if rows < LEAST_ROWS or square <= 0.0:
+        return None
+    lags = min(LAGS, rows // 4)
+    correlation = np.array(
+        [float(values[lag:] @ values[:-lag]) / square for lag in range(1, lags + 1)]
+    )
+    weights = 1.0 / (rows - np.arange(1, lags + 1))
+    statistic = rows * (rows + 2.0) * float(weights @ correlation**2)
+    return Whiteness(float(chi2.sf(statistic, lags)), float(jarque_bera(values).pvalue))
+
+
+def noise_data(noise: Noise, whitened: tuple[Float | None, Float | None]) -> dict[str, Any]:
+    """Of both channels as JSON: white and coloured parts, arcseconds, and their tests."""
+    found: dict[str, Any] = {}
+    for channel, law, of_rows, values in (
+        ("capture", noise.capture_law, noise.capture, whitened[0]),
+        ("reference", noise.reference_law, noise.reference, whitened[1]),
+    ):
+        if law is None or of_rows is None or values is None or of_rows.weightless:
+            continue
+        tests = whiteness(values)
+        found[channel] = {
+            **_parts(law),
+            "tests": None if tests is None else asdict(tests),
+        }
+    if noise.capture is not None:
+        found["index_arcsec"] = float(np.sqrt(noise.index_variance))
+    return found
+
+
+def _parts(law: NoiseLaw) -> dict[str, Any]:
+    """Root mean square over the runs, and each coloured part of the first run."""
+    runs = max(len(law.spectra), 1)
+    scale = law.run_scale**2
+    white = sum(item.white * factor for item, factor in zip(law.spectra, scale, strict=True))
+    slow = sum(
+        float(item.variances.sum()) * factor
+        for item, factor in zip(law.spectra, scale, strict=True)
+    )
+    first = law.spectra[0]
+    return {
+        "white_arcsec": float(np.sqrt(white / runs)),
+        "coloured_arcsec": float(np.sqrt(slow / runs)),
+        "coloured_parts": [
+            {"time_constant": float(constant), "arcsec": float(np.sqrt(variance))}
+            for constant, variance in zip(first.constants, first.variances, strict=True)
+        ],
+    }

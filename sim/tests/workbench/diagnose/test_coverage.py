@@ -1,0 +1,108 @@
+"""How far a verdict sees: what it covers, when it says that it cannot tell, what looks alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import ALPHA, measurement_set
+
+from arctrue.workbench.diagnose.coverage import blindness, coverage
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.detectable import smallest_detectable
+from arctrue.workbench.inference.noise_fit import white_noise
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _base() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](), {})
+
+
+def _residuals(slow_arcsec: float = 0.0) -> Residuals:
+    observations = observations_of(measurement_set(runs=2, cycles=2))
+    noise = white_noise(observations, (0.1, 0.15))
+    assert noise.reference_law is not None
+    slow = Spectrum(0.15**2, np.array([60.0]), np.array([slow_arcsec**2]))
+    law = replace(noise.reference_law, spectra=tuple(slow for _ in noise.reference_law.spectra))
+    assert observations.reference is not None
+    noise = replace(
+        noise, reference_law=law, reference=law.on_reference(observations.reference), whitened={}
+    )
+    return Residuals(fit([_base()], observations, noise=noise))
+
+
+def test_smallest_size_is_that_of_dense_least_squares() -> None:
+    """Reversal beside a constant, in white noise of 0.15″: σ·√(gain/n) of ±1."""
+    observations = observations_of(measurement_set(runs=1, cycles=2))
+    residuals = Residuals(
+        fit([_base()], observations, noise=white_noise(observations, (0.1, 0.15)))
+    )
+    found = smallest_detectable(residuals, EFFECTS["hysteresis"](), {}, 1.0)
+    rows = observations.reference
+    assert found is not None
+    assert rows is not None
+    # Threshold and power of one column at 1 %: z of 2.576 and 1.645. Both directions alike often.
+    expected = (2.5758 + 1.6449) * 0.15 / np.sqrt(rows.run.size)
+    assert found.rms_arcsec["reference"] == pytest.approx(expected, rel=0.02)
+    assert found.size is not None
+    # The reversal is twice the ± of the column.
+    assert found.size.value == pytest.approx(2.0 * expected, rel=0.02)
+    assert found.size.unit == "arcsec"
+
+
+def test_adequate_says_what_it_covers() -> None:
+    result = diagnose(observations_of(measurement_set()), [_base()], EFFECTS)
+    data = diagnosis_data(result, ["graduation_harmonics"])
+    assert data["schema"] == 2
+    assert data["verdict"] == "adequate"
+    assert set(data["covers"]["smallest"]) == {item["effect"] for item in data["candidates"]}
+    assert data["covers"]["cannot_be_tested"] == data["cannot_be_tested"]
+    orders = np.arange(1, 599)
+    seen_alike = orders[np.abs(np.exp(1j * orders * ALPHA) - 1.0) < 1e-6]
+    assert data["covers"]["blind_orders"] == seen_alike.tolist() == [120, 240, 360, 480]
+    probability = data["probability"]
+    assert sum(probability.values()) == pytest.approx(1.0)
+    assert max(probability, key=probability.__getitem__) == "none"
+    assert set(probability) == {item["effect"] for item in data["candidates"]} | {"none", "unknown"}
+    assert data["noise"]["capture"]["white_arcsec"] == pytest.approx(0.1, rel=0.1)
+    assert data["noise"]["reference"]["white_arcsec"] == pytest.approx(0.15, rel=0.15)
+    assert any("would have found" in text for text in sentences(result))
+
+
+@pytest.mark.parametrize(("slow_arcsec", "blind"), [(0.0, False), (0.3, False), (3.0, True)])
+def test_noise_that_is_all_slow_cannot_tell(slow_arcsec: float, blind: bool) -> None:
+    """A reference that wanders twice its scatter tells; one that wanders twenty times does not."""
+    residuals = _residuals(slow_arcsec)
+    found = blindness(residuals, coverage(residuals, [], {}, 20), {"capture": 1.0}, 0.0)
+    assert (found is not None) == blind
+    if found is not None:
+        assert "reference changes slowly" in found.reason
+
+
+def test_a_set_that_can_test_little_cannot_tell() -> None:
+    made = measurement_set(runs=1, cycles=4)
+    bare = replace(made, capture=None)
+    result = diagnose(observations_of(bare), [_base()], EFFECTS)
+    assert result.verdict == "cannot_tell"
+    assert result.cannot_tell is not None
+    assert "cannot be tested" in result.cannot_tell
+    assert result.next_measurement is not None
+    assert "capture of both heads" in result.next_measurement
+
+
+def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
+    residuals = _residuals()
+    covers = coverage(residuals, [], {}, 20)
+    assert blindness(residuals, covers, {"capture": 0.1, "reference": 0.15}, 0.0) is None
+    found = blindness(residuals, covers, {"capture": 1e-5, "reference": 1e-5}, 0.0)
+    assert found is not None
+    assert "simple effects" in found.reason
