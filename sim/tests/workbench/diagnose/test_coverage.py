@@ -73,7 +73,7 @@ def test_adequate_says_what_it_covers() -> None:
     assert sum(probability.values()) == pytest.approx(1.0)
     assert max(probability, key=probability.__getitem__) == "none"
     assert set(probability) == {item["effect"] for item in data["candidates"]} | {"none", "unknown"}
-    assert data["noise"]["capture"]["white_arcsec"] == pytest.approx(0.1, rel=0.1)
+    assert data["noise"]["capture"]["white_arcsec"] == pytest.approx(0.1 * np.sqrt(2.0), rel=0.05)
     assert data["noise"]["reference"]["white_arcsec"] == pytest.approx(0.15, rel=0.15)
     assert any("would have found" in text for text in sentences(result))
 
