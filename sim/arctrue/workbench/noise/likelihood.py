@@ -97,6 +97,9 @@ class RestrictedLikelihood:
                 whitened = factor.whiten(level.values)
             except driver.LinAlgError:
                 return -np.inf
+            if not np.isfinite(whitened).all():
+                # The closed form of the means is not positive definite for this spectrum.
+                return -np.inf
             own = whitened[:, 0]
             total -= 0.5 * (float(own @ own) + factor.log_determinant)
             if whitened.shape[1] > 1:
@@ -106,10 +109,12 @@ class RestrictedLikelihood:
                 restricted = True
         if not restricted or width == 0:
             return total
+        # A direction that no row shows has a diagonal of 0, which rounding makes negative.
+        shown = np.maximum(np.diag(normal), 0.0)
         if self._ridge is None:
             # Fixed once: directions that no row shows add a constant to the likelihood.
-            self._ridge = RIDGE * np.maximum(np.diag(normal), 1e-30)
-        normal[np.diag_indices(width)] += self._ridge
+            self._ridge = RIDGE * np.maximum(shown, max(RIDGE * float(shown.max()), 1e-30))
+        normal[np.diag_indices(width)] = shown + self._ridge
         scale = 1.0 / np.sqrt(np.diag(normal))
         try:
             lower = cho_factor(normal * np.outer(scale, scale), lower=True)

@@ -80,3 +80,30 @@ def test_time_constants_of_the_fit_are_those_of_the_rows() -> None:
     stretches, beside = _stretches(0)
     found = fit_spectrum(stretches, beside, WhiteBounds(1e-6), rounds=1).spectrum
     np.testing.assert_allclose(found.constants, time_constants(STEP, (ROWS - 1) * STEP))
+
+
+def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
+    """A column of zeros whose information rounding has made a little negative."""
+    random = np.random.default_rng(5)
+    clock = np.arange(80) * STEP
+    constants = np.array([0.05, 0.4])
+    columns, residual = random.normal(size=(80, 2)), random.normal(size=80)
+    ones = np.ones(80)
+    padded = np.column_stack([columns, np.zeros(80)])
+    information = np.diag([1.0, 1.0, -1e-11])
+    with_it = RestrictedLikelihood(
+        [Stretch(clock, residual, padded, 0, ones)],
+        STEP,
+        constants,
+        Beside(information, np.zeros(3)),
+    )
+    without = RestrictedLikelihood(
+        [Stretch(clock, residual, columns, 0, ones)],
+        STEP,
+        constants,
+        Beside(information[:2, :2], np.zeros(2)),
+    )
+    spectra = [Spectrum(w, constants, np.array([a, 0.3])) for w, a in ((0.5, 0.1), (0.9, 0.6))]
+    rise = [likelihood(spectra[1]) - likelihood(spectra[0]) for likelihood in (with_it, without)]
+    assert np.isfinite(rise).all()
+    assert rise[0] == pytest.approx(rise[1], abs=1e-6)
