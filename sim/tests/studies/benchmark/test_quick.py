@@ -29,9 +29,9 @@ NOT_YET = {
     7452437654506714: SECOND,
     2662083054292693: SECOND,
 }
-"""Seeds of the 60 sets of the quick tier whose answer is not right yet. There were 20 while noise was
-taken for white. With noise in the model 12 of them came right and three others went wrong. A set
-that comes right leaves the list; what is added to it makes the diagnosis worse and needs a reason."""
+"""Seeds of the 60 sets of the quick tier whose answer is not right yet. There were 20 while noise
+was taken for white; with noise in the model 12 of them came right and three others went wrong. A
+set that comes right leaves the list; one that is added makes the diagnosis worse, with a reason."""
 ALLOWED = set(GOOD) - {FIRST}
 
 
