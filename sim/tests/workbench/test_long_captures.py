@@ -254,7 +254,8 @@ def test_the_command_judges_all_rows_and_tells_how_far_it_is(
     assert f"comparing: 100% of {ROWS:,} rows" in done.stderr
     channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
     assert channel["rows"] == ROWS
-    # The stored figures are of every row as well, and of the same coefficients.
+    # The stored figures are of every row as well, and of the same coefficients. The offsets of the
+    # runs are weighed by the noise, which is estimated anew beside what is stored.
     assert read_model(model).history[-1].rms_arcsec["capture"] == pytest.approx(
-        channel["rms_arcsec"], rel=1e-6
+        channel["rms_arcsec"], rel=1e-3
     )

@@ -8,10 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
-from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
@@ -45,14 +47,43 @@ def settle(
             )
         nonlinear = dict(entry.search)
         if effect.search and set(nonlinear) != {item.name for item in effect.search}:
-            places = effect.scan(Residuals(fit(terms, observations)))
-            if not places:
+            found = _likeliest_place(effect, terms, observations)
+            if found is None:
                 raise NotTestableError(
                     f"{entry.name} cannot be tested with this set: its search found no place"
                 )
-            nonlinear = places[0].nonlinear
+            nonlinear = dict(found)
         terms.append(Term(effect, nonlinear))
     return terms
+
+
+def _likeliest_place(
+    effect: Effect, terms: list[Term], observations: Observations
+) -> Nonlinear | None:
+    """Search parameters that make the data likeliest, the noise estimated anew beside each.
+
+    Noise that was estimated without the effect can have swallowed it: lost counts look like slow
+    noise. So the best place under that noise is compared with the best under its white part alone.
+    """
+    base = fit(terms, observations)
+    noise = base.noise
+    white = white_noise(
+        observations,
+        (
+            None if noise.capture is None else noise.capture.white_rms_arcsec or None,
+            None if noise.reference is None else noise.reference.white_rms_arcsec or None,
+        ),
+    )
+    residuals = Residuals(base)
+    places = [
+        place.nonlinear
+        for seen in (residuals, Residuals(fit(terms, observations, noise=white)))
+        for place in effect.scan(seen)[:1]
+    ]
+    if len(places) < 2 or places[0] == places[1]:
+        return places[0] if places else None
+    null = restricted_likelihood(residuals)
+    return max(places, key=lambda place: evidence(residuals, null, effect, place).gain)
 
 
 def fitted(
