@@ -57,8 +57,8 @@ def asked(
         ("head_angle_error", "lean", 0.5, 3, "timing_skew", "speed"),
         ("timing_skew", "lean", 0.8, 3, "head_angle_error", "speed"),
         ("bearing_ball_pass", "lean", 0.5, 3, "vibration", "speed"),
-        # 90 teeth meet 24 faces as order 6; stations between the faces do not. The seed was searched
-        # for: it draws 90 teeth and a small wobble of the pitch; other draws are not tried here.
+        # 90 teeth meet 24 faces as order 6; stations between the faces do not. The seed was
+        # searched for: it draws 90 teeth and a small wobble of the pitch; others are not tried.
         ("drive_gear_error", "full", 0.15, 58, "radial_error_motion", "polygon_turned"),
     ],
 )
