@@ -145,6 +145,12 @@ def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None
     return f"expected a list of printable texts, found {found!r}"
 
 
+def _text_or_none(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if found is None or (isinstance(found, str) and is_printable(found)):
+        return None
+    return f"expected a printable text or None, found {found!r}"
+
+
 def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     return None
 
@@ -185,6 +191,7 @@ CHECKS: Mapping[str, Check] = {
     "lanes": _lanes,
     "missing": _texts,
     "variety": _texts,
+    "contradiction": _text_or_none,
     "column_names": _column_names,
     "capture_columns": _columns,
     "reference_columns": _columns,
