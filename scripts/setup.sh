@@ -173,7 +173,12 @@ install_netlist_ghdl() {
 }
 
 case $(system_name) in
-"debian 12" | "debian 13" | "ubuntu 24.04") install_packages ;;
+"debian 12" | "debian 13")
+    # Tests of the page in a browser. Ubuntu's chromium is a snap stub: they are skipped there.
+    PACKAGES+=(chromium)
+    install_packages
+    ;;
+"ubuntu 24.04") install_packages ;;
 *) check_tools ;;
 esac
 check_python

@@ -1,0 +1,211 @@
+"""A chart as the data that plotly.js draws; colours of paper and ink are set by the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.chart import (
+    SYMBOLS,
+    Axis,
+    Band,
+    Bars,
+    Chart,
+    Curve,
+    HeatMap,
+    Layer,
+    Level,
+)
+
+_SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
+_DIGITS = 6
+"""Significant digits that go to the browser: more than a screen shows."""
+
+
+def chart_data(chart: Chart) -> dict[str, Any]:
+    """``{"data": [...], "layout": {...}}`` as JSON can hold it; what is not finite is null."""
+    count = max(len(chart.panels), 1)
+    traces: list[dict[str, Any]] = []
+    layout: dict[str, Any] = {
+        "height": 90 + round(92 * chart.panel_height) * (1 if chart.beside else count),
+        "margin": {"l": 64, "r": 16, "t": 36, "b": 48},
+        "barmode": "overlay",
+        "showlegend": True,
+        "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
+        "annotations": [],
+        "shapes": [],
+        "meta": {"words": chart.words},
+    }
+    for index, panel in enumerate(chart.panels):
+        suffix = "" if index == 0 else str(index + 1)
+        across = _share(index, count) if chart.beside else (0.0, 1.0)
+        upright = (0.0, 1.0) if chart.beside else _share(count - 1 - index, count)
+        layout[f"xaxis{suffix}"] = {**_axis(panel.x), "domain": across, "anchor": f"y{suffix}"}
+        layout[f"yaxis{suffix}"] = {**_axis(panel.y), "domain": upright, "anchor": f"x{suffix}"}
+        for layer in panel.layers:
+            found = _traces(layer, layout, suffix, upright)
+            traces += [{**trace, "xaxis": f"x{suffix}", "yaxis": f"y{suffix}"} for trace in found]
+        if panel.title:
+            layout["annotations"].append(
+                {
+                    "text": f"<b>{_plain(panel.title)}</b>",
+                    "xref": "paper",
+                    "yref": "paper",
+                    "x": across[0],
+                    "y": upright[1],
+                    "xanchor": "left",
+                    "yanchor": "bottom",
+                    "showarrow": False,
+                }
+            )
+    return {"data": traces, "layout": layout}
+
+
+def _share(index: int, count: int) -> tuple[float, float]:
+    gap = 0.0 if count == 1 else 0.14 / count + 0.04
+    width = (1.0 - gap * (count - 1)) / count
+    return index * (width + gap), min(index * (width + gap) + width, 1.0)
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    found: dict[str, Any] = {"title": {"text": _plain(axis.text)}, "automargin": True}
+    if axis.logarithmic:
+        found |= {"type": "log", "exponentformat": "none"}
+    if axis.ticks is not None:
+        found |= {
+            "tickmode": "array",
+            "tickvals": [place for place, _ in axis.ticks],
+            "ticktext": [_plain(name) for _, name in axis.ticks],
+        }
+    if axis.reach is not None:
+        low, high = axis.reach
+        found["range"] = (
+            [float(np.log10(low)), float(np.log10(high))] if axis.logarithmic else [low, high]
+        )
+    return found
+
+
+def _traces(
+    layer: Layer, layout: dict[str, Any], suffix: str, upright: tuple[float, float]
+) -> list[dict[str, Any]]:
+    if isinstance(layer, Curve):
+        return [_curve(layer)]
+    if isinstance(layer, Band):
+        shared = {"mode": "lines", "type": "scatter", "hoverinfo": "skip"}
+        edge = {"width": 0.8 if layer.opacity == 1.0 else 0.0, "color": layer.colour}
+        return [
+            {"x": _list(layer.x), "y": _list(layer.low), "line": edge, "showlegend": False}
+            | shared,
+            {
+                "x": _list(layer.x),
+                "y": _list(layer.high),
+                "line": edge,
+                "fill": "tonexty",
+                "fillcolor": _with_opacity(layer.colour, layer.opacity),
+                "name": _plain(layer.name),
+                "showlegend": bool(layer.name),
+            }
+            | shared,
+        ]
+    if isinstance(layer, Bars):
+        place, length = _list(layer.place), _list(layer.length)
+        return [
+            {
+                "type": "bar",
+                "x": length if layer.lying else place,
+                "y": place if layer.lying else length,
+                "orientation": "h" if layer.lying else "v",
+                "width": layer.width,
+                "base": layer.base,
+                "marker": {"color": layer.colour},
+                "name": _plain(layer.name),
+                "showlegend": bool(layer.name),
+            }
+        ]
+    if isinstance(layer, HeatMap):
+        return [_heat_map(layer, upright)]
+    return [_level(layer, layout, suffix)]
+
+
+def _curve(layer: Curve) -> dict[str, Any]:
+    mode = {"line": "lines", "points": "markers", "both": "lines+markers"}[layer.kind]
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": mode + ("+text" if layer.labels else ""),
+        "x": _list(layer.x),
+        "y": _list(layer.y),
+        "name": _plain(layer.name),
+        "showlegend": bool(layer.name),
+        "line": {"color": layer.colour, "width": layer.width, "dash": layer.dash},
+        "marker": {"color": layer.colour, "size": layer.size + 1, "symbol": _SYMBOL[layer.marker]},
+    }
+    if layer.labels:
+        trace |= {"text": [_plain(text) for text in layer.labels], "textposition": "top center"}
+    if layer.y_error is not None:
+        trace["error_y"] = {"array": _list(layer.y_error), "thickness": 1, "width": 2}
+    return trace
+
+
+def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:
+    reach = float(np.nanmax(np.abs(layer.values), initial=0.0)) or 1.0
+    symbol = SYMBOLS.get(layer.unit, layer.unit)
+    return {
+        "type": "heatmap",
+        "x": _list(layer.x),
+        "y": _list(layer.y),
+        "z": [_list(row) for row in layer.values],
+        "zmin": -reach,
+        "zmax": reach,
+        "colorscale": [[0.0, "#b35806"], [0.5, "#f7f7f7"], [1.0, "#542788"]],
+        "colorbar": {
+            "title": {"text": _plain(f"{layer.label}, {symbol}"), "side": "right"},
+            "len": upright[1] - upright[0],
+            "y": sum(upright) / 2.0,
+            "thickness": 12,
+        },
+    }
+
+
+def _level(layer: Level, layout: dict[str, Any], suffix: str) -> dict[str, Any]:
+    """A shape across the panel, and an entry of the legend."""
+    line = {"color": layer.colour, "width": 1.4, "dash": layer.dash}
+    layout["shapes"].append(
+        {
+            "type": "line",
+            "xref": f"x{suffix} domain",
+            "yref": f"y{suffix}",
+            "x0": 0,
+            "x1": 1,
+            "y0": layer.value,
+            "y1": layer.value,
+            "line": line,
+        }
+    )
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": [None],
+        "y": [layer.value],
+        "line": line,
+        "name": _plain(layer.name),
+        "showlegend": bool(layer.name),
+    }
+
+
+def _list(values: NDArray[np.float64]) -> list[float | None]:
+    return [
+        float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
+        for value in np.asarray(values, dtype=np.float64).tolist()
+    ]
+
+
+def _with_opacity(colour: str, opacity: float) -> str:
+    red, green, blue = (int(colour[place : place + 2], 16) for place in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity:g})"
+
+
+def _plain(text: str) -> str:
+    """plotly.js takes a few tags in its texts: a name of a file has none."""
+    return text.replace("&", "&amp;").replace("<", "&lt;")
