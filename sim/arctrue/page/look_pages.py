@@ -28,6 +28,7 @@ from arctrue.report.view import FIGURES, View, chart_of
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
 from arctrue.workbench.model.model_file import read_model
 
+_WIDTH_PX = 900
 _ADDRESS = "/s/<name>/<int:number>/"
 
 
@@ -90,7 +91,9 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
 
     @pages.get(_ADDRESS + "figure/<figure>.json")
     def figure_json(name: str, number: int, figure: str) -> Response:
-        return jsonify(plain(chart_data(chart(name, number, figure))))
+        width = request.args.get("width", _WIDTH_PX, int)
+        data = chart_data(chart(name, number, figure), min(max(width, 200), 4000))
+        return jsonify(plain(data))
 
     @pages.get(_ADDRESS + "figure/<figure>.svg")
     def figure_svg(name: str, number: int, figure: str) -> Response:

@@ -27,10 +27,9 @@ Integer = NDArray[np.int64]
 
 _STEPS = 16
 _PHASE_BINS = 72
-LABELS = ("run", "revolution", "cycle")
-"""Numbers of parts of the measurement: no cause of anything."""
-_OF_A_LABEL = 0.5
-"""A physical condition that holds this part of what a label holds is drawn before it."""
+PHYSICAL = ("temperature", "speed", "direction", "time")
+"""What can cause something, before what only goes along with it."""
+_NEARLY = 0.8
 _OF_A_PHASE = 0.5
 """An effect of which one phase takes more than this share is drawn over that phase."""
 
@@ -114,18 +113,20 @@ def finding_of(examined: Examined, solution: Solution) -> Finding:
 
 
 def _best(shown: list[Shown]) -> str:
-    """A phase that holds most of it, else the condition whose steps differ most."""
+    """A phase that holds most of it, else the condition whose steps differ most.
+
+    Conditions that change together hold nearly as much as one another: the first of
+    :data:`PHYSICAL` of these is taken, and before any number of a run.
+    """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
-    others = sorted((item for item in shown if item.amplitude), key=lambda item: -item.variation)
-    found = max(phases, key=lambda item: item.share, default=None) or next(
-        (
-            item
-            for item in others
-            if item.condition not in LABELS and item.variation >= _OF_A_LABEL * others[0].variation
-        ),
-        others[0] if others else None,
-    )
-    return "" if found is None else found.condition
+    if phases:
+        return max(phases, key=lambda item: item.share).condition
+    held = {item.condition: item.variation for item in shown if item.amplitude}
+    most = max(held.values(), default=0.0)
+    for name in PHYSICAL:
+        if held.get(name, 0.0) >= _NEARLY * most and name in held:
+            return name
+    return max(held, key=lambda name: held[name], default="")
 
 
 def _shown(

@@ -192,7 +192,8 @@ def missing_section(
         diagnosis["candidates"],
         key=lambda item: (-probability.get(item["effect"], 0.0), -item["delta_bic"]),
     )
-    cards = [_card(item, diagnosis, examined.effects, view) for item in candidates]
+    held_out = examined.model.history[-1].heldout_rms_arcsec
+    cards = [_card(item, diagnosis, examined.effects, held_out, view) for item in candidates]
     not_tested: dict[str, list[str]] = {}
     for name, lacking in diagnosis["cannot_be_tested"].items():
         not_tested.setdefault("; ".join(lacking), []).append(words(name))
@@ -214,6 +215,7 @@ def _card(
     item: Mapping[str, Any],
     diagnosis: Mapping[str, Any],
     effects: Mapping[str, type[Effect]],
+    held_out_before: Mapping[str, float],
     view: View,
 ) -> dict[str, Any]:
     name = item["effect"]
@@ -224,7 +226,8 @@ def _card(
     for other, lacking in diagnosis["look_alikes"].items():
         if in_class and other != name:
             look_alikes.append(f"{words(other)} (cannot be tested: {'; '.join(lacking)})")
-    before, after = item["heldout_before_arcsec"], item["heldout_after_arcsec"]
+    after = item["heldout_after_arcsec"]
+    before = {**held_out_before, **item["heldout_before_arcsec"]}
     return {
         "name": name,
         "words": words(name),
@@ -243,6 +246,15 @@ def _card(
             }
             for channel in before
             if channel in after
+        ],
+        "fitted": [
+            {
+                "channel": channel,
+                "before": angle_text(view, item["rms_before_arcsec"][channel], 4),
+                "after": angle_text(view, value, 4),
+            }
+            for channel, value in item["rms_after_arcsec"].items()
+            if channel not in after
         ],
         "sizes": [
             {"channel": channel, "size": angle_text(view, size)}

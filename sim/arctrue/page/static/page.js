@@ -17,16 +17,16 @@ function dressed(layout) {
 
 async function draw(place) {
   try {
-    const answer = await fetch(place.dataset.url);
+    const width = Math.round(place.clientWidth);
+    const joint = place.dataset.url.includes("?") ? "&" : "?";
+    const answer = await fetch(`${place.dataset.url}${joint}width=${width}`);
     if (!answer.ok) throw new Error(`${answer.status}`);
     const figure = await answer.json();
     for (const trace of figure.data) {
       // A line in the ink of light paper is drawn in that of the present one.
       if (trace.line && trace.line.color === "#1c2530") trace.line.color = colour("--ink");
     }
-    const narrow = place.clientWidth < 520;
     const layout = dressed(figure.layout);
-    if (narrow) layout.legend = { ...layout.legend, y: -0.25, yanchor: "top", x: 0, xanchor: "left" };
     place.replaceChildren();
     await Plotly.newPlot(place, figure.data, layout, { responsive: true, displaylogo: false });
     place.setAttribute("aria-label", figure.layout.meta.words);

@@ -17,36 +17,72 @@ from arctrue.report.charts.chart import (
     HeatMap,
     Layer,
     Level,
+    Panel,
 )
 
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
+_LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
+_ENTRY_PX, _LETTER_PX = 50, 6.2
+"""Of an entry of a legend, and of each letter of its name."""
+_BESIDE_PX = 300
+"""A panel beside another is at least so wide."""
 _DIGITS = 6
 """Significant digits that go to the browser: more than a screen shows."""
 
 
-def chart_data(chart: Chart) -> dict[str, Any]:
-    """``{"data": [...], "layout": {...}}`` as JSON can hold it; what is not finite is null."""
-    count = max(len(chart.panels), 1)
-    traces: list[dict[str, Any]] = []
+def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
+    """``{"data": [...], "layout": {...}}`` as JSON can hold it; what is not finite is null.
+
+    ``width``: pixels that the figure will have. Panels stand side by side where there is room;
+    above each its title, and its legend in as many lines as it needs.
+    """
+    beside = chart.beside and width >= _BESIDE_PX * len(chart.panels)
+    columns = max(len(chart.panels), 1) if beside else 1
+    wide = width / columns - _LEFT_PX - _RIGHT_PX
+    heads = [_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in chart.panels]
+    body = round(_INCH_PX * chart.panel_height)
+    if beside:
+        tops = [max(heads, default=0)] * len(heads)
+        height = max(heads, default=0) + body + _FOOT_PX
+    else:
+        tops = [sum(heads[: n + 1]) + n * (body + _FOOT_PX) for n in range(len(heads))]
+        height = sum(heads) + max(len(heads), 1) * (body + _FOOT_PX)
+    inner = height - _FOOT_PX
     layout: dict[str, Any] = {
-        "height": 90 + round(92 * chart.panel_height) * (1 if chart.beside else count),
-        "margin": {"l": 64, "r": 16, "t": 36, "b": 48},
+        "height": height,
+        "margin": {"l": _LEFT_PX, "r": _RIGHT_PX, "t": 0, "b": _FOOT_PX, "autoexpand": False},
         "barmode": "overlay",
         "showlegend": True,
-        "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 1.0, "xanchor": "right"},
         "annotations": [],
         "shapes": [],
         "meta": {"words": chart.words},
     }
+    traces: list[dict[str, Any]] = []
     for index, panel in enumerate(chart.panels):
         suffix = "" if index == 0 else str(index + 1)
-        across = _share(index, count) if chart.beside else (0.0, 1.0)
-        upright = (0.0, 1.0) if chart.beside else _share(count - 1 - index, count)
+        across = _columns(index, columns, width) if beside else (0.0, 1.0)
+        upright = (1.0 - (tops[index] + body) / inner, 1.0 - tops[index] / inner)
         layout[f"xaxis{suffix}"] = {**_axis(panel.x), "domain": across, "anchor": f"y{suffix}"}
         layout[f"yaxis{suffix}"] = {**_axis(panel.y), "domain": upright, "anchor": f"x{suffix}"}
+        layout[f"legend{suffix}"] = {
+            "orientation": "h",
+            "x": across[0],
+            "xanchor": "left",
+            "y": upright[1],
+            "yanchor": "bottom",
+            "font": {"size": 11},
+            "bgcolor": "rgba(0,0,0,0)",
+        }
         for layer in panel.layers:
-            found = _traces(layer, layout, suffix, upright)
-            traces += [{**trace, "xaxis": f"x{suffix}", "yaxis": f"y{suffix}"} for trace in found]
+            traces += [
+                {
+                    **trace,
+                    "xaxis": f"x{suffix}",
+                    "yaxis": f"y{suffix}",
+                    **({} if trace["type"] == "heatmap" else {"legend": f"legend{suffix}"}),
+                }
+                for trace in _traces(layer, layout, suffix, upright)
+            ]
         if panel.title:
             layout["annotations"].append(
                 {
@@ -54,23 +90,34 @@ def chart_data(chart: Chart) -> dict[str, Any]:
                     "xref": "paper",
                     "yref": "paper",
                     "x": across[0],
-                    "y": upright[1],
+                    "y": upright[1] + (heads[index] - 4) / inner,
                     "xanchor": "left",
-                    "yanchor": "bottom",
+                    "yanchor": "top",
                     "showarrow": False,
                 }
             )
     return {"data": traces, "layout": layout}
 
 
-def _share(index: int, count: int) -> tuple[float, float]:
-    gap = 0.0 if count == 1 else 0.14 / count + 0.04
-    width = (1.0 - gap * (count - 1)) / count
-    return index * (width + gap), min(index * (width + gap) + width, 1.0)
+def _columns(index: int, columns: int, width: int) -> tuple[float, float]:
+    inner = max(width - _LEFT_PX - _RIGHT_PX, 1)
+    gap = (_LEFT_PX + _RIGHT_PX) / inner
+    share = (1.0 - gap * (columns - 1)) / columns
+    return index * (share + gap), min(index * (share + gap) + share, 1.0)
+
+
+def _legend_lines(panel: Panel, width: float) -> int:
+    names = [getattr(layer, "name", "") for layer in panel.layers]
+    widths = [_ENTRY_PX + _LETTER_PX * len(name) for name in names if name]
+    if not widths:
+        return 0
+    # plotly.js gives every entry of a legend the width of the widest.
+    per_line = max(int(width // max(widths)), 1)
+    return -(-len(widths) // per_line)
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
-    found: dict[str, Any] = {"title": {"text": _plain(axis.text)}, "automargin": True}
+    found: dict[str, Any] = {"title": {"text": _plain(axis.text), "standoff": 6}}
     if axis.logarithmic:
         found |= {"type": "log", "exponentformat": "none"}
     if axis.ticks is not None:
@@ -160,10 +207,15 @@ def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:
         "zmax": reach,
         "colorscale": [[0.0, "#b35806"], [0.5, "#f7f7f7"], [1.0, "#542788"]],
         "colorbar": {
-            "title": {"text": _plain(f"{layer.label}, {symbol}"), "side": "right"},
+            "title": {"text": _plain(symbol), "side": "top"},
+            "x": 1.0,
+            "xpad": 2,
+            "xref": "paper",
+            "ticklabelposition": "inside",
+            "tickfont": {"size": 9, "color": "#1c2530"},
             "len": upright[1] - upright[0],
             "y": sum(upright) / 2.0,
-            "thickness": 12,
+            "thickness": 16,
         },
     }
 
@@ -208,4 +260,4 @@ def _with_opacity(colour: str, opacity: float) -> str:
 
 def _plain(text: str) -> str:
     """plotly.js takes a few tags in its texts: a name of a file has none."""
-    return text.replace("&", "&amp;").replace("<", "&lt;")
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace("\n", "<br>")
