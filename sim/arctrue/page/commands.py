@@ -37,6 +37,12 @@ class Commands:
         """A command that takes a set and a model: compare, diagnose, export, report."""
         return self._line(command, opened.named, "--model", MODEL, *self._folders)
 
+    def export(self, opened: Opened, temperature_c: float | None) -> str:
+        """``arctrue export``, at a temperature where the set has one."""
+        at = [] if temperature_c is None else ["--temperature", f"{temperature_c:g}"]
+        words = ["export", opened.named, "--model", MODEL, *at, "--coefficients", COEFFICIENTS]
+        return self._line(*words, *self._folders)
+
     def history(self) -> str:
         """``arctrue history``."""
         return self._line("history", "--model", MODEL)

@@ -36,7 +36,8 @@ def guard(app: Flask, hosts: Collection[str], token: str) -> None:
     def harmless(response: Response) -> Response:
         response.headers["Content-Security-Policy"] = _POLICY
         response.headers["X-Content-Type-Options"] = "nosniff"
-        response.headers["Referrer-Policy"] = "no-referrer"
+        # With no-referrer a form would not say where it comes from.
+        response.headers["Referrer-Policy"] = "same-origin"
         return response
 
 

@@ -43,7 +43,7 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
         step, opened = session.step(number), session.opened
         view = View.of_query(request.args)
         examined = looks.at(session, number)
-        ranking = session.ranking(number)
+        ranking = looks.ranking(session, number, view.temperature_c)
         if status == 200 and jobs.state(session, number)["state"] == "none":
             jobs.start(session, number)
         html = render_template(
@@ -82,7 +82,8 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
         session.step(number)
         view = View.of_query(request.args)
         try:
-            found = chart_of(figure, looks.at(session, number), session.ranking(number), view)
+            ranking = looks.ranking(session, number, view.temperature_c)
+            found = chart_of(figure, looks.at(session, number), ranking, view)
         except KeyError:
             found = None
         if found is None:
@@ -183,7 +184,8 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
     def _ranking(name: str, number: int) -> dict[str, Any]:
         session = sessions[name]
         session.step(number)
-        found = session.ranking(number)
+        view = View.of_query(request.args)
+        found = looks.ranking(session, number, view.temperature_c)
         if found is None:
             abort(404, "the diagnosis of this step is not there yet")
         return found

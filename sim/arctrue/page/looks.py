@@ -8,11 +8,14 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from arctrue.measurement import read_measurement_set
 from arctrue.page.commands import Commands
 from arctrue.page.session import Opened, Session, Sessions, Step
 from arctrue.report.examined import Examined, look_at, with_effect, without_effect
+from arctrue.report.numbers import plain
+from arctrue.report.ranking import Ranking, device_data
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.model.growth import table_of
 from arctrue.workbench.model.model import Model, default_model
@@ -33,6 +36,7 @@ class Looks:
         self.effects = effects
         self.commands = commands
         self._kept: OrderedDict[tuple[str, int], Examined] = OrderedDict()
+        self._devices: dict[tuple[str, int, float], dict[str, Any]] = {}
         self._busy: dict[tuple[str, int], threading.Lock] = {}
         self._lock = threading.Lock()
 
@@ -59,6 +63,20 @@ class Looks:
             examined = examine(session.opened, session.model(number), self.effects)
             self._keep(key, examined)
         return examined
+
+    def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
+        """What was found at a step; what the device would get, at another temperature."""
+        found = session.ranking(number)
+        device = None if found is None else found["device"]
+        if found is None or device is None or temperature_c in (None, device["temperature_c"]):
+            return found
+        assert temperature_c is not None
+        key = (session.name, number, temperature_c)
+        if key not in self._devices:
+            if len(self._devices) >= MOST_KEPT:
+                self._devices.clear()
+            self._devices[key] = plain(device_data(self.at(session, number), temperature_c))
+        return {**found, "device": self._devices[key]}
 
     def add(self, session: Session, number: int, effect: str, settings: dict[str, object]) -> Step:
         """A step with an effect more. Raises what ``add_effect`` raises."""

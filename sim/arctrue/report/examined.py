@@ -138,15 +138,22 @@ def _conditions_of(rows: CaptureRows | ReferenceRows) -> dict[str, Float]:
 
 
 def look_at(
-    measurement: MeasurementSet, title: str, model: Model, effects: Mapping[str, type[Effect]]
+    measurement: MeasurementSet,
+    title: str,
+    model: Model,
+    effects: Mapping[str, type[Effect]],
+    observations: Observations | None = None,
 ) -> Examined:
     """The model fitted to the set; a history begins where there is none yet.
 
+    ``observations``: the set's rows, where the caller has them already.
+
     Raises NotTestableError, ValueError for a model that the set cannot test.
     """
-    observations = observations_of(
-        measurement, reference_temperature_c=model.reference_temperature_c
-    )
+    if observations is None:
+        observations = observations_of(
+            measurement, reference_temperature_c=model.reference_temperature_c
+        )
     grown, solution = fitted(model, observations, effects)
     if not grown.history:
         step = step_of("fit", ", ".join(grown.names()), title, solution)

@@ -25,7 +25,7 @@ Ranking = dict[str, Any]
 """``diagnosis`` (schema 2), ``sentences``, ``finding``, ``findings``, ``regressors`` and
 ``device``."""
 
-_SEED = 1
+SEED = 1
 """Of the draws that say what chance alone explains, as in ``arctrue compare``."""
 
 
@@ -33,6 +33,8 @@ def ranked(
     examined: Examined,
     progress: Progress = lambda text: None,
     partly: Callable[[Ranking], None] = lambda found: None,
+    *,
+    seed: int = SEED,
 ) -> Ranking:
     """Diagnosis, finding, findings and lanes; ``partly`` gets the diagnosis before the rest."""
     result = diagnose(
@@ -48,14 +50,14 @@ def ranked(
     }
     partly(found)
     progress("where the model fails")
-    compared = compare(examined.solution, _SEED)
+    compared = compare(examined.solution, seed)
     found["findings"] = [asdict(item) for item in compared.findings]
     found["regressors"] = [
         {"channel": item.channel, "condition": item.condition, "share": item.excess_share}
         for item in compared.maps
     ]
     progress("what the gateware would get")
-    found["device"] = _device(examined)
+    found["device"] = device_data(examined)
     return found
 
 
@@ -83,18 +85,24 @@ def finding_from(data: dict[str, Any]) -> Finding:
     return Finding(data["effect"], [Shown.of_data(item) for item in data["shown"]], data["best"])
 
 
-def _device(examined: Examined) -> dict[str, Any]:
-    """Lanes, what they leave, what speaks against them, and the file; or why there is none."""
+def device_data(examined: Examined, temperature_c: float | None = None) -> dict[str, Any]:
+    """Lanes, what they leave, what speaks against them, and the file; or why there is none.
+
+    Of effects that depend on the temperature: at ``temperature_c``, or at that of the set's rows
+    in the middle.
+    """
+    if temperature_c is None and examined.observations.has_temperature:
+        temperature_c = round(examined.observations.reference_temperature_c, 2)
     try:
         export = export_model(
             examined.model,
             examined.observations,
             examined.effects,
             lanes=LANES_DEFAULT,
-            temperature_c=None,
+            temperature_c=temperature_c,
         )
     except ValueError as error:
-        return {"refused": str(error)}
+        return {"refused": str(error), "temperature_c": temperature_c}
     reference = examined.measurement.reference
     at_reference = None
     if reference is not None:
@@ -107,6 +115,7 @@ def _device(examined: Examined) -> dict[str, Any]:
             seen.after_arcsec.tolist(),
         ]
     return {
+        "temperature_c": temperature_c,
         "orders": export.orders,
         "amplitudes_arcsec": export.amplitudes_arcsec,
         "lanes": LANES_DEFAULT,

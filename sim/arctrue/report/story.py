@@ -24,8 +24,10 @@ Float = NDArray[np.float64]
 
 MOST_RUNS = 24
 MOST_MASKED = 5
-CARDS = 6
-"""Candidates drawn as cards; the others stand in a table below."""
+CARDS, LEAST_CARDS = 6, 2
+"""Candidates drawn as cards, at most and at least; the others stand in a table below."""
+LEAST_SHARE = 0.005
+"""Probability from which a candidate has a card."""
 NAMED_P = 0.01
 """As in :mod:`arctrue.workbench.diagnose.diagnosis`: above it nothing is named."""
 
@@ -194,14 +196,16 @@ def missing_section(
     )
     held_out = examined.model.history[-1].heldout_rms_arcsec
     cards = [_card(item, diagnosis, examined.effects, held_out, view) for item in candidates]
+    worth = sum(card["in_class"] or card["share"] >= LEAST_SHARE for card in cards)
+    shown = min(max(worth, LEAST_CARDS), CARDS)
     not_tested: dict[str, list[str]] = {}
     for name, lacking in diagnosis["cannot_be_tested"].items():
         not_tested.setdefault("; ".join(lacking), []).append(words(name))
     return {
         "verdict": diagnosis["verdict"],
         "sentences": ranking["sentences"],
-        "cards": cards[:CARDS],
-        "others": cards[CARDS:],
+        "cards": cards[:shown],
+        "others": cards[shown:],
         "none": _percent(probability.get("none", 0.0)),
         "unknown": _percent(probability.get("unknown", 0.0)),
         "not_tested": [

@@ -32,6 +32,9 @@ FIGURES = (
 """In the order of the page."""
 
 
+_HOTTEST_C = 200.0
+
+
 @dataclass(frozen=True)
 class View:
     """The reader's choices; "" means the best one that is known."""
@@ -41,6 +44,8 @@ class View:
     against: str = ""
     along: Along = "order"
     finding: str = ""
+    temperature_c: float | None = None
+    """At which the device would be corrected; None: as the set was measured."""
     reveal: bool = False
 
     @classmethod
@@ -53,6 +58,7 @@ class View:
             against=query.get("against", ""),
             along=cast(Along, along) if along in ALONG else "order",
             finding=query.get("finding", ""),
+            temperature_c=_temperature(query.get("temperature", "")),
             reveal=query.get("reveal") == "1",
         )
 
@@ -65,10 +71,19 @@ class View:
             "against": other.against,
             "along": other.along if other.along != "order" else "",
             "finding": other.finding,
+            "temperature": "" if other.temperature_c is None else f"{other.temperature_c:g}",
             "reveal": "1" if other.reveal else "",
         }
         text = urlencode({key: value for key, value in said.items() if value})
         return f"?{text}" if text else ""
+
+
+def _temperature(text: str) -> float | None:
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return value if abs(value) <= _HOTTEST_C else None
 
 
 def ranked_conditions(examined: Examined, ranking: Ranking | None) -> list[tuple[Condition, float]]:

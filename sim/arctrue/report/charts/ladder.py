@@ -38,9 +38,9 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
         noise = _of(history, "noise_arcsec", channel)
         labels = [f"{value:.3f}″" if np.isfinite(value) else "" for value in fitted]
         layers: list[Layer] = [
-            Curve(place, noise, "floor: noise of repeats", QUIET, dash="dot"),
-            Curve(place, fitted, "fitted rows", colour, kind="both", size=6, labels=labels),
-            Curve(place, held_out, "held-out rows", colour, kind="points", marker="hollow", size=9),
+            Curve(place, noise, "noise floor", QUIET, dash="dot"),
+            Curve(place, fitted, "fitted", colour, kind="both", size=6, labels=labels),
+            Curve(place, held_out, "held out", colour, kind="points", marker="hollow", size=9),
         ]
         every = np.concatenate([fitted, held_out, noise])
         every = every[np.isfinite(every) & (every > 0.0)]
@@ -62,8 +62,8 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
 
 
 def _name(step: HistoryStep, number: int) -> str:
-    effect = "the first model" if step.action == "fit" else step.effect
-    return f"{number + 1} {step.action}\n{effect}" if len(step.effect) < 40 or number else "1 fit"
+    effect = "the first model" if step.action == "fit" else step.effect.replace("_", " ")
+    return f"{number + 1} {step.action}\n{effect}"
 
 
 def _of(history: Sequence[HistoryStep], figure: str, channel: str) -> Float:

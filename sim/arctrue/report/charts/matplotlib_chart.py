@@ -23,20 +23,34 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
-from arctrue.report.svg import house_style, to_svg
+from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 from arctrue.whole_file import whole_file
 
 _WIDTH = 9.6
 _DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (4, 3)), "dot": ":"}
 _MARKERS = {"circle": "o", "square": "s", "diamond": "D", "hollow": "s"}
+_PAPER = {
+    "#ffffff": "paper",
+    INK: "ink",
+    MUTED: "muted",
+    GRID: "grid",
+    "#b5bdc7": "axis",
+    "#000000": "ink",
+}
+"""Colours of the house style, and the page's name for each."""
 _DECADE = 12.0
 """A logarithmic axis of less than this ratio names its minor ticks too."""
 _LEGEND_COLUMNS = 4
 
 
 def chart_svg(chart: Chart) -> str:
-    """The chart as an ``<svg>`` element that scales with the page and says what it shows."""
+    """The chart as an ``<svg>`` element that scales with the page and says what it shows.
+
+    Ink and grid are those of the page, dark or light; the ground is the page's.
+    """
     svg = to_svg(chart_figure(chart))
+    for colour, name in _PAPER.items():
+        svg = svg.replace(f": {colour}", f": var(--{name}, {colour})")
     head, rest = svg.split(">", 1)
     return f'{head} role="img" aria-label="{_attribute(chart.words)}">{rest}'
 

@@ -22,7 +22,9 @@ from arctrue.report.charts.chart import (
 
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
 _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
-_ENTRY_PX, _LETTER_PX = 50, 6.2
+_COLOURS_PX = 74
+"""Right of a panel, where a scale of colours stands."""
+_ENTRY_PX, _LETTER_PX = 46, 6.0
 """Of an entry of a legend, and of each letter of its name."""
 _BESIDE_PX = 300
 """A panel beside another is at least so wide."""
@@ -38,7 +40,9 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     """
     beside = chart.beside and width >= _BESIDE_PX * len(chart.panels)
     columns = max(len(chart.panels), 1) if beside else 1
-    wide = width / columns - _LEFT_PX - _RIGHT_PX
+    mapped = any(isinstance(layer, HeatMap) for panel in chart.panels for layer in panel.layers)
+    right = _COLOURS_PX if mapped else _RIGHT_PX
+    wide = width / columns - _LEFT_PX - right
     heads = [_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in chart.panels]
     body = round(_INCH_PX * chart.panel_height)
     if beside:
@@ -50,7 +54,7 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     inner = height - _FOOT_PX
     layout: dict[str, Any] = {
         "height": height,
-        "margin": {"l": _LEFT_PX, "r": _RIGHT_PX, "t": 0, "b": _FOOT_PX, "autoexpand": False},
+        "margin": {"l": _LEFT_PX, "r": right, "t": 0, "b": _FOOT_PX, "autoexpand": False},
         "barmode": "overlay",
         "showlegend": True,
         "annotations": [],
@@ -120,6 +124,8 @@ def _axis(axis: Axis) -> dict[str, Any]:
     found: dict[str, Any] = {"title": {"text": _plain(axis.text), "standoff": 6}}
     if axis.logarithmic:
         found |= {"type": "log", "exponentformat": "none"}
+        if axis.reach is None:
+            found["dtick"] = 1  # decades
     if axis.ticks is not None:
         found |= {
             "tickmode": "array",
@@ -209,13 +215,11 @@ def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:
         "colorbar": {
             "title": {"text": _plain(symbol), "side": "top"},
             "x": 1.0,
-            "xpad": 2,
-            "xref": "paper",
-            "ticklabelposition": "inside",
-            "tickfont": {"size": 9, "color": "#1c2530"},
+            "xpad": 8,
+            "tickfont": {"size": 10},
             "len": upright[1] - upright[0],
             "y": sum(upright) / 2.0,
-            "thickness": 16,
+            "thickness": 12,
         },
     }
 
