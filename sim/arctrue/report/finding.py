@@ -161,15 +161,15 @@ def _shown(
 
 
 def _steps(values: Float) -> tuple[Integer, Float]:
-    """Number of the step of every row, and the middle of each."""
+    """Number of the step of every row, and the mean of the condition in each."""
     names, group = np.unique(values, return_inverse=True)
     if names.size <= _STEPS:
         return group.astype(np.int64), names.astype(np.float64)
     low, high = float(values.min()), float(values.max())
     width = (high - low) / _STEPS
     number = np.minimum(((values - low) / width).astype(np.int64), _STEPS - 1)
-    middle = low + (np.arange(_STEPS, dtype=np.float64) + 0.5) * width
-    return number, np.asarray(middle, dtype=np.float64)
+    rows = np.maximum(np.bincount(number, minlength=_STEPS), 1)
+    return number, np.bincount(number, values, _STEPS) / rows
 
 
 def _along(

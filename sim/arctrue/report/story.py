@@ -316,7 +316,7 @@ def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:
                 {
                     "step": f"{number} {step.action}" if place == 0 else "",
                     "effect": words(step.effect) if place == 0 else "",
-                    "date": step.date[:19].replace("T", " ") if place == 0 else "",
+                    "date": step.date[:16].replace("T", " ") if place == 0 else "",
                     "channel": channel,
                     "rms": angle_text(view, step.rms_arcsec[channel], 4),
                     "held_out": angle_text(view, step.heldout_rms_arcsec.get(channel), 4),

@@ -62,5 +62,6 @@ def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
     low, high = float(condition.min()), float(condition.max())
     step = (high - low) / bins
     group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
-    centres = low + (np.arange(bins, dtype=np.float64) + 0.5) * step
-    return of_groups(values, group, np.asarray(centres, dtype=np.float64))
+    # Rows may stand at one end of a step: the place of their mean is that of their condition.
+    rows = np.maximum(np.bincount(group, minlength=bins), 1)
+    return of_groups(values, group, np.bincount(group, condition, bins) / rows)
