@@ -190,7 +190,12 @@ name_llvm_for_ghdl() {
 }
 
 case $(system_name) in
-"debian 12" | "debian 13" | "ubuntu 24.04") install_packages ;;
+"debian 12" | "debian 13")
+    # Tests of the page in a browser. Ubuntu's chromium is a snap stub: they are skipped there.
+    PACKAGES+=(chromium)
+    install_packages
+    ;;
+"ubuntu 24.04") install_packages ;;
 *) check_tools ;;
 esac
 name_llvm_for_ghdl
