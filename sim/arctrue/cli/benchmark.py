@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
+from arctrue.cli._group import Commands
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import console, for_people, write_json
@@ -25,7 +26,7 @@ from arctrue.whole_file import write_whole_text
 Folder = click.Path(path_type=Path, file_okay=False)
 
 
-@click.group("benchmark", short_help="Measure how often the diagnosis is right.")
+@click.group("benchmark", cls=Commands, short_help="Measure how often the diagnosis is right.")
 def benchmark() -> None:
     """Make sets from seeds, let the diagnosis see them only, and score its answers."""
 
@@ -109,7 +110,13 @@ def page(folders: tuple[Path, ...], subject: str, path: Path) -> None:
 
 @benchmark.command("set")
 @click.argument("folder", type=OutputFolder())
-@click.option("--world", type=click.Choice(list(WORLDS)), required=True)
+@click.option(
+    "--world",
+    type=click.Choice(list(WORLDS)),
+    metavar="NAME",
+    required=True,
+    help=f"One of {', '.join(WORLDS)}.",
+)
 @click.option("--content", type=click.Choice(CONTENTS), required=True)
 @click.option("--seed", type=click.IntRange(min=0), required=True)
 @click.option("--samples", type=click.IntRange(min=100), default=SAMPLES_A_RUN, show_default=True)

@@ -136,6 +136,8 @@ class Effect(ABC):
     """The columns depend on the fitted error function, so that the fit iterates."""
     step_at: ClassVar[tuple[str, str] | None] = None
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
+    longest_call_s: ClassVar[float] = 60.0
+    """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 
@@ -213,6 +215,22 @@ class Effect(ABC):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         """What each coefficient adds to ε of head 1, arcseconds; None: nothing at all."""
+        return None
+
+    def capture_formula(
+        self, rows: CaptureRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """R₂ − R₁ of the effect in arcseconds, shape (rows,), written down from the physics.
+
+        ``parameters``: every coefficient and search parameter by name. No fit uses it: ``arctrue
+        effects check`` compares its finite differences with the columns. None: not given.
+        """
+        return None
+
+    def reference_formula(
+        self, rows: ReferenceRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """The same for ε of head 1."""
         return None
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
