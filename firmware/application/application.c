@@ -14,6 +14,9 @@ enum { STUCK_TURNS = 4 };
 /* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
+/* Two marks that agree come within two turns. After so many without, head 1 loses counts in every
+   turn or has no index any more. */
+enum { DOUBT_TURNS = 4 };
 /* More than this head 1 does not lose from one index to the next without another fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
@@ -126,6 +129,7 @@ static struct core_setup setup_of(const struct parameters *parameters) {
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
+        .heal = parameters->heal != 0.0,
     };
 }
 
@@ -135,9 +139,12 @@ static bool works(const struct application *application) {
 }
 
 /* The correction is on only with coefficients of our own: the banks survive a reset. */
+static bool corrects(const struct application *application) {
+    return application->has_active && !application->bypassed;
+}
+
 static void set_control(const struct application *application) {
-    core_control(&application->core, application->has_active && !application->bypassed, true,
-                 true);
+    core_control(&application->core, corrects(application), true, true);
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -164,6 +171,13 @@ void application_forget(struct application *application) {
     begin_with_nothing(application);
 }
 
+/* Both are made anew by the next index of each head. */
+static void forget_zeros(struct application *application) {
+    application->head2_zero = 0;
+    application->zero_moves = core_zero_moves(&application->core);
+    application->zero_in_doubt = false;
+}
+
 void application_start(struct application *application) {
     struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
@@ -172,7 +186,7 @@ void application_start(struct application *application) {
         !core_set_up(&application->core, &setup)) {
         return;
     }
-    application->head2_zero = 0;
+    forget_zeros(application);
     give_back_old_bank(application);
     application->overruns = core_overrun_count(&application->core);
     application->phase = PHASE_WAIT_FOR_INDEX;
@@ -393,34 +407,72 @@ static int32_t zero_of(const struct application *application, uint32_t head, int
     return fabs((double)angle - known) > tolerance ? angle : known;
 }
 
-/* Head 1 lost counts: its angle is wrong by them, and so is the place of every correction. The
-   zero is found anew, uncorrected until then. The coefficients belong to the index and stay. */
+/* Nothing that the core knows proves anything for turns: the zeros are found anew, uncorrected until
+   then. The coefficients belong to the index and stay. */
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
-    application->head2_zero = 0;
+    forget_zeros(application);
+    application->report.alarms |= ALARM_ZERO_LOST;
+    application->report.fresh = true;
     application->phase = PHASE_WAIT_FOR_INDEX;
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. Where an index says that counts
-   were lost, head 2 is not worth a turn without correction: what its zero is off by is taken off
-   its words from the next turn on. Every change of it is an index error of the turn in which it
-   came, so that no turn is taken with another's; one that came since the refused turn ended is
-   about to be cleared and is looked at here as well. */
+/* Head 1's angle at its index is not 0: counts were lost, or the mark is false. The correction stays
+   on, beside its place by that: the core moves the zero when a mark is proven. A mark far from
+   the index is rather a pulse that is none. */
+static void watch_doubt(struct application *application) {
+    if (!application->zero_in_doubt && !core_head_index_error(&application->core, 0)) {
+        return;
+    }
+    double off = fabs((double)zero_of(application, 0, 0));
+    int32_t position = core_position(&application->core).head1_position;
+    if (off == 0.0 || off > LOST_TURNS_MOST * application->parameters.counts_per_rev) {
+        application->zero_in_doubt = false;
+    } else if (!application->zero_in_doubt) {
+        application->zero_in_doubt = true;
+        application->position_at_doubt = position;
+    } else if (fabs((double)counts_apart(position, application->position_at_doubt)) >
+               DOUBT_TURNS * application->parameters.counts_per_rev) {
+        find_zeros_anew(application);
+    }
+}
+
+/* Where an index says that head 2 lost counts: what its zero is off by is taken off its words from
+   the next turn on. Every change of it is an index error of the turn in which it came, so that no
+   turn is taken with another's. */
+static void follow_head2_zero(struct application *application) {
+    int32_t zero = zero_of(application, 1, application->head2_zero);
+    application->report.alarms |= zero != application->head2_zero ? ALARM_ZERO_LOST : 0;
+    application->head2_zero = zero;
+}
+
+/* The core has moved the zero of head 1, with the correction on, since it was looked at. */
+static bool zero_has_moved(struct application *application) {
+    uint32_t moves = core_zero_moves(&application->core);
+    bool moved = moves != application->zero_moves;
+    application->zero_moves = moves;
+    application->report.alarms |= moved ? ALARM_ZERO_LOST : 0;
+    return moved;
+}
+
+/* What has been captured of the turn has another zero. */
+static void capture_anew(const struct application *application) {
+    core_control(&application->core, corrects(application), true, false);
+    set_control(application);
+}
+
+/* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
+   refused turn ended is about to be cleared and is looked at here as well. */
 static void after_refusal(struct application *application) {
     bool told = application->report.reason == REFUSED_INDEX_ERROR ||
                 core_index_error(&application->core);
+    if (told) {
+        watch_doubt(application);
+        follow_head2_zero(application);
+    }
     core_clear_faults(&application->core);
-    if (!told) {
-        return;
-    }
-    bool lost = zero_of(application, 0, 0) != 0;
-    int32_t head2_zero = zero_of(application, 1, application->head2_zero);
-    if (lost || head2_zero != application->head2_zero) {
-        application->report.alarms |= ALARM_ZERO_LOST;
-    }
-    application->head2_zero = head2_zero;
-    if (lost) {
-        find_zeros_anew(application);
+    if (zero_has_moved(application)) {
+        capture_anew(application);
     }
 }
 
@@ -477,21 +529,15 @@ static void finish_bank(struct application *application) {
     core_release_capture(&application->core);
 }
 
-/* At the index that shows it, not with the bank: that may be full minutes later. What has been
-   captured of the turn has the wrong zero, so that the capture begins anew as well. A mark far from
-   the index is rather a pulse that is none: the bank tells, which another index comes before. */
+/* At the index that proves it, not with the bank: that may be full minutes later. */
 static void watch_zero(struct application *application) {
-    if (!core_head_index_error(&application->core, 0)) {
-        return;
-    }
-    double off = fabs((double)zero_of(application, 0, 0));
-    if (off != 0.0 && off <= LOST_TURNS_MOST * application->parameters.counts_per_rev) {
-        application->report.alarms |= ALARM_ZERO_LOST;
+    watch_doubt(application);
+    if (zero_has_moved(application)) {
         application->report.fresh = true;
-        core_control(&application->core, false, true, false);
-        find_zeros_anew(application);
+        follow_head2_zero(application);
+        core_clear_faults(&application->core);
+        capture_anew(application);
         give_back_old_bank(application);
-        set_control(application);
     }
 }
 

@@ -106,8 +106,13 @@ struct application {
     uint32_t dumped;
     int32_t position_at_bank;
     /* The angle of head 2 at its own index, counts: what it lost since the index that made its
-       zero. Head 1's zero is found anew in place of that. */
+       zero. The core moves head 1's zero in place of that: how often it has. */
     int32_t head2_zero;
+    uint32_t zero_moves;
+    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; since
+       which position. */
+    bool zero_in_doubt;
+    int32_t position_at_doubt;
     uint32_t swaps_before;
     uint32_t swap_looks;
     /* What the latest turn says, refused or not; and what the latest turn that was taken says. */

@@ -66,6 +66,8 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
     write_at(core, AT(index_tolerance), setup->index_tolerance);
+    write_at(core, AT(lost_counts),
+             BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
     core_rearm(core);
     core_acknowledge_interrupt(core);
     write_at(core, AT(interrupt_enable), INTERRUPTS);
@@ -78,6 +80,14 @@ void core_rearm(const struct core_access *core) {
         (void)read_at(core, AT(scratch));
     }
     core_clear_faults(core);
+}
+
+uint32_t core_zero_moves(const struct core_access *core) {
+    return FIELD(read_at(core, AT(zero)), ZERO__MOVES);
+}
+
+int32_t core_zero_slip(const struct core_access *core) {
+    return (int32_t)read_at(core, AT(zero_slip));
 }
 
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,

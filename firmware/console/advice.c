@@ -75,7 +75,7 @@ static const struct {
              "differs, then bypass off"},
     {"held", "the third fault in a row: the output follows head 1 and no turn is worked on; note "
              "reset and reset_instruction, then rearm"},
-    {"zero_lost", "a head lost counts: the zero of head 1 is found anew at its index, that of head "
+    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "
                   "2 is followed; look at cables and terminations"},
 };
 

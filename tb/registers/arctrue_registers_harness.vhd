@@ -57,6 +57,9 @@ entity arctrue_registers_harness is
     head2_faults                   : in    std_ulogic_vector(31 downto 0);
     head2_overspeeds               : in    std_ulogic_vector(31 downto 0);
     head2_index                    : in    std_ulogic_vector(63 downto 0);
+    zero                           : in    std_ulogic_vector(31 downto 0);
+    zero_slip                      : in    std_ulogic_vector(31 downto 0);
+    put_back                       : in    std_ulogic_vector(31 downto 0);
     snapshot_time                  : in    std_ulogic_vector(63 downto 0);
     snapshot_head1_edge_time       : in    std_ulogic_vector(63 downto 0);
     snapshot_head2_edge_time       : in    std_ulogic_vector(63 downto 0);
@@ -192,6 +195,9 @@ begin
   hwif_in.swap_count.value.next_q <= swap_count(15 downto 0);
   hwif_in.overrun_count.value.next_q <= overrun_count(15 downto 0);
   hwif_in.capture_fill.value.next_q <= capture_fill(15 downto 0);
+  hwif_in.zero.moves.next_q <= zero(15 downto 0);
+  hwif_in.zero_slip.value.next_q <= u_signed(zero_slip);
+  hwif_in.put_back.value.next_q <= u_signed(put_back);
   hwif_in.head1.flags.index_seen.next_q <= head1_flags(0);
   hwif_in.head1.flags.index_error.next_q <= head1_flags(1);
   hwif_in.head1.flags.illegal.next_q <= head1_flags(2);
@@ -262,7 +268,7 @@ begin
   output_spacing <= padded(hwif_out.output_spacing.value.value);
   following_limit <= padded(hwif_out.following_limit.value.value);
   index_tolerance <= padded(hwif_out.index_tolerance.value.value);
-  lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, others => '0');
+  lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, 1 => hwif_out.lost_counts.heal.value, others => '0');
   output_index <= padded(
     hwif_out.output_index.width.value & "00" & hwif_out.output_index.state.value & "000" & hwif_out.output_index.gated.value
   );
