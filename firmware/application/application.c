@@ -64,6 +64,8 @@ const char *alarm_name(uint32_t bit) {
         return "zero_lost";
     case ALARM_SWAP:
         return "swap";
+    case ALARM_BEGAN_ANEW:
+        return "began_anew";
     default:
         return NULL;
     }
@@ -103,7 +105,7 @@ static void keep_settings(struct application *application) {
     }
 }
 
-/* Where they are lost nobody knows whether the correction may be on. */
+/* Where they are lost nobody knows whether the correction may be switched on. */
 static void recover_settings(struct application *application) {
     struct settings settings;
     if (application->kept == NULL || !kept_settings_read(application->kept, &settings)) {
@@ -138,13 +140,14 @@ static bool works(const struct application *application) {
     return application->phase != PHASE_NO_CORE && application->phase != PHASE_HELD;
 }
 
-/* The correction is on only with coefficients of our own: the banks survive a reset. */
-static bool corrects(const struct application *application) {
-    return application->has_active && !application->bypassed;
+/* The correction is on only with coefficients of our own, or with those that it had before a fault: the
+   banks survive a reset of the core. */
+bool application_corrects(const struct application *application) {
+    return (application->has_active || application->inherited) && !application->bypassed;
 }
 
 static void set_control(const struct application *application) {
-    core_control(&application->core, corrects(application), true, true);
+    core_control(&application->core, application_corrects(application), true, true);
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -158,6 +161,7 @@ static void give_back_old_bank(const struct application *application) {
 static void begin_with_nothing(struct application *application) {
     load_again(&application->load, (uint32_t)application->parameters.counts_per_rev);
     application->has_active = false;
+    application->inherited = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
     average_clear(&application->average);
@@ -169,6 +173,18 @@ static void begin_with_nothing(struct application *application) {
 void application_forget(struct application *application) {
     load_forget(&application->load);
     begin_with_nothing(application);
+}
+
+/* The angle of a head at its last index where it is not the one that is known, within the
+   repeatability of the index; `known` otherwise. */
+static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
+    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    double tolerance = application->parameters.index_tolerance;
+    int32_t angle = core_angle_at_index(&application->core, head, turn);
+    if (fabs((double)angle) <= tolerance) {
+        return 0;
+    }
+    return fabs((double)angle - known) > tolerance ? angle : known;
 }
 
 /* Both are made anew by the next index of each head. */
@@ -193,13 +209,34 @@ void application_start(struct application *application) {
     set_control(application);
 }
 
-/* The core stays as the fault has left it, but for the correction. */
+/* The core stays as the fault has left it. */
 static void hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {
-        core_hold(&application->core);
+        application->inherited = core_compensates(&application->core);
         application->phase = PHASE_HELD;
     }
+}
+
+/* After a fault the core is at work: index, coefficients and correction stay. False: it is not the
+   core of before. */
+static bool resume(struct application *application) {
+    const struct core_access *core = &application->core;
+    struct core_setup setup = setup_of(&application->parameters);
+    if (!core_identify(core, &application->configuration) || !core_resume(core, &setup)) {
+        return false;
+    }
+    begin_with_nothing(application);
+    application->inherited = core_compensates(core);
+    forget_zeros(application);
+    if (core_indices_seen(core)) {
+        application->head2_zero = zero_of(application, 1, 0);
+    }
+    give_back_old_bank(application);
+    application->overruns = core_overrun_count(core);
+    application->phase = PHASE_WAIT_FOR_INDEX;
+    set_control(application);
+    return true;
 }
 
 void application_recover(struct application *application, bool after_fault) {
@@ -209,10 +246,21 @@ void application_recover(struct application *application, bool after_fault) {
     keep_settings(application);
 }
 
+/* Settings that are lost are no reason to take a correction off that is at work. */
+static bool must_not_touch(struct application *application) {
+    if (application->settings_origin != SETTINGS_LOST ||
+        !core_identify(&application->core, &application->configuration) ||
+        !core_compensates(&application->core)) {
+        return false;
+    }
+    application->bypassed = false;
+    return true;
+}
+
 void application_begin(struct application *application) {
-    if (application->faults_in_a_row >= FAULTS_HELD) {
+    if (application->faults_in_a_row >= FAULTS_HELD || must_not_touch(application)) {
         hold(application);
-    } else {
+    } else if (application->settings_origin != SETTINGS_KEPT || !resume(application)) {
         application_start(application);
     }
 }
@@ -261,6 +309,10 @@ void application_bypass(struct application *application, bool bypassed) {
     keep_settings(application);
     if (works(application)) {
         set_control(application);
+    } else if (application->phase == PHASE_HELD && bypassed) {
+        /* On again by a re-arm alone. */
+        application->inherited = false;
+        core_hold(&application->core);
     }
 }
 
@@ -360,6 +412,7 @@ static uint32_t alarms_of(struct application *application) {
     bool hot = application->report.has_temperature &&
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
+    alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;
 }
 
@@ -374,6 +427,7 @@ static bool load_candidate(struct application *application) {
     core_swap(core);
     application->active = application->candidate;
     application->has_active = true;
+    application->inherited = false;
     application->swaps++;
     application->swap_looks = 0;
     application->phase = PHASE_SWAP;
@@ -393,18 +447,6 @@ static void take_temperature(struct application *application) {
     report->has_temperature =
         application->read_temperature != NULL &&
         application->read_temperature(application->temperature_context, &report->temperature_c);
-}
-
-/* The angle of a head at its last index where it is not the one that is known, within the
-   repeatability of the index; `known` otherwise. */
-static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
-    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
-    double tolerance = application->parameters.index_tolerance;
-    int32_t angle = core_angle_at_index(&application->core, head, turn);
-    if (fabs((double)angle) <= tolerance) {
-        return 0;
-    }
-    return fabs((double)angle - known) > tolerance ? angle : known;
 }
 
 /* Nothing that the core knows proves anything for turns: the zeros are found anew, uncorrected until
@@ -457,7 +499,7 @@ static bool zero_has_moved(struct application *application) {
 
 /* What has been captured of the turn has another zero. */
 static void capture_anew(const struct application *application) {
-    core_control(&application->core, corrects(application), true, false);
+    core_control(&application->core, application_corrects(application), true, false);
     set_control(application);
 }
 

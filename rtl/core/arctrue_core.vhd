@@ -171,6 +171,7 @@ architecture rtl of arctrue_core is
   signal swap_count         : u_unsigned(15 downto 0) := (others => '0');
   signal following_error    : position_count;
   signal cannot_keep_up     : std_ulogic;
+  signal processor_silent   : std_ulogic;
 
 begin
 
@@ -368,6 +369,17 @@ begin
       cannot_keep_up     => cannot_keep_up
     );
 
+  -- Alarms ------------------------------------------------------------------------------------
+
+  calibrator_works : entity work.processor_watch
+    port map (
+      clock  => clock,
+      reset  => reset,
+      limit  => u_unsigned(hwif_out.processor_limit.value.value),
+      alive  => hwif_out.command.alive.value,
+      silent => processor_silent
+    );
+
   -- The processor's side -----------------------------------------------------------------------
 
   processor : entity work.register_access
@@ -450,13 +462,14 @@ begin
   status_compensating <= apply;
   status_fault        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed
                          or heads(2).index_error or heads(2).illegal or heads(2).overspeed
-                         or cannot_keep_up or correction_limited;
+                         or cannot_keep_up or correction_limited or processor_silent;
 
   hwif_in.status.compensating.next_q   <= apply;
   hwif_in.status.ramp_busy.next_q      <= ramp_busy;
   hwif_in.status.capture_ready.next_q  <= bank_ready;
   hwif_in.status.capture_busy.next_q   <= capture_busy;
   hwif_in.status.cannot_keep_up.next_q <= cannot_keep_up;
+  hwif_in.status.processor_silent.next_q <= processor_silent;
   hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
   hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);
   hwif_in.zero.moves.next_q            <= std_ulogic_vector(heads(1).zero_moves);

@@ -58,6 +58,10 @@ class ModelCore:
             if self.broken_lane == (offset - COEFFICIENTS) // 16:
                 return 0xDEAD
             return self.idle.get(offset, 0)
+        if offset == address("status"):
+            on = self.get("control") & bit("control", "compensate")
+            applied = bool(on and self.get("head1.flags") & INDEX_SEEN)
+            return self.get("status") | applied * bit("status", "compensating")
         return self.words.get(offset, 0)
 
     def write(self, _: Any, offset: int, word: int) -> None:
