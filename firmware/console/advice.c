@@ -71,11 +71,14 @@ static const struct {
     {"worse_prediction", "the captured turn speaks against them: with them the heads differ more "
                          "than without; is it the file of this table, and is its index the same?"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
-    {"lost", "a fault has cleared the settings: they are at their presets and bypass is on; set what "
-             "differs, then bypass off"},
-    {"held", "the third fault in a row: the output follows head 1 and no turn is worked on; note "
-             "reset and reset_instruction, then rearm"},
-    {"zero_lost", "a head lost counts: the zero of head 1 is found anew at its index, that of head "
+    {"lost", "a fault has cleared the settings: they are at their presets; set what differs, then "
+             "bypass off"},
+    {"held", "the third fault in a row, or the settings are lost: the core goes on with the "
+             "coefficients that it has and no turn is worked on; note reset and reset_instruction, "
+             "then rearm, which takes the correction off until the next index"},
+    {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
+                   "coefficients; note reset and reset_instruction"},
+    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "
                   "2 is followed; look at cables and terminations"},
 };
 

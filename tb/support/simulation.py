@@ -118,7 +118,7 @@ def simulate(
     )
     cases = ElementTree.parse(results).getroot().iter("testcase")
     outcomes = {
-        str(case.get("name")): not any(case.iter("failure")) and not any(case.iter("error"))
+        str(case.get("name")): case.find("failure") is None and case.find("error") is None
         for case in cases
     }
     failed = [name for name, passed in outcomes.items() if not passed]
