@@ -54,6 +54,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     assert {path.name for path in pictures.iterdir()} == {
         "residual_branches.png",
         "residual_maps.png",
+        "residual_lines.png",
     }
 
     diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
