@@ -10,7 +10,14 @@ from typing import Literal
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.classes import Similar, adds, alike, lead, stands_in
+from arctrue.workbench.diagnose.classes import (
+    Similar,
+    adds,
+    alike,
+    lead,
+    stands_in,
+    without_unspecific,
+)
 from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.next_measurement import (
@@ -90,8 +97,8 @@ class Case:
 
     @cached_property
     def real(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would."""
-        return [item for item in self.seen if at_other_speeds(item)]
+        """Of those, what shows at every speed at which it would; a cause rather than a line."""
+        return without_unspecific([item for item in self.seen if at_other_speeds(item)])
 
     @cached_property
     def refused(self) -> Candidate | None:
@@ -99,7 +106,7 @@ class Case:
 
         Something like it is there, and it is not this.
         """
-        real = {item.name for item in self.real}
+        real = {item.name for item in self.seen if at_other_speeds(item)}
         return next(
             (
                 item
@@ -300,7 +307,9 @@ def looks_like_untestable(case: Case) -> Decision | None:
     """An effect that this set cannot test would look the same."""
     best, survey = case.best, case.survey
     assert best is not None
-    found = look_alikes(best, survey.residuals, survey.untestable, case.effects)
+    found = {}
+    if not best.effect.unspecific:
+        found = look_alikes(best, survey.residuals, survey.untestable, case.effects)
     if not found:
         return None
     lacking = "; ".join(sorted({what for items in found.values() for what in items}))
@@ -404,6 +413,8 @@ def _unknown_within(left: Decision, first: Candidate) -> bool:
 
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
+    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):  # type: ignore[attr-defined]
+        return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety
 

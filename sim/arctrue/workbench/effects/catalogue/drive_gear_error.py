@@ -51,7 +51,10 @@ class DriveGearError(Effect):
         "follows with as many periods a turn as the wheel has teeth. The disc on the axis does not "
         "move against its heads, so the two heads do not see it."
     )
-    equation = "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth; with side lines kG ± 1 too"
+    equation = (
+        "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0); with side "
+        "lines kG ± 1 too"
+    )
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing when the disc sits on the axis"
     reference_sees = (
@@ -70,7 +73,9 @@ class DriveGearError(Effect):
         "multiple_K_above_phase": "deg",
     }
     compensation = "lanes"
-    compensation_note = "lanes at the tooth count, when the reference run has given its size"
+    compensation_note = (
+        "lanes at the tooth count, when it is whole and the reference run has given its size"
+    )
     defaults = {"multiples": [1], "below": [], "above": []}
 
     @property
@@ -99,7 +104,7 @@ class DriveGearError(Effect):
             return None
         return harmonic_columns(rows.angle_rad, self._orders(rows.teeth))
 
-    def _orders(self, teeth: int) -> list[int]:
+    def _orders(self, teeth: float) -> list[float]:
         return [teeth * multiple + away for multiple, away in self._lines]
 
     def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
@@ -157,7 +162,9 @@ class DriveGearError(Effect):
     ) -> list[Lane]:
         teeth = observations.drive_gear_teeth
         assert teeth is not None
-        return paired_lanes(self._orders(teeth), coefficients)
+        if teeth != round(teeth):
+            return []
+        return paired_lanes([round(order) for order in self._orders(teeth)], coefficients)
 
     def parameters(
         self,
