@@ -118,7 +118,10 @@ def simulate(
     if seed is None:
         seed = int(np.random.SeedSequence().generate_state(1)[0])
     if hidden:
-        names = sorted(recipe.name for recipe in RECIPES.values() if recipe.in_catalogue)
+        shown = EXPERIMENTS[experiment]().can_honour
+        names = sorted(
+            recipe.name for recipe in RECIPES.values() if recipe.in_catalogue and shown(recipe)
+        )
         # Its own stream: the seed of the table must not tell the cause.
         random = np.random.default_rng([seed, len(names)])
         effects = (names[int(random.integers(len(names)))],)
