@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.frozen import folder_digest, set_name
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
-from arctrue.studies.campaign import Task, read_results
+from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import HEADER
-from arctrue.studies.campaign.task import digest
-from arctrue.studies.simulate.truth import fingerprint
 
 VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
 
@@ -26,26 +24,22 @@ class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def set_name(task: Task) -> str:
-    """The name of a set's folder: it tells nothing of what is in it."""
-    return digest({name: value for name, value in task.items() if name != "subject"})[:12]
+def write_sets(
+    plan: Plan, out: Path, first: int | None, say: Callable[[str], None]
+) -> dict[str, str]:
+    """Write the sets of a plan into folders of their names; the digest of each by its name.
 
-
-def write_sets(plan: Plan, out: Path, first: int | None, say: Callable[[str], None]) -> str:
-    """Write the sets of a plan into folders of their names; the digest of all their files.
-
-    The digest is the same on every machine whose sines and cosines are: one that differs may be a
+    A digest is the same on every machine whose sines and cosines are: one that differs may be a
     count in a row, and says that answers are not to be compared digit by digit.
     """
-    whole = hashlib.sha256()
     tasks = plan.tasks("arctrue")[:first]
+    found = {}
     for number, task in enumerate(sorted(tasks, key=set_name), start=1):
         say(f"set {number} of {len(tasks)}")
         folder = out / set_name(task)
         write_measurement_set(folder, make_set(task).measurement)
-        for name, found in sorted(fingerprint(folder).items()):
-            whole.update(f"{set_name(task)}/{name} {found}\n".encode())
-    return whole.hexdigest()
+        found[set_name(task)] = folder_digest(folder)
+    return found
 
 
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
