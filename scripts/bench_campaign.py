@@ -140,7 +140,7 @@ def main() -> None:
     given = parser.parse_args()
     tier = TIERS["dev"]
     plan = Plan("dev", tier.sets, tier.samples, tier.seed or 0, "", "")
-    works = {
+    works: dict[str, tuple[Sequence[Task], int]] = {
         "nothing": ([{"number": number} for number in range(given.empty)], 1),
         "trial of Monte Carlo": (MonteCarlo(given.trials, 1).tasks(), 10),
         "set of the benchmark, made and diagnosed": (plan.tasks("arctrue")[: given.sets], 1),

@@ -15,7 +15,7 @@ from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import read_results
-from arctrue.studies.campaign.store import HEADER
+from arctrue.studies.campaign.store import HEADER, read_header
 
 VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
 
@@ -63,6 +63,8 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     """The scores of every subject of which ``folder`` has results, over the sets that all have.
 
+    Each with the state of the code (``source``) that made its answers.
+
     Raises PlanError where there is no plan, AnswersError where there are no results.
     """
     plan = read_plan(folder)
@@ -73,10 +75,19 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     }
     if not results:
         raise AnswersError(f"{folder}: no subject has answered yet: first arctrue benchmark run")
+    headers = {name: read_header(folder / name) for name in results}
+    plans = [header.get("plan") for header in headers.values()]
+    if any(other != plans[0] for other in plans):
+        raise AnswersError(f"{folder}: its subjects were asked about sets of two generators")
     common = set.intersection(*(set(items) for items in results.values()))
     order = [set_name(task) for task in plan.tasks("")]
     return {
-        name: scored(judged((items[key].task, items[key].result) for key in order if key in common))
+        name: {
+            **scored(
+                judged((items[key].task, items[key].result) for key in order if key in common)
+            ),
+            "source": headers[name]["code"]["arctrue"],
+        }
         for name, items in results.items()
     }
 

@@ -24,13 +24,13 @@ from arctrue.studies.benchmark.intervals import (
     reliability,
 )
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
-from arctrue.studies.benchmark.page import page
+from arctrue.studies.benchmark.page import INDEPENDENCE, page
 from arctrue.studies.benchmark.plan import TIERS, PlanError, make_plan, read_plan
-from arctrue.studies.benchmark.score import SCORES, scored
+from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import answer_of
 from arctrue.studies.benchmark.work import run_set
-from arctrue.studies.benchmark.worlds import WORLDS
+from arctrue.studies.benchmark.worlds import CATALOGUE, WORLDS
 from arctrue.studies.campaign import task_key
 from arctrue.studies.campaign.store import Store
 
@@ -349,3 +349,24 @@ def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch)
     done = CliRunner().invoke(main, arguments)
     assert done.exit_code == 1
     assert "1 of 1 sets are not the frozen ones" in done.output
+
+
+def test_smallest_found_and_largest_missed_by_effect() -> None:
+    sets = [
+        judged("named", effect("latency", limits=2.0), named="latency"),
+        judged("named", effect("latency", limits=5.0), named="latency"),
+        judged("adequate", effect("latency", limits=3.0)),
+        judged("adequate", effect("vibration", limits=0.5)),
+        judged("unknown", effect("flat_track", "stranger", limits=9.0)),
+    ]
+    found = by_effect(sets)
+    assert list(found) == ["latency", "vibration"]
+    latency = found["latency"]
+    assert (latency["hits"], latency["of"]) == (2, 3)
+    assert latency["smallest_put_first"] == pytest.approx(2.0)
+    assert latency["largest_not_put_first"] == pytest.approx(3.0)
+    assert found["vibration"]["smallest_put_first"] is None
+
+
+def test_the_page_tells_the_independence_of_every_cause_of_the_catalogue() -> None:
+    assert set(INDEPENDENCE) == set(CATALOGUE)
