@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
+from arctrue.cli._group import Commands
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
@@ -28,7 +29,7 @@ from arctrue.whole_file import write_whole_text
 Folder = click.Path(path_type=Path, file_okay=False)
 
 
-@click.group("benchmark", short_help="Measure how often the diagnosis is right.")
+@click.group("benchmark", cls=Commands, short_help="Measure how often the diagnosis is right.")
 def benchmark() -> None:
     """Make sets from seeds, let the diagnosis see them only, and score its answers."""
 
@@ -115,7 +116,13 @@ def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path
 
 @benchmark.command("set")
 @click.argument("folder", type=OutputFolder())
-@click.option("--world", type=click.Choice(list(WORLDS)), required=True)
+@click.option(
+    "--world",
+    type=click.Choice(list(WORLDS)),
+    metavar="NAME",
+    required=True,
+    help=f"One of {', '.join(WORLDS)}.",
+)
 @click.option("--content", type=click.Choice(CONTENTS), required=True)
 @click.option("--seed", type=click.IntRange(min=0), required=True)
 @click.option("--samples", type=click.IntRange(min=100), default=SAMPLES_A_RUN, show_default=True)
@@ -147,10 +154,9 @@ def sets(folder: Path, out: Path, first: int | None) -> None:
         return
     other = differing(digests)
     if other:
-        say(
-            f"arctrue: {len(other)} of {len(digests)} sets are not the frozen ones, the first is "
-            f"{other[0]}: another state of the generator, or sines and cosines of other digits",
-            err=True,
+        tell_error(
+            f"{len(other)} of {len(digests)} sets are not the frozen ones, the first is "
+            f"{other[0]}: another state of the generator, or sines and cosines of other digits"
         )
         raise SystemExit(1)
     console.print("all of them are the frozen ones")

@@ -93,8 +93,8 @@ INDEPENDENCE = {
     ),
     "polygon_face_error": "The same: a constant a face.",
     "polygon_eccentricity": (
-        "No: flatness of the faces, tilt of the polygon and roll of the autocollimator; the effect "
-        "is a wave of the first order."
+        "Nearly: tilt, roll and hollow faces are put in as such, and come to a wave of the first "
+        "order."
     ),
     "autocollimator_gain": "The same: a share of what is shown.",
     "reference_drift": (

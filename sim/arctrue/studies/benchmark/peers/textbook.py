@@ -50,7 +50,7 @@ class Problem:
     direction: Float
     face: Whole
     faces: int
-    teeth: int | None
+    teeth: float | None
     alpha: float
     index_arcsec: float
     """Standard deviation of R₂ − R₁ from run to run, by the index marks."""
