@@ -127,7 +127,7 @@ def _chart(name: str, examined: Examined, ranking: Ranking | None, view: View) -
             condition = ranked_conditions(examined, ranking)[0][0]
         return residual_against(examined, condition)
     if name == "branches":
-        return branches(examined)
+        return branches(examined.residuals, examined.model.history[-1].noise_arcsec)
     if name == "spectrum":
         return spectrum(examined, view.along)
     if name == "heat_map":

@@ -70,9 +70,7 @@ def picture(page: Page, name: str) -> None:
 
 def all_drawn(page: Page) -> None:
     """Every figure has been drawn, none with a message in its place."""
-    page.wait_for_function(
-        "[...document.querySelectorAll('.plot')].every((plot) => plot.dataset.drawn)"
-    )
+    expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:

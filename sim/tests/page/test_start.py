@@ -124,6 +124,21 @@ def test_objects_in_a_numpy_file_are_not_made(client: FlaskClient) -> None:
     assert "trap.npz" in problem(answer.get_data(as_text=True), "dropin")
 
 
+def test_an_hdf5_file_reads_no_other_file(client: FlaskClient, tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    secret = tmp_path / "secret.bin"
+    secret.write_bytes(np.arange(24, dtype=np.float64).tobytes())
+    with h5py.File(tmp_path / "trap.h5", "w") as file:
+        file["target"] = np.arange(24) * 15.0
+        outside = [(str(secret), 0, 24 * 8)]
+        file.create_dataset("error", (24,), np.float64, external=outside)
+    content = (tmp_path / "trap.h5").read_bytes()
+    answer = client.post("/drop", data=sent("trap.h5", content))
+    assert answer.status_code == 422
+    said = problem(answer.get_data(as_text=True), "dropin")
+    assert "trap.h5: /error: its values stand in another file" in said
+
+
 def test_a_huge_file_is_refused_with_the_limit(client: FlaskClient, tmp_path: Path) -> None:
     answer = client.post("/drop", data=sent("big.csv", bytes(MOST_BYTES + 1)))
     assert answer.status_code == 413

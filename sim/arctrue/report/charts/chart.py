@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.units import RAD_PER_ARCSEC
 
-Float = NDArray[np.float64]
+Float = NDArray[np.floating[Any]]
 Angle = Literal["arcsec", "urad"]
 """Unit in which a reader wants small angles."""
 
@@ -27,6 +27,8 @@ SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """For up to six series. After Okabe and Ito: they differ for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
+_ARC_DEG = 180.0
+"""A set that covers less is drawn over what it covers."""
 QUIET = "#8a94a0"
 """For what is there and does not matter."""
 
@@ -41,6 +43,8 @@ class Axis:
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
     """Places with their names; None: numbers."""
+    also: tuple[str, float] | None = None
+    """A second unit, and how many of it one of ``unit`` is: on paper, at the other side."""
 
     @property
     def text(self) -> str:
@@ -184,8 +188,10 @@ def _scaled(layer: Layer, x: float, y: float) -> Layer:
     return replace(layer, value=layer.value * y)
 
 
-def angle_axis(label: str = "angle of the table") -> Axis:
-    """Once round, in degrees."""
+def angle_axis(label: str = "angle of the table", over_deg: Float | None = None) -> Axis:
+    """Once round, in degrees; ``over_deg``: the angles that were measured, perhaps an arc only."""
+    if over_deg is not None and float(np.ptp(over_deg)) <= _ARC_DEG:
+        return Axis(label, "deg")
     ticks = [(float(place), f"{place}") for place in range(0, 361, 45)]
     return Axis(label, "deg", reach=(0.0, 360.0), ticks=ticks)
 

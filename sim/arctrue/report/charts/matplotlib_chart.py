@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from arctrue.report.charts.chart import (
     SYMBOLS,
@@ -23,6 +22,7 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
+from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 from arctrue.whole_file import whole_file
 
@@ -87,9 +87,24 @@ def _draw(figure: Figure, axes: Axes, panel: Panel) -> None:
     _dress(axes, panel.y, horizontal=False)
     if any(isinstance(layer, HeatMap) for layer in panel.layers):
         axes.grid(visible=False)
+    if panel.y.also is not None:
+        _second_unit(axes, panel.y, panel.y.also)
     handles, names = axes.get_legend_handles_labels()
     if names:
         _legend(axes, len(handles))
+
+
+def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
+    unit, factor = also
+    right = axes.secondary_yaxis(
+        "right",
+        functions=(
+            lambda value: np.asarray(value) * factor,
+            lambda value: np.asarray(value) / factor,
+        ),
+    )
+    right.set_ylabel(f"{axis.label}, {SYMBOLS.get(unit, unit)}")
+    right.spines["right"].set_visible(True)
 
 
 def _legend(axes: Axes, entries: int) -> None:
@@ -109,11 +124,8 @@ def _dress(axes: Axes, axis: Axis, *, horizontal: bool) -> None:
     side = axes.xaxis if horizontal else axes.yaxis
     side.set_label_text(axis.text)
     if axis.logarithmic:
-        (axes.set_xscale if horizontal else axes.set_yscale)("log")
-        low, high = axes.get_xlim() if horizontal else axes.get_ylim()
-        plain = FuncFormatter(lambda value, _: f"{value:g}")
-        side.set_major_formatter(plain)
-        side.set_minor_formatter(plain if high < _DECADE * low else NullFormatter())
+        low, high = axis.reach or (1.0, _DECADE)
+        (set_log_x if horizontal else set_log_y)(axes, label_minor_ticks=high < _DECADE * low)
         side.set_tick_params(which="both", labelsize=8)
     if axis.ticks is not None:
         names = [name for _, name in axis.ticks]

@@ -250,7 +250,7 @@ def _level(layer: Level, layout: dict[str, Any], suffix: str) -> dict[str, Any]:
     }
 
 
-def _list(values: NDArray[np.float64]) -> list[float | None]:
+def _list(values: NDArray[np.floating[Any]]) -> list[float | None]:
     return [
         float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
         for value in np.asarray(values, dtype=np.float64).tolist()
