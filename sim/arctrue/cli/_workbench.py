@@ -18,7 +18,7 @@ from arctrue.calibration.head_separation import doubts
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import Console, say
+from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.printable import one_line
 from arctrue.report.numbers import plain
@@ -137,7 +137,7 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            say(f"arctrue: {_sentence(error)}", err=True)
+            tell_error(f"{_sentence(error)}")
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
@@ -164,7 +164,7 @@ def changing(model_file: Path | None) -> Iterator[None]:
         return
 
     def waiting() -> None:
-        say(f"waiting: another command changes {model_file}", err=True)
+        note(f"waiting: another command changes {model_file}")
 
     with model_lock(model_file, waiting):
         yield
@@ -216,7 +216,7 @@ def load(
         )
     of_table = _table_warnings(model, model_file, observations)
     for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)
     return Workbench(observations, model, effects, title, measurement)
@@ -244,11 +244,11 @@ def _tell_masked(observations: Observations) -> None:
     masked = observations.masked
     if not masked:
         return
-    say(f"{len(masked)} rows are not used:", err=True)
+    note(f"{len(masked)} rows are not used:")
     for row in masked[:SHOWN_MASKED]:
-        say(f"  {row}", err=True)
+        note(f"  {row}")
     if len(masked) > SHOWN_MASKED:
-        say(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all", err=True)
+        note(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all")
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:

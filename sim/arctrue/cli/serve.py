@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note
 from arctrue.cli._workbench import for_people
 
 _STATE = Path("arctrue") / "page"
@@ -81,4 +81,4 @@ def serve(
         most_bytes=most_megabytes * MEGABYTE,
         port=port,
     )
-    serve_page(settings, host, http_port, lambda text: say(text, err=True))
+    serve_page(settings, host, http_port, note)

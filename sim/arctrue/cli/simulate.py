@@ -85,7 +85,9 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "--further",
     multiple=True,
     type=click.Choice(FURTHER),
-    help="A measurement more, after those of the experiment; may be given again.",
+    metavar="KIND",
+    help="A measurement more, after those of the experiment; may be given again. "
+    f"One of {', '.join(FURTHER)}.",
 )
 @click.option(
     "--list",

@@ -2,7 +2,7 @@
 
 The effect's own columns times their coefficients are c, the residual of the whole model r. What
 belongs to the effect is c + r (component plus residual). Over a condition x and a phase φ the wave
-w(φ) is the leading right singular vector of the cell means of c; the amplitude at x is the
+w(φ) is that of the product a(x)·w(φ) nearest to c; the amplitude at x is the
 projection of the rows on w there, once of c + r (measured) and once of c (the effect). An effect
 that is a function of a phase alone is drawn over that phase.
 """
@@ -26,6 +26,8 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 _STEPS = 16
+_ROUNDS = 20
+"""Of the alternating least squares; they converge by the square of the smaller singular value."""
 _PHASE_BINS = 72
 PHYSICAL = ("temperature", "speed", "direction", "time")
 """What can cause something, before what only goes along with it."""
@@ -142,9 +144,9 @@ def _shown(
         share = float(np.sum(told.rows * told.mean**2)) / float(own @ own)
         lines = (told.centre, seen.mean, seen.standard_error, told.mean)
         return Shown(channel, condition.key, condition.name, "deg", False, share, share, *lines)
-    group, centres = _steps(values)
+    group = _steps(values)
     best = max(
-        (_along(own, left, group, centres, phase) for phase in [None, *phases]),
+        (_along(own, left, values, group, phase) for phase in [None, *phases]),
         key=lambda item: item[0],
     )
     share, variation, *found = best
@@ -160,41 +162,52 @@ def _shown(
     )
 
 
-def _steps(values: Float) -> tuple[Integer, Float]:
-    """Number of the step of every row, and the mean of the condition in each."""
+def _steps(values: Float) -> Integer:
+    """Number of the step of every row: one for each value where there are few."""
     names, group = np.unique(values, return_inverse=True)
     if names.size <= _STEPS:
-        return group.astype(np.int64), names.astype(np.float64)
+        return group.astype(np.int64)
     low, high = float(values.min()), float(values.max())
     width = (high - low) / _STEPS
-    number = np.minimum(((values - low) / width).astype(np.int64), _STEPS - 1)
-    rows = np.maximum(np.bincount(number, minlength=_STEPS), 1)
-    return number, np.bincount(number, values, _STEPS) / rows
+    return np.minimum(((values - low) / width).astype(np.int64), _STEPS - 1)
+
+
+def _wave(sums: Float, rows: Float) -> Float:
+    """w of the product a(x)·w(φ) nearest to the cell means, each weighed by its rows; RMS 1.
+
+    ``sums``, ``rows``: of each cell, shape (steps, bins). The leading singular vector, then
+    alternating least squares, because a step may cover a part of the turn only.
+    """
+    _, _, right = np.linalg.svd(sums / np.sqrt(np.maximum(rows, 1)), full_matrices=False)
+    wave = right[0]
+    for _ in range(_ROUNDS):
+        amplitude = sums @ wave / np.maximum(rows @ wave**2, 1e-300)
+        wave = amplitude @ sums / np.maximum(amplitude**2 @ rows, 1e-300)
+    wave = wave * np.sqrt(wave.size / max(float(wave @ wave), 1e-300))
+    return np.asarray(wave if float(np.sum(sums @ wave)) >= 0.0 else -wave)
 
 
 def _along(
-    own: Float, left: Float, group: Integer, centres: Float, phase: Float | None
+    own: Float, left: Float, values: Float, group: Integer, phase: Float | None
 ) -> tuple[float, float, Float, Float, Float, Float]:
     """Share, variation, then x, measured, standard error and effect of each step with rows."""
     bins = 1 if phase is None else _PHASE_BINS
     place = np.zeros(own.size, dtype=np.int64) if phase is None else turn_group(phase, bins)
-    cell, size = group * bins + place, centres.size * bins
-    rows = np.bincount(cell, minlength=size).reshape(-1, bins)
+    steps = int(group.max()) + 1
+    cell, size = group * bins + place, steps * bins
+    rows = np.bincount(cell, minlength=size).reshape(-1, bins).astype(np.float64)
     sums = np.bincount(cell, own, size).reshape(-1, bins)
-    weighted = sums / np.sqrt(np.maximum(rows, 1))
-    _, _, right = np.linalg.svd(weighted, full_matrices=False)
-    wave = right[0] * np.sqrt(bins / max(float(right[0] @ right[0]), 1e-300))
-    if float(np.sum(weighted @ right[0])) < 0.0:
-        wave = -wave
-    pattern = wave[place]
-    square = np.bincount(group, pattern**2, centres.size)
+    pattern = _wave(sums, rows)[place]
+    square = np.bincount(group, pattern**2, steps)
     there = square > 0.0
     safe = np.maximum(square, 1e-300)
-    told = np.bincount(group, pattern * own, centres.size) / safe
-    seen = np.bincount(group, pattern * (own + left), centres.size) / safe
+    told = np.bincount(group, pattern * own, steps) / safe
+    seen = np.bincount(group, pattern * (own + left), steps) / safe
+    # Each row counts for the place of the step as it does for the amplitude there.
+    at = np.bincount(group, pattern**2 * values, steps) / safe
     error = float(left.std()) / np.sqrt(safe)
     whole = float(own @ own)
     share = float(np.sum(told**2 * square)) / whole
     constant = float(np.sum(told * square)) / float(square.sum())
     variation = share - constant**2 * float(square.sum()) / whole
-    return share, variation, centres[there], seen[there], error[there], told[there]
+    return share, variation, at[there], seen[there], error[there], told[there]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from arctrue.report.charts.branches import branches
 from arctrue.report.charts.matplotlib_chart import save_chart
+from arctrue.report.charts.spectrum import all_spectra
 from arctrue.report.png import CHANNEL_COLOUR, QUIET, plain_axes, png_figure, save_png
 from arctrue.workbench.compare.comparison import Comparison
 from arctrue.workbench.compare.findings import LEAST_SHARE
@@ -31,11 +32,12 @@ SYMBOLS = {"deg": "°", "deg/s": "°/s"}
 
 
 def plot_comparison(solution: Solution, comparison: Comparison, folder: Path) -> list[Path]:
-    """Branches by run and direction against the angle, and all maps; returns the PNG files."""
+    """Branches by run and direction against the angle, all maps, and lines; returns PNG files."""
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     return [
         save_chart(branches(Residuals(solution), noise_arcsec), folder / "residual_branches.png"),
         _plot_maps(comparison.maps, folder),
+        save_chart(all_spectra(Residuals(solution)), folder / "residual_lines.png"),
     ]
 
 

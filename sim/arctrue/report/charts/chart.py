@@ -67,8 +67,17 @@ class Curve:
     y_error: Float | None = None
     width: float = 1.6
     size: float = 5.0
-    labels: Sequence[str] | None = None
+    labels: Sequence[str] = ()
     """Text beside each point."""
+    values_shown: bool = False
+    """True: the text is the value of y, in the unit that is shown."""
+
+    @property
+    def texts(self) -> list[str]:
+        """What stands beside each point; empty: nothing."""
+        if self.values_shown:
+            return [f"{value:.3f}" if np.isfinite(value) else "" for value in self.y.tolist()]
+        return list(self.labels)
 
 
 @dataclass(frozen=True)
@@ -138,8 +147,8 @@ class Chart:
     name: str
     words: str
     panels: Sequence[Panel]
-    beside: bool = False
-    """Panels stand side by side, not one below another."""
+    columns: int = 1
+    """Panels in a row, where there is room."""
     panel_height: float = 2.7
     """Inches on paper."""
     notes: Sequence[str] = field(default_factory=tuple)
@@ -174,8 +183,7 @@ def _axis(axis: Axis) -> Axis:
 def _scaled(layer: Layer, x: float, y: float) -> Layer:
     if isinstance(layer, Curve):
         error = None if layer.y_error is None else layer.y_error * y
-        labels = layer.labels if y == 1.0 else None
-        return replace(layer, x=layer.x * x, y=layer.y * y, y_error=error, labels=labels)
+        return replace(layer, x=layer.x * x, y=layer.y * y, y_error=error)
     if isinstance(layer, Band):
         return replace(layer, x=layer.x * x, low=layer.low * y, high=layer.high * y)
     if isinstance(layer, Bars):

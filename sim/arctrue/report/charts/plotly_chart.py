@@ -38,19 +38,20 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     ``width``: pixels that the figure will have. Panels stand side by side where there is room;
     above each its title, and its legend in as many lines as it needs.
     """
-    beside = chart.beside and width >= _BESIDE_PX * len(chart.panels)
-    columns = max(len(chart.panels), 1) if beside else 1
-    mapped = any(isinstance(layer, HeatMap) for panel in chart.panels for layer in panel.layers)
+    panels = chart.panels
+    columns = max(min(chart.columns, len(panels), width // _BESIDE_PX), 1)
+    mapped = any(isinstance(layer, HeatMap) for panel in panels for layer in panel.layers)
     right = _COLOURS_PX if mapped else _RIGHT_PX
     wide = width / columns - _LEFT_PX - right
-    heads = [_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in chart.panels]
     body = round(_INCH_PX * chart.panel_height)
-    if beside:
-        tops = [max(heads, default=0)] * len(heads)
-        height = max(heads, default=0) + body + _FOOT_PX
-    else:
-        tops = [sum(heads[: n + 1]) + n * (body + _FOOT_PX) for n in range(len(heads))]
-        height = sum(heads) + max(len(heads), 1) * (body + _FOOT_PX)
+    tops, heads, height = [], [], 0
+    for start in range(0, len(panels), columns):
+        row = panels[start : start + columns]
+        head = max(_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in row)
+        heads += [head] * len(row)
+        tops += [height + head] * len(row)
+        height += head + body + _FOOT_PX
+    height = max(height, body + _FOOT_PX)
     inner = height - _FOOT_PX
     layout: dict[str, Any] = {
         "height": height,
@@ -62,9 +63,9 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
         "meta": {"words": chart.words},
     }
     traces: list[dict[str, Any]] = []
-    for index, panel in enumerate(chart.panels):
+    for index, panel in enumerate(panels):
         suffix = "" if index == 0 else str(index + 1)
-        across = _columns(index, columns, width) if beside else (0.0, 1.0)
+        across = _columns(index % columns, columns, width)
         upright = (1.0 - (tops[index] + body) / inner, 1.0 - tops[index] / inner)
         layout[f"xaxis{suffix}"] = {**_axis(panel.x), "domain": across, "anchor": f"y{suffix}"}
         layout[f"yaxis{suffix}"] = {**_axis(panel.y), "domain": upright, "anchor": f"x{suffix}"}
@@ -186,7 +187,7 @@ def _curve(layer: Curve) -> dict[str, Any]:
     mode = {"line": "lines", "points": "markers", "both": "lines+markers"}[layer.kind]
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": mode + ("+text" if layer.labels else ""),
+        "mode": mode + ("+text" if layer.texts else ""),
         "x": _list(layer.x),
         "y": _list(layer.y),
         "name": _plain(layer.name),
@@ -194,8 +195,8 @@ def _curve(layer: Curve) -> dict[str, Any]:
         "line": {"color": layer.colour, "width": layer.width, "dash": layer.dash},
         "marker": {"color": layer.colour, "size": layer.size + 1, "symbol": _SYMBOL[layer.marker]},
     }
-    if layer.labels:
-        trace |= {"text": [_plain(text) for text in layer.labels], "textposition": "top center"}
+    if layer.texts:
+        trace |= {"text": [_plain(text) for text in layer.texts], "textposition": "top center"}
     if layer.y_error is not None:
         trace["error_y"] = {"array": _list(layer.y_error), "thickness": 1, "width": 2}
     return trace
