@@ -196,7 +196,7 @@ def _along(
     steps = int(group.max()) + 1
     cell, size = group * bins + place, steps * bins
     rows = np.bincount(cell, minlength=size).reshape(-1, bins).astype(np.float64)
-    sums = np.bincount(cell, own, size).reshape(-1, bins)
+    sums: Float = np.asarray(np.bincount(cell, own, size).reshape(-1, bins), dtype=np.float64)
     pattern = _wave(sums, rows)[place]
     square = np.bincount(group, pattern**2, steps)
     there = square > 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,10 @@ _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Of an entry of a legend, and of each letter of its name."""
 _BESIDE_PX = 300
 """A panel beside another is at least so wide."""
+_ONE_TWO_FIVE = (1.0, 2.0, 5.0)
+_EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
+_EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
+_LEAST_TICKS = 3
 _DIGITS = 6
 """Significant digits that go to the browser: more than a screen shows."""
 
@@ -127,6 +132,10 @@ def _axis(axis: Axis) -> dict[str, Any]:
         found |= {"type": "log", "exponentformat": "none"}
         if axis.reach is None:
             found["dtick"] = 1  # decades
+        else:
+            ticks = _logarithmic_ticks(*axis.reach)
+            texts = [f"{tick:.4g}" for tick in ticks]
+            found |= {"tickmode": "array", "tickvals": ticks, "ticktext": texts}
     if axis.ticks is not None:
         found |= {
             "tickmode": "array",
@@ -138,6 +147,17 @@ def _axis(axis: Axis) -> dict[str, Any]:
         found["range"] = (
             [float(np.log10(low)), float(np.log10(high))] if axis.logarithmic else [low, high]
         )
+    return found
+
+
+def _logarithmic_ticks(low: float, high: float) -> list[float]:
+    """1, 2, 5 in each decade; every digit, or every half, where that would be too few."""
+    for digits in (_ONE_TWO_FIVE, _EVERY_DIGIT, _EVERY_TWENTIETH):
+        decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        ticks = [digit * 10.0**decade for decade in decades for digit in digits]
+        found = [tick for tick in ticks if low <= tick <= high]
+        if len(found) >= _LEAST_TICKS:
+            break
     return found
 
 
