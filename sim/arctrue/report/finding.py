@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.report.charts.bins import of_turn, turn_group
-from arctrue.report.examined import Condition, Examined
+from arctrue.report.examined import OWN_PHASE, Condition, Examined
 from arctrue.workbench.inference.normal_equations import channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
@@ -102,16 +102,35 @@ def finding_of(examined: Examined, solution: Solution) -> Finding:
         own = columns @ coefficients
         if not float(own @ own) > 0.0:
             continue
+        conditions = [*examined.conditions.values(), *_own_phases(examined, term.nonlinear)]
         phases = [
             values
-            for condition in examined.conditions.values()
+            for condition in conditions
             if condition.goes_round and (values := condition.values.get(channel)) is not None
         ]
-        for condition in examined.conditions.values():
+        for condition in conditions:
             values = condition.values.get(channel)
             if values is not None:
                 shown.append(_shown(channel, condition, values, phases, own, left))
     return Finding(term.effect.name, shown, _best(shown))
+
+
+def _own_phases(examined: Examined, nonlinear: Mapping[str, float]) -> list[Condition]:
+    """The phase of the order or the frequency that a search of the effect has found."""
+    order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
+    found = []
+    if order > 0.0:
+        values = {name: order * examined.angle_rad(name) for name in examined.channels}
+        found.append(Condition(OWN_PHASE, f"phase of order {order:.6g}", "deg", values))
+    elif hertz > 0.0:
+        times = {name: examined.rows(name).time_s for name in examined.channels}
+        values = {
+            name: 2.0 * np.pi * hertz * time_s
+            for name, time_s in times.items()
+            if time_s is not None
+        }
+        found.append(Condition(OWN_PHASE, f"phase of {hertz:.6g} Hz", "deg", values))
+    return found
 
 
 def _best(shown: list[Shown]) -> str:
@@ -122,7 +141,8 @@ def _best(shown: list[Shown]) -> str:
     """
     phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
     if phases:
-        return max(phases, key=lambda item: item.share).condition
+        # Many periods a turn fit into bins of the turn by accident: its own phase comes first.
+        return max(phases, key=lambda item: (item.condition == OWN_PHASE, item.share)).condition
     held = {item.condition: item.variation for item in shown if item.amplitude}
     most = max(held.values(), default=0.0)
     for name in PHYSICAL:

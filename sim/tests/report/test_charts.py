@@ -30,6 +30,7 @@ HEAT_ARCSEC_A_KELVIN = 0.4
 URAD_PER_ARCSEC = np.pi / 648_000.0 * 1e6
 """By the definition of the arcsecond: π rad are 180 · 3600 of them."""
 SHAKING_HZ = 7.0
+RULED_ORDER, RULED_ARCSEC = 37, 0.5
 WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
 """What is counted has no unit."""
 
@@ -83,6 +84,21 @@ def test_the_finding_is_what_was_put_in(added: Examined) -> None:
     straight = np.polyval(np.polyfit(capture.x, capture.effect, 1), capture.x)
     assert np.abs(capture.effect - straight).max() < 0.01 * np.ptp(capture.effect)
     assert np.abs(capture.effect - capture.measured).max() < 5.0 * capture.standard_error.max()
+
+
+def test_a_high_order_is_drawn_over_its_own_phase() -> None:
+    def ruled(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, warm, speed) + RULED_ARCSEC * np.cos(RULED_ORDER * disc)
+
+    made = measurement_set(ruled, runs=1, cycles=1)
+    seen = with_effect(look_at(made, "", default_model(), built_in()), "high_order_graduation", {})
+    found = finding_of(seen, seen.solution)
+    (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
+    assert shown.name == f"phase of order {RULED_ORDER}"
+    # What two heads 33° apart see of it.
+    size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
+    assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
+    assert shown.share == pytest.approx(1.0, abs=0.01)
 
 
 def test_whitened_measurement_scatters_by_one(added: Examined) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ from arctrue.workbench.observations import CaptureRows, ReferenceRows
 Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
-_FEW_STATIONS, _APART_DEG = 60, 1.6
+_FEW_STATIONS, _APART_DEG, _EDGE_DEG = 60, 1.6, 3.0
 """Up to so many stations, those of the directions are drawn side by side."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
@@ -95,6 +96,8 @@ def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
         )
     title = "Reference run: what the model leaves at each station"
     x = angle_axis(over_deg=degrees)
+    if x.reach is not None:
+        x = replace(x, reach=(x.reach[0] - _EDGE_DEG, x.reach[1] + _EDGE_DEG))
     return Panel(x, Axis("error less the model", ARCSEC), layers, title)
 
 

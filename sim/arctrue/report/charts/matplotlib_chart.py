@@ -40,6 +40,8 @@ _PAPER = {
 """Colours of the house style, and the page's name for each."""
 _DECADE = 12.0
 """A logarithmic axis of less than this ratio names its minor ticks too."""
+_TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
+"""By panels in a row."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3
 
 
@@ -83,7 +85,7 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, columns: int) -> None:
     for order, layer in enumerate(panel.layers):
         _draw_layer(figure, axes, layer, order + 2)
     if panel.title:
-        axes.set_title(panel.title)
+        axes.set_title(panel.title, fontsize=_TITLE_POINTS.get(columns, _SMALL_POINTS))
     _dress(axes, panel.x, horizontal=True)
     _dress(axes, panel.y, horizontal=False)
     if any(isinstance(layer, HeatMap) for layer in panel.layers):

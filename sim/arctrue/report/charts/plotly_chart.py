@@ -27,6 +27,8 @@ _COLOURS_PX = 74
 """Right of a panel, where a scale of colours stands."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Of an entry of a legend, and of each letter of its name."""
+_SHORT_LETTERS = 5
+"""A longer name of a tick is a word, and none is left out."""
 _BESIDE_PX = 300
 """A panel beside another is at least so wide."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
@@ -72,8 +74,16 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
         suffix = "" if index == 0 else str(index + 1)
         across = _columns(index % columns, columns, width)
         upright = (1.0 - (tops[index] + body) / inner, 1.0 - tops[index] / inner)
-        layout[f"xaxis{suffix}"] = {**_axis(panel.x), "domain": across, "anchor": f"y{suffix}"}
-        layout[f"yaxis{suffix}"] = {**_axis(panel.y), "domain": upright, "anchor": f"x{suffix}"}
+        layout[f"xaxis{suffix}"] = {
+            **_axis(panel.x, wide),
+            "domain": across,
+            "anchor": f"y{suffix}",
+        }
+        layout[f"yaxis{suffix}"] = {
+            **_axis(panel.y, body),
+            "domain": upright,
+            "anchor": f"x{suffix}",
+        }
         layout[f"legend{suffix}"] = {
             "orientation": "h",
             "x": across[0],
@@ -126,7 +136,7 @@ def _legend_lines(panel: Panel, width: float) -> int:
     return -(-len(widths) // per_line)
 
 
-def _axis(axis: Axis) -> dict[str, Any]:
+def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
     found: dict[str, Any] = {"title": {"text": _plain(axis.text), "standoff": 6}}
     if axis.logarithmic:
         found |= {"type": "log", "exponentformat": "none"}
@@ -137,10 +147,15 @@ def _axis(axis: Axis) -> dict[str, Any]:
             texts = [f"{tick:.4g}" for tick in ticks]
             found |= {"tickmode": "array", "tickvals": ticks, "ticktext": texts}
     if axis.ticks is not None:
+        letters = max((len(line) for _, name in axis.ticks for line in name.split("\n")), default=1)
+        every = math.ceil(len(axis.ticks) * (letters + 1) * _LETTER_PX / max(pixels, 1.0))
+        # Names stay level; where there is no room for all, every second or third is there.
+        named = axis.ticks[:: every if letters <= _SHORT_LETTERS else 1]
         found |= {
             "tickmode": "array",
-            "tickvals": [place for place, _ in axis.ticks],
-            "ticktext": [_plain(name) for _, name in axis.ticks],
+            "tickvals": [place for place, _ in named],
+            "ticktext": [_plain(name) for _, name in named],
+            "tickangle": 0 if letters <= _SHORT_LETTERS or every == 1 else -25,
         }
     if axis.reach is not None:
         low, high = axis.reach

@@ -29,6 +29,8 @@ _LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
 CHANCE_P = 0.01
 _MARKED = 3
 """Lines whose place is written beside them."""
+_HEADROOM = 1.25
+"""Above the highest line, for its place."""
 _MOST_POINTS = 2000
 """Of a curve; of more, the highest of each group is drawn."""
 
@@ -99,6 +101,8 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
             Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
         )
     x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
+    top = float(max(found.amplitude_arcsec.max(), np.median(chance)))
+    y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))
     return Panel(x, y, layers, title)
 
 
