@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
 from arctrue.report.charts.bins import of_turn
 from arctrue.report.charts.chart import Chart, Curve, HeatMap, in_unit
@@ -24,7 +25,6 @@ from arctrue.report.numbers import plain
 from arctrue.report.view import FIGURES, View, chart_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import default_model
-from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
 HEAT_ARCSEC_A_KELVIN = 0.4
 URAD_PER_ARCSEC = np.pi / 648_000.0 * 1e6
@@ -50,7 +50,9 @@ def added(warming: Examined) -> Examined:
 
 
 def curves(chart: Chart, panel: int = 0) -> dict[str, Curve]:
-    return {layer.name: layer for layer in chart.panels[panel].layers if isinstance(layer, Curve)}
+    return {
+        layer.name: layer for layer in chart.panels[panel].layers if isinstance(layer, Curve)
+    }
 
 
 def test_a_bin_has_the_mean_and_the_ends_of_its_rows() -> None:
@@ -128,7 +130,9 @@ def test_microradians_are_the_same_angles(added: Examined) -> None:
 
 @pytest.mark.parametrize("name", [name for name in FIGURES if name not in ("finding", "lanes")])
 @pytest.mark.parametrize("unit", ["arcsec", "urad"])
-def test_each_figure_can_be_drawn_and_says_its_units(added: Examined, name: str, unit: str) -> None:
+def test_each_figure_can_be_drawn_and_says_its_units(
+    added: Examined, name: str, unit: str
+) -> None:
     chart = chart_of(name, added, None, View(unit=unit))  # type: ignore[arg-type]
     assert chart is not None
     assert chart.words
