@@ -10,7 +10,8 @@ from rich.table import Table
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._workbench import console, for_people, plain, write_json
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
 
 
