@@ -21,7 +21,7 @@ from cocotb_tools.runner import Ghdl, get_runner
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
-# Where a system's GHDL looks for LLVM by another name than the system's, set-up puts that name here.
+# Where GHDL looks for LLVM by another name than the system gives it, set-up puts that name here.
 LLVM_NAMES = ROOT / "build" / "llvm_names"
 
 Backend = Literal["mcode", "llvm"]
