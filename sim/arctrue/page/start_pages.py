@@ -144,8 +144,9 @@ def _generated(place: Path, experiment: str, form: Any, commands: Commands) -> O
     else:
         raise ValueError(f"seed: expected a whole number from 0, found {text[:40]!r}")
     hidden = form.get("hidden", "1") == "1"
-    wanted = [Wanted(hidden_effect(seed))] if hidden else []
-    made = simulate_set(wanted, EXPERIMENTS[experiment](), seed)
+    planned = EXPERIMENTS[experiment]()
+    wanted = [Wanted(hidden_effect(seed, planned))] if hidden else []
+    made = simulate_set(wanted, planned, seed)
     write_measurement_set(place / SET, made.measurement)
     write_truth(place / SET, made.truth)
     name = "table"

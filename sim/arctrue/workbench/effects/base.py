@@ -63,6 +63,10 @@ class SearchParameter:
     """Only whole numbers mean something; such a parameter is not refined."""
 
 
+CONTRADICTED_P = 0.005
+"""Share of true effects that their own physics may refuse: half of the 1 % of false names."""
+
+
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """A place that a scan found: search parameters, and how many independent places it tried."""
@@ -223,6 +227,21 @@ class Effect(ABC):
         Such an effect can be fitted, but it is not named; it may share a class with another.
         """
         return []
+
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """Why the fitted values are not those of this effect, in words; None: they may be.
+
+        For what its physics asks of the values beyond the shape of its columns. An effect that
+        contradicts itself is not named. A test here should refuse a true one less often than
+        :data:`CONTRADICTED_P`.
+        """
+        return None
 
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:

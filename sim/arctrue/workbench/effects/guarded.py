@@ -187,6 +187,12 @@ def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None
     return f"expected a list of printable texts, found {found!r}"
 
 
+def _text_or_none(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if found is None or (isinstance(found, str) and is_printable(found)):
+        return None
+    return f"expected a printable text or None, found {found!r}"
+
+
 def _text(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     right = isinstance(found, str) and (not found or is_printable(found))
     return None if right else f"expected one line of printable text, found {found!r}"
@@ -232,6 +238,7 @@ CHECKS: Mapping[str, Check] = {
     "lanes": _lanes,
     "missing": _texts,
     "variety": _texts,
+    "contradiction": _text_or_none,
     "column_names": _column_names,
     "capture_columns": _columns,
     "reference_columns": _columns,
