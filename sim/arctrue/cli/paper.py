@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
@@ -62,18 +63,21 @@ def paper(
 
 def _print(result: ExperimentResult) -> None:
     printed, budget = result.published, result.budget
-    table = Table(title=f"{printed.faces} faces, {result.settings.cycles} cycles, ″")
-    for heading in ("", "paper", "here"):
-        table.add_column(heading, justify="left" if not heading else "right")
+    beside = table(
+        f"{printed.faces} faces, {result.settings.cycles} cycles, ″",
+        words(),
+        number("paper"),
+        number("here"),
+    )
 
     def span(values: tuple[float, float]) -> str:
-        return f"[{values[0]:.2f}, {values[1]:.2f}]"
+        return f"[{figure(values[0], 2)}, {figure(values[1], 2)}]"
 
-    table.add_row(
+    beside.add_row(
         "error, uncorrected", span(printed.before_arcsec), span(result.before.span_arcsec)
     )
-    table.add_row("error, corrected", span(printed.after_arcsec), span(result.after.span_arcsec))
-    table.add_row(
+    beside.add_row("error, corrected", span(printed.after_arcsec), span(result.after.span_arcsec))
+    beside.add_row(
         "largest σ of a face, (13)",
         f"{printed.largest_deviation_arcsec:.2f}",
         f"{result.after.deviation_arcsec.max():.2f}",
@@ -86,20 +90,20 @@ def _print(result: ExperimentResult) -> None:
         "tower_difference_arcsec": "u₅ tower difference, (15)",
     }
     for name, label in names.items():
-        table.add_row(label, f"{getattr(printed.budget, name):g}", f"{getattr(budget, name):.2g}")
-    table.add_row(
+        beside.add_row(label, f"{getattr(printed.budget, name):g}", f"{getattr(budget, name):.2g}")
+    beside.add_row(
         "u combined, (16)", f"{printed.combined_arcsec:.2f}", f"{budget.combined_arcsec:.2f}"
     )
-    table.add_row(
+    beside.add_row(
         "U expanded, k = 2, (17)", f"{printed.expanded_arcsec:.2f}", f"{budget.expanded_arcsec:.2f}"
     )
     largest = int(result.residual_orders_arcsec.argmax())
-    table.add_row(
+    beside.add_row(
         "largest order that is left",
         "1",
         f"{largest + 1} ({result.residual_orders_arcsec[largest]:.2f}″)",
     )
-    console.print(table)
+    console.print(beside)
     console.print(
         f"u₁ and u₂ are the paper's; {result.settings.revolution.counts_per_rev:,} counts a turn, "
         f"{result.applied_orders} orders applied, {result.refused_turns} turns refused, "
