@@ -21,6 +21,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.printable import one_line
+from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
@@ -267,16 +268,3 @@ def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON if a path is given; what is not a finite number becomes null."""
     if path is not None:
         write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
-
-
-def plain(value: Any) -> Any:
-    """numpy numbers as numbers, NaN and infinity as null."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -31,6 +31,8 @@ from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
+BESIDE_EFFECTS = 8
+"""Steps of a diagnosis besides those of the effects: fits, parts, noise and held-out rows."""
 SHOWN_AT_LEAST = 3
 """Candidates that add nothing are left out beyond these."""
 
@@ -67,7 +69,7 @@ def diagnose(
 ) -> None:
     """Say which physical effect the model lacks, or that the data cannot tell."""
     bench = load(measurement_set, model_file, folders)
-    with Progress("diagnosing") as progress:
+    with Progress("diagnosing", steps=len(bench.effects) + BESIDE_EFFECTS) as progress:
         terms = settle(bench.model, bench.observations, bench.effects)
         result = diagnose_model(
             bench.observations,

@@ -99,7 +99,11 @@ def _ask(asked: Ambiguous) -> str:
 @click.option("--clock-offset", type=Finite(), help="Seconds from the reference's clock.")
 @click.option("--missing", type=click.Choice(["drop"]), help="Leave rows without a value out.")
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
-@click.option("--gear-teeth", type=click.IntRange(min=1), help="Of the drive.")
+@click.option(
+    "--gear-teeth",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Of the drive; need not be whole.",
+)
 @click.option("--faces", type=click.IntRange(min=1), help="Of the polygon.")
 @click.option("--instrument", metavar="TEXT", help="What the reference is.")
 @click.option("--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of it, arcsec.")
@@ -123,7 +127,7 @@ def import_(
     clock_offset: float | None,
     missing: str | None,
     lines: int | None,
-    gear_teeth: int | None,
+    gear_teeth: float | None,
     faces: int | None,
     instrument: str | None,
     u_arcsec: float | None,

@@ -46,6 +46,7 @@ class Device(threading.Thread):
 
     def run(self) -> None:
         made = Firmware(ModelCore())
+        self.attach(made)
         made.library.application_start(made.application)
         made.core.see_index()
         self.sensor = Sensor(made) if self.with_sensor else None
@@ -61,6 +62,9 @@ class Device(threading.Thread):
                 counts[0, 300:] += 10**6 * self.bad_turns
                 made.core.hand_over(counts)
             self.tell(said + made.step())
+
+    def attach(self, made: Firmware) -> None:
+        """What else the board has, before the start."""
 
     def received(self, data: bytes) -> bytes:
         """What comes out of the line of what was sent into it."""

@@ -29,6 +29,8 @@ INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
+    "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
+    "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
@@ -164,9 +166,11 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 
 PICTURES = {
+    "alpha_maps.png": "docs/head-angle.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
     "hidden_effect.svg": "Makefile",
+    "methods.svg": "docs/methods.md",
     "paper_fig_11.png": "docs/paper-experiment.md",
     "real_motor.png": "scripts/make_workbench_pictures.py",
     "real_worm.png": "scripts/make_workbench_pictures.py",
@@ -188,6 +192,6 @@ def test_every_picture_is_made_by_a_script_or_a_command() -> None:
         assert f"images/{name}" in shown, f"{name} is on no page"
         text = (ROOT / place).read_text(encoding="utf-8")
         if place.endswith(".md"):
-            assert re.search(r"`arctrue \w+ [^`]*docs/images[^`]*`", text), f"{place}: {name}"
+            assert re.search(r"arctrue \w+ [^`\n]*docs/images", text), f"{place}: {name}"
         else:
             assert Path(name).stem in text, f"{place}: {name}"

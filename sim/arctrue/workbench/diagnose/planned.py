@@ -51,7 +51,24 @@ def _joined(before: Rows, after: Rows) -> Rows:
         old, new = getattr(before, item.name), getattr(after, item.name)
         both = isinstance(old, np.ndarray) and isinstance(new, np.ndarray)
         values[item.name] = np.concatenate([old, new]) if both else old
+    values["conditions"] = {
+        name: np.concatenate([column, after.conditions[name]])
+        for name, column in before.conditions.items()
+    }
     return type(before)(**values)
+
+
+def _usual(rows: CaptureRows | ReferenceRows, count: int) -> dict[str, Any]:
+    """What planned rows take from the set: uncertainty and further columns, each its median."""
+    return {
+        "u_arcsec": None
+        if rows.u_arcsec is None
+        else np.full(count, float(np.median(rows.u_arcsec))),
+        "conditions": {
+            name: np.full(count, float(np.median(column)))
+            for name, column in rows.conditions.items()
+        },
+    }
 
 
 def _further_run(
@@ -103,6 +120,7 @@ def _further_run(
         head_separation_rad=rows.head_separation_rad,
         reference_temperature_c=rows.reference_temperature_c,
         difference_arcsec=np.zeros(count),
+        **_usual(rows, count),
     )
     joined = replace(_joined(rows, new), runs=rows.runs + 1)
     return replace(observations, capture=joined, kept_columns={})
@@ -230,6 +248,7 @@ def _moving_reference(observations: Observations) -> Observations | None:
                 speed_rad_s=np.full(target.size, speed),
                 run_start_s=np.full(target.size, start),
                 error_arcsec=np.zeros(target.size),
+                **_usual(rows, target.size),
             )
         )
     still = replace(rows, speed_rad_s=np.zeros(rows.run.size), face=None, faces=None)

@@ -187,6 +187,11 @@ def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None
     return f"expected a list of printable texts, found {found!r}"
 
 
+def _text(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    right = isinstance(found, str) and (not found or is_printable(found))
+    return None if right else f"expected one line of printable text, found {found!r}"
+
+
 def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     return None
 
@@ -233,6 +238,8 @@ CHECKS: Mapping[str, Check] = {
     "capture_formula": _values,
     "reference_formula": _values,
     "scan": _candidates,
+    "told": _text,
+    "derived": _parameters,
     "narrowed": _nothing,
     "parameters": _parameters,
 }

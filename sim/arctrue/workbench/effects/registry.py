@@ -44,6 +44,7 @@ ORDER = (
     "polygon_eccentricity",
     "autocollimator_gain",
     "reference_drift",
+    "periodic_error",
 )
 """The catalogue, in the order in which it is listed."""
 
