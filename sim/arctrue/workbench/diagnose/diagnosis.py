@@ -513,9 +513,9 @@ def _decide(
 ) -> None:
     base = residuals.solution
     significant = [item for item in result.candidates if item.p_corrected < SIGNIFICANCE]
-    result.negligible = [
-        item for item in significant if not _matters(item, matters) and on_every_pass(item, base)
-    ]
+    result.negligible = without_unspecific(
+        [item for item in significant if not _matters(item, matters) and on_every_pass(item, base)]
+    )
     seen = [
         item
         for item in significant
