@@ -17,7 +17,7 @@ from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import normal_equations, scan
-from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import fit
@@ -93,7 +93,7 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
         patch.setattr(normal_equations, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
     assert streamed.every_row
-    figures, expected = capture_figures(streamed), capture_figures(whole)
+    figures, expected = (channel_figures(item, "capture") for item in (streamed, whole))
     assert figures is not None
     assert expected is not None
     assert figures.rows == expected.rows == ROWS

@@ -516,12 +516,14 @@ def _decide(
     result.negligible = without_unspecific(
         [item for item in significant if not _matters(item, matters) and on_every_pass(item, base)]
     )
-    seen = [
-        item
-        for item in significant
-        if _matters(item, matters) and _holds_out(item) and on_every_pass(item, base)
-    ]
-    real = without_unspecific([item for item in seen if at_other_speeds(item)])
+    seen = without_unspecific(
+        [
+            item
+            for item in significant
+            if _matters(item, matters) and _holds_out(item) and on_every_pass(item, base)
+        ]
+    )
+    real = [item for item in seen if at_other_speeds(item)]
     kept = {item.name for item in (*real, *result.negligible)}
     result.excluded = frozenset(item.name for item in significant if item.name not in kept)
     # Only the first was checked. Its p has paid for all places: no ΔBIC above 0 is asked for as

@@ -141,6 +141,7 @@ def without(
         capture=None if capture is None else capture.part(keep_capture),  # type: ignore[arg-type]
         reference=None if reference is None else reference.part(keep_reference),  # type: ignore[arg-type]
         stored=None,
+        stored_reference=None,
         kept_columns={},
     )
 

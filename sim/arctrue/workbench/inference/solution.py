@@ -22,7 +22,7 @@ from arctrue.workbench.inference.normal_equations import (
     Term,
     channel_columns,
     channel_sums,
-    every_capture_row_sums,
+    every_row_sums,
     term_widths,
 )
 from arctrue.workbench.inference.symmetric import solve_symmetric
@@ -51,7 +51,7 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """The coefficients come from every row of a capture of which only a part is worked on."""
+    """The coefficients come from every row of a set of which only a part is worked on."""
     held: bool = False
     """The coefficients are those of another set: only offsets were fitted to this one."""
     unknown_noise: frozenset[str] = frozenset()
@@ -207,7 +207,7 @@ def fit(
     """Fit terms whose search parameters are settled; columns that depend on the model iterate.
 
     Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
-    capture, not only the part that the statistics work on.
+    set, not only the part that the statistics work on.
     """
     present = context or FitContext()
     unknown: frozenset[str] = frozenset()
@@ -218,14 +218,11 @@ def fit(
     if noise is None:
         noise, unknown = estimated_noise(terms, observations, present)
     for _ in range(rounds):
-        reference = channel_sums(terms, observations, present, noise, capture=False)
-        capture = (
-            every_capture_row_sums(terms, observations, present, noise)
-            if every_row
-            else channel_sums(terms, observations, present, noise, capture=True)
-        )
-
-        sums = {"capture": capture, "reference": reference}
+        summed = every_row_sums if every_row else channel_sums
+        sums = {
+            name: summed(terms, observations, present, noise, capture=name == "capture")
+            for name in ("capture", "reference")
+        }
         solution = solve(terms, observations, present, noise, **sums)
         for _ in range(INDEX_ROUNDS if estimated and observations.runs else 0):
             variance, freedom = index_variance(observations, solution.run_offsets_arcsec)
