@@ -9,13 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from arctrue.report.png import CHANNEL_COLOUR, QUIET, plain_axes, png_figure, save_png
-from arctrue.workbench.inference.line_spectrum import (
-    LineSpectrum,
-    line_spectrum,
-    speed_turns_s,
-)
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 MOST_POINTS = 4000
 """Of a curve; of more, the highest of each group is drawn."""

@@ -20,6 +20,7 @@ from arctrue.workbench.inference import normal_equations, scan
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -179,7 +180,7 @@ def test_a_vibration_is_found_window_by_window(
     )
     observations = observations_of(made)
     assert observations.stored is not None
-    found = EFFECTS["vibration"]().scan(Residuals(fit([_graduation()], observations)))
+    found = places_of(EFFECTS["vibration"](), Residuals(fit([_graduation()], observations)))
     # A tenth of what the run resolves: 1/144 s.
     assert found[0].nonlinear["frequency"] == pytest.approx(7.3123, abs=0.0007)
 

@@ -41,6 +41,7 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.observations import Observations
@@ -287,7 +288,7 @@ def _try_effect(
     nonlinear: dict[str, float] = {}
     effect, trials = effect.narrowed(residuals)
     if effect.search:
-        places = effect.scan(residuals)
+        places = places_of(effect, residuals)
         if not places:
             return None
         nonlinear, trials = places[0].nonlinear, places[0].trials

@@ -20,6 +20,7 @@ from arctrue.workbench.inference.normal_equations import (
     measured_arcsec,
 )
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
@@ -180,7 +181,7 @@ def held_out_with(
         before.judge(residuals.solution, keep)
         place = further.nonlinear
         if further.effect.search:
-            found = further.effect.scan(residuals)
+            found = places_of(further.effect, residuals)
             if found:
                 place = found[0].nonlinear
         score = residuals.score(further.effect, place)

@@ -25,8 +25,8 @@ from arctrue.workbench.inference.normal_equations import (
     every_row_sums,
     term_widths,
 )
-from arctrue.workbench.inference.symmetric import solve_symmetric
 from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4

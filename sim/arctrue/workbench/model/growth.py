@@ -15,6 +15,7 @@ from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
@@ -77,7 +78,7 @@ def _likeliest_place(
     places = [
         place.nonlinear
         for seen in (residuals, Residuals(fit(terms, observations, noise=white)))
-        for place in effect.scan(seen)[:1]
+        for place in places_of(effect, seen)[:1]
     ]
     if len(places) < 2 or places[0] == places[1]:
         return places[0] if places else None

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -14,8 +13,6 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import step_scan
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
@@ -37,6 +34,7 @@ class CountSlip(Effect):
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
     step_at = ("run", "instant")
     compensation_note = "count again from the index"
+    search_kind = "step"
     search = (
         SearchParameter("run", "1", 0.0, 1e6, "run in which it happens", integer=True),
         SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
@@ -53,9 +51,6 @@ class CountSlip(Effect):
     ) -> Columns:
         after = (rows.run == round(nonlinear["run"])) & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return step_scan(self, residuals)
 
     def parameters(
         self,

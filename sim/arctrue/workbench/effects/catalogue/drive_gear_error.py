@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,16 +10,14 @@ from arctrue.workbench.effects.base import (
     Effect,
     FitContext,
     Lane,
+    Leftover,
     Nonlinear,
     Parameter,
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import harmonic_columns, harmonic_names
+from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import Observations, ReferenceRows
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.residuals import Residuals
 
 HIGHEST_MULTIPLE = 3
 
@@ -67,7 +63,7 @@ class DriveGearError(Effect):
             return None
         return harmonic_columns(rows.angle_rad * rows.teeth, self.integers("multiples"))
 
-    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With further multiples of the tooth count, if they are worth their columns."""
         reference = residuals.observations.reference
         worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
