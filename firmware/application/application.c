@@ -14,6 +14,9 @@ enum { STUCK_TURNS = 4 };
 /* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
+/* Two marks that agree come within two turns. After so many without, head 1 loses counts in every
+   turn or has no index any more. */
+enum { DOUBT_TURNS = 4 };
 /* More than this head 1 does not lose from one index to the next without another fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
@@ -26,8 +29,13 @@ const char *application_phase_name(enum application_phase phase) {
 }
 
 const char *settings_origin_name(enum settings_origin origin) {
-    static const char *const names[] = {"preset", "kept", "lost"};
-    return (unsigned)origin <= SETTINGS_LOST ? names[origin] : "unknown";
+    static const char *const names[] = {"preset", "kept", "lost", "saved"};
+    return (unsigned)origin <= SETTINGS_SAVED ? names[origin] : "unknown";
+}
+
+const char *saved_state_name(enum saved_state state) {
+    static const char *const names[] = {"none", "waiting", "confirmed", "not_confirmed"};
+    return (unsigned)state <= SAVED_NOT_CONFIRMED ? names[state] : "unknown";
 }
 
 const char *output_fault_name(bool stands) {
@@ -61,6 +69,10 @@ const char *alarm_name(uint32_t bit) {
         return "zero_lost";
     case ALARM_SWAP:
         return "swap";
+    case ALARM_BEGAN_ANEW:
+        return "began_anew";
+    case ALARM_SAVED:
+        return "not_confirmed";
     default:
         return NULL;
     }
@@ -85,22 +97,37 @@ void application_keep_settings(struct application *application, struct kept_sett
     application->settle = settle;
 }
 
-/* Before an order is carried out: a fault in between then begins anew with the order. */
-static void keep_settings(struct application *application) {
-    struct settings settings = {
+void application_use_flash(struct application *application, struct save *save) {
+    application->save = save;
+}
+
+static struct settings present_settings(const struct application *application) {
+    return (struct settings){
         .parameters = application->parameters,
         .frozen = application->frozen,
         .bypassed = application->bypassed,
         .telemetry = application->telemetry,
         .faults_in_a_row = application->faults_in_a_row,
     };
+}
+
+/* Before an order is carried out: a fault in between then begins anew with the order. */
+static void keep_settings(struct application *application) {
+    struct settings settings = present_settings(application);
     if (application->kept != NULL) {
         kept_settings_write(application->kept, &settings);
         application->settle();
     }
 }
 
-/* Where they are lost nobody knows whether the correction may be on. */
+static void take_settings(struct application *application, const struct settings *settings) {
+    application->parameters = settings->parameters;
+    application->frozen = settings->frozen != 0;
+    application->bypassed = settings->bypassed != 0;
+    application->telemetry = settings->telemetry != 0;
+}
+
+/* Where they are lost nobody knows whether the correction may be switched on. */
 static void recover_settings(struct application *application) {
     struct settings settings;
     if (application->kept == NULL || !kept_settings_read(application->kept, &settings)) {
@@ -110,11 +137,23 @@ static void recover_settings(struct application *application) {
         return;
     }
     application->settings_origin = SETTINGS_KEPT;
-    application->parameters = settings.parameters;
-    application->frozen = settings.frozen != 0;
-    application->bypassed = settings.bypassed != 0;
-    application->telemetry = settings.telemetry != 0;
+    take_settings(application, &settings);
     application->faults_in_a_row = settings.faults_in_a_row + 1;
+}
+
+/* The coefficients have to wait for a turn that confirms them. */
+static void recover_saved(struct application *application) {
+    if (application->save == NULL || !save_find(application->save)) {
+        return;
+    }
+    const struct saved *saved = &application->save->content;
+    application->saved_state = saved_lanes(saved) > 0 ? SAVED_WAITING : SAVED_NONE;
+    if (application->settings_origin == SETTINGS_PRESET) {
+        application->settings_origin = SETTINGS_SAVED;
+        take_settings(application, &saved->settings);
+    } else if (application->settings_origin == SETTINGS_LOST) {
+        application->parameters = saved->settings.parameters;
+    }
 }
 
 static struct core_setup setup_of(const struct parameters *parameters) {
@@ -126,6 +165,7 @@ static struct core_setup setup_of(const struct parameters *parameters) {
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
+        .heal = parameters->heal != 0.0,
     };
 }
 
@@ -134,10 +174,14 @@ static bool works(const struct application *application) {
     return application->phase != PHASE_NO_CORE && application->phase != PHASE_HELD;
 }
 
-/* The correction is on only with coefficients of our own: the banks survive a reset. */
+/* The correction is on only with coefficients of our own, or with those that it had before a fault: the
+   banks survive a reset of the core. */
+bool application_corrects(const struct application *application) {
+    return (application->has_active || application->inherited) && !application->bypassed;
+}
+
 static void set_control(const struct application *application) {
-    core_control(&application->core, application->has_active && !application->bypassed, true,
-                 true);
+    core_control(&application->core, application_corrects(application), true, true);
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -151,6 +195,7 @@ static void give_back_old_bank(const struct application *application) {
 static void begin_with_nothing(struct application *application) {
     load_again(&application->load, (uint32_t)application->parameters.counts_per_rev);
     application->has_active = false;
+    application->inherited = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
     average_clear(&application->average);
@@ -161,44 +206,100 @@ static void begin_with_nothing(struct application *application) {
 
 void application_forget(struct application *application) {
     load_forget(&application->load);
+    application->saved_state = SAVED_NONE;
     begin_with_nothing(application);
+}
+
+/* The angle of a head at its last index where it is not the one that is known, within the
+   repeatability of the index; `known` otherwise. */
+static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
+    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    double tolerance = application->parameters.index_tolerance;
+    int32_t angle = core_angle_at_index(&application->core, head, turn);
+    if (fabs((double)angle) <= tolerance) {
+        return 0;
+    }
+    return fabs((double)angle - known) > tolerance ? angle : known;
+}
+
+/* Both are made anew by the next index of each head. */
+static void forget_zeros(struct application *application) {
+    application->head2_zero = 0;
+    application->zero_moves = core_zero_moves(&application->core);
+    application->zero_in_doubt = false;
 }
 
 void application_start(struct application *application) {
     struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
     begin_with_nothing(application);
+    if (application->saved_state == SAVED_NOT_CONFIRMED) {
+        application->saved_state = SAVED_WAITING;
+    }
     if (!core_identify(&application->core, &application->configuration) ||
         !core_set_up(&application->core, &setup)) {
         return;
     }
-    application->head2_zero = 0;
+    forget_zeros(application);
     give_back_old_bank(application);
     application->overruns = core_overrun_count(&application->core);
     application->phase = PHASE_WAIT_FOR_INDEX;
     set_control(application);
 }
 
-/* The core stays as the fault has left it, but for the correction. */
+/* The core stays as the fault has left it. */
 static void hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {
-        core_hold(&application->core);
+        application->inherited = core_compensates(&application->core);
         application->phase = PHASE_HELD;
     }
+}
+
+/* After a fault the core is at work: index, coefficients and correction stay. False: it is not the
+   core of before. */
+static bool resume(struct application *application) {
+    const struct core_access *core = &application->core;
+    struct core_setup setup = setup_of(&application->parameters);
+    if (!core_identify(core, &application->configuration) || !core_resume(core, &setup)) {
+        return false;
+    }
+    begin_with_nothing(application);
+    application->inherited = core_compensates(core);
+    forget_zeros(application);
+    if (core_indices_seen(core)) {
+        application->head2_zero = zero_of(application, 1, 0);
+    }
+    give_back_old_bank(application);
+    application->overruns = core_overrun_count(core);
+    application->phase = PHASE_WAIT_FOR_INDEX;
+    set_control(application);
+    return true;
 }
 
 void application_recover(struct application *application, bool after_fault) {
     if (after_fault) {
         recover_settings(application);
     }
+    recover_saved(application);
     keep_settings(application);
 }
 
+/* Settings that are lost are no reason to take a correction off that is at work. */
+static bool must_not_touch(struct application *application) {
+    if (application->settings_origin != SETTINGS_LOST ||
+        !core_identify(&application->core, &application->configuration) ||
+        !core_compensates(&application->core)) {
+        return false;
+    }
+    application->bypassed = false;
+    return true;
+}
+
 void application_begin(struct application *application) {
-    if (application->faults_in_a_row >= FAULTS_HELD) {
+    if (application->faults_in_a_row >= FAULTS_HELD || must_not_touch(application)) {
         hold(application);
-    } else {
+    } else if (application->settings_origin != SETTINGS_KEPT || !resume(application)) {
         application_start(application);
     }
 }
@@ -232,6 +333,27 @@ enum load_answer application_load_end(struct application *application, uint32_t 
                     crc);
 }
 
+/* What waits to be confirmed is replaced by what is active. */
+enum save_answer application_save(struct application *application) {
+    struct save *save = application->save;
+    if (save == NULL) {
+        return SAVE_NO_FLASH;
+    }
+    if (save->state != SAVE_IDLE) {
+        return SAVE_UNDER_WAY;
+    }
+    struct saved *saved = &save->content;
+    *saved = (struct saved){.settings = present_settings(application)};
+    if (application->has_active) {
+        load_own_lanes(&application->load, &application->active, &saved->own);
+        saved->loaded = application->load.loaded;
+    }
+    saved->own.counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    saved->loaded.counts_per_rev = saved->own.counts_per_rev;
+    application->saved_state = SAVED_NONE;
+    return save_begin(save);
+}
+
 void application_freeze(struct application *application, bool frozen) {
     application->frozen = frozen;
     keep_settings(application);
@@ -247,6 +369,10 @@ void application_bypass(struct application *application, bool bypassed) {
     keep_settings(application);
     if (works(application)) {
         set_control(application);
+    } else if (application->phase == PHASE_HELD && bypassed) {
+        /* On again by a re-arm alone. */
+        application->inherited = false;
+        core_hold(&application->core);
     }
 }
 
@@ -346,6 +472,7 @@ static uint32_t alarms_of(struct application *application) {
     bool hot = application->report.has_temperature &&
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
+    alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;
 }
 
@@ -360,6 +487,7 @@ static bool load_candidate(struct application *application) {
     core_swap(core);
     application->active = application->candidate;
     application->has_active = true;
+    application->inherited = false;
     application->swaps++;
     application->swap_looks = 0;
     application->phase = PHASE_SWAP;
@@ -381,46 +509,72 @@ static void take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-/* The angle of a head at its last index where it is not the one that is known, within the
-   repeatability of the index; `known` otherwise. */
-static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
-    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
-    double tolerance = application->parameters.index_tolerance;
-    int32_t angle = core_angle_at_index(&application->core, head, turn);
-    if (fabs((double)angle) <= tolerance) {
-        return 0;
-    }
-    return fabs((double)angle - known) > tolerance ? angle : known;
-}
-
-/* Head 1 lost counts: its angle is wrong by them, and so is the place of every correction. The
-   zero is found anew, uncorrected until then. The coefficients belong to the index and stay. */
+/* Nothing that the core knows proves anything for turns: the zeros are found anew, uncorrected until
+   then. The coefficients belong to the index and stay. */
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
-    application->head2_zero = 0;
+    forget_zeros(application);
+    application->report.alarms |= ALARM_ZERO_LOST;
+    application->report.fresh = true;
     application->phase = PHASE_WAIT_FOR_INDEX;
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. Where an index says that counts
-   were lost, head 2 is not worth a turn without correction: what its zero is off by is taken off
-   its words from the next turn on. Every change of it is an index error of the turn in which it
-   came, so that no turn is taken with another's; one that came since the refused turn ended is
-   about to be cleared and is looked at here as well. */
+/* Head 1's angle at its index is not 0: counts were lost, or the mark is false. The correction stays
+   on, beside its place by that: the core moves the zero when a mark is proven. A mark far from
+   the index is rather a pulse that is none. */
+static void watch_doubt(struct application *application) {
+    if (!application->zero_in_doubt && !core_head_index_error(&application->core, 0)) {
+        return;
+    }
+    double off = fabs((double)zero_of(application, 0, 0));
+    int32_t position = core_position(&application->core).head1_position;
+    if (off == 0.0 || off > LOST_TURNS_MOST * application->parameters.counts_per_rev) {
+        application->zero_in_doubt = false;
+    } else if (!application->zero_in_doubt) {
+        application->zero_in_doubt = true;
+        application->position_at_doubt = position;
+    } else if (fabs((double)counts_apart(position, application->position_at_doubt)) >
+               DOUBT_TURNS * application->parameters.counts_per_rev) {
+        find_zeros_anew(application);
+    }
+}
+
+/* Where an index says that head 2 lost counts: what its zero is off by is taken off its words from
+   the next turn on. Every change of it is an index error of the turn in which it came, so that no
+   turn is taken with another's. */
+static void follow_head2_zero(struct application *application) {
+    int32_t zero = zero_of(application, 1, application->head2_zero);
+    application->report.alarms |= zero != application->head2_zero ? ALARM_ZERO_LOST : 0;
+    application->head2_zero = zero;
+}
+
+/* The core has moved the zero of head 1, with the correction on, since it was looked at. */
+static bool zero_has_moved(struct application *application) {
+    uint32_t moves = core_zero_moves(&application->core);
+    bool moved = moves != application->zero_moves;
+    application->zero_moves = moves;
+    application->report.alarms |= moved ? ALARM_ZERO_LOST : 0;
+    return moved;
+}
+
+/* What has been captured of the turn has another zero. */
+static void capture_anew(const struct application *application) {
+    core_control(&application->core, application_corrects(application), true, false);
+    set_control(application);
+}
+
+/* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
+   refused turn ended is about to be cleared and is looked at here as well. */
 static void after_refusal(struct application *application) {
     bool told = application->report.reason == REFUSED_INDEX_ERROR ||
                 core_index_error(&application->core);
+    if (told) {
+        watch_doubt(application);
+        follow_head2_zero(application);
+    }
     core_clear_faults(&application->core);
-    if (!told) {
-        return;
-    }
-    bool lost = zero_of(application, 0, 0) != 0;
-    int32_t head2_zero = zero_of(application, 1, application->head2_zero);
-    if (lost || head2_zero != application->head2_zero) {
-        application->report.alarms |= ALARM_ZERO_LOST;
-    }
-    application->head2_zero = head2_zero;
-    if (lost) {
-        find_zeros_anew(application);
+    if (zero_has_moved(application)) {
+        capture_anew(application);
     }
 }
 
@@ -431,18 +585,29 @@ static void forget_old_faults(struct application *application) {
     }
 }
 
-/* An order to load is obeyed while the calibration is frozen, too. */
-static void take_load(struct application *application) {
+/* What was loaded or saved is applied while the calibration is frozen, too. */
+static void take_set(struct application *application) {
     struct load *load = &application->load;
+    bool saved = application->candidate_origin == OF_SAVED;
     if (!load_candidate(application)) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= ALARM_COEFFICIENTS;
-        load_refuse(load, LOAD_NOT_READ_BACK);
+        if (!saved) {
+            load_refuse(load, LOAD_NOT_READ_BACK);
+        }
         return;
     }
     application->report.result = TURN_APPLIED;
-    load->loaded = load->received;
-    load->state = coefficients_most_order(&load->loaded) > 0 ? LOAD_ACTIVE : LOAD_NONE;
+    if (!saved) {
+        load_take_over(load, &load->received);
+        return;
+    }
+    application->saved_state = SAVED_CONFIRMED;
+    enum load_state before = load->state;
+    load_take_over(load, &application->save->content.loaded);
+    if (before == LOAD_RECEIVING || before == LOAD_WAITING) {
+        load->state = before;
+    }
 }
 
 static void process_bank(struct application *application) {
@@ -453,6 +618,7 @@ static void process_bank(struct application *application) {
         .start_time = application->header.start_time,
         .samples = application->header.samples,
     };
+    bool waited = application->saved_state == SAVED_WAITING;
     take_temperature(application);
     report->reason = calibrate_turn(application);
     report->result = result_of(report->reason, application->frozen);
@@ -461,8 +627,11 @@ static void process_bank(struct application *application) {
     if (report->result == TURN_REFUSED) {
         after_refusal(application);
     }
-    if (application->load_judged) {
-        take_load(application);
+    if (application->saved_state == SAVED_NOT_CONFIRMED && waited) {
+        report->alarms |= ALARM_SAVED;
+    }
+    if (application->candidate_origin != OF_TURN) {
+        take_set(application);
     } else if (report->result == TURN_APPLIED && !load_candidate(application)) {
         report->result = TURN_KEPT;
         report->alarms |= ALARM_COEFFICIENTS;
@@ -477,21 +646,15 @@ static void finish_bank(struct application *application) {
     core_release_capture(&application->core);
 }
 
-/* At the index that shows it, not with the bank: that may be full minutes later. What has been
-   captured of the turn has the wrong zero, so that the capture begins anew as well. A mark far from
-   the index is rather a pulse that is none: the bank tells, which another index comes before. */
+/* At the index that proves it, not with the bank: that may be full minutes later. */
 static void watch_zero(struct application *application) {
-    if (!core_head_index_error(&application->core, 0)) {
-        return;
-    }
-    double off = fabs((double)zero_of(application, 0, 0));
-    if (off != 0.0 && off <= LOST_TURNS_MOST * application->parameters.counts_per_rev) {
-        application->report.alarms |= ALARM_ZERO_LOST;
+    watch_doubt(application);
+    if (zero_has_moved(application)) {
         application->report.fresh = true;
-        core_control(&application->core, false, true, false);
-        find_zeros_anew(application);
+        follow_head2_zero(application);
+        core_clear_faults(&application->core);
+        capture_anew(application);
         give_back_old_bank(application);
-        set_control(application);
     }
 }
 
@@ -543,6 +706,9 @@ bool application_busy(const struct application *application) {
 }
 
 void application_step(struct application *application) {
+    if (application->save != NULL) {
+        save_step(application->save);
+    }
     switch (application->phase) {
     case PHASE_WAIT_FOR_INDEX:
         wait_for_index(application);

@@ -7,6 +7,8 @@
 #include "console.h"
 #include "die_temperature.h"
 #include "fault.h"
+#include "flash.h"
+#include "flash_map.h"
 #include "interrupts.h"
 #include "memory_mapped.h"
 #include "registers.h"
@@ -16,7 +18,13 @@
 
 #define CAPTURE_WINDOW 0x20000U
 
-/* The one context of the firmware. */
+/* The one context of the firmware; what is large and not needed at every step is in the upper
+   64 KB. */
+static struct {
+    struct flash flash;
+    struct save save;
+} upper __attribute__((section(".upper")));
+
 static struct {
     struct uart uart;
     struct application application;
@@ -123,6 +131,15 @@ static void work(void) {
     console_step(&firmware.console);
 }
 
+/* A core that does not hear of it for as long as a hang takes raises an alarm of its own. */
+static void tell_alive(void) {
+    const struct application *application = &firmware.application;
+    if (application->phase != PHASE_NO_CORE) {
+        uint64_t clocks = (uint64_t)application->configuration.clock_hz * WATCHDOG_HANG_S;
+        core_tell_alive(&application->core, clocks < UINT32_MAX ? (uint32_t)clocks : UINT32_MAX);
+    }
+}
+
 static bool work_waits(void) {
     return firmware.core_interrupted || uart_waits(&firmware.uart) ||
            application_busy(&firmware.application);
@@ -135,7 +152,9 @@ static void tell_settings(const struct text_sink *sink) {
         text_word(sink, settings_origin_name(application->settings_origin));
         text_word(sink, application->bypassed ? ", bypass on\r\n" : ", bypass off\r\n");
     }
-    if (application->phase == PHASE_HELD) {
+    if (application->phase == PHASE_HELD && application->settings_origin == SETTINGS_LOST) {
+        text_word(sink, "held as the settings are lost: rearm begins anew\r\n");
+    } else if (application->phase == PHASE_HELD) {
         text_word(sink, "held after ");
         text_unsigned(sink, application->faults_in_a_row);
         text_word(sink, " faults in a row: rearm begins anew\r\n");
@@ -162,6 +181,14 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
+/* Before the fabric is loaded, which reads the flash as memory. */
+static void use_flash(void) {
+    flash_prepare(&upper.flash, board_registers());
+    struct flash_access access = flash_access_to(&upper.flash);
+    save_prepare(&upper.save, &access, FLASH_MAP_RECORDS, FLASH_MAP_RECORD_BYTES);
+    application_use_flash(&firmware.application, &upper.save);
+}
+
 int main(void) {
     static const struct core_access core = {
         .look = look_for_fabric,
@@ -181,6 +208,7 @@ int main(void) {
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
     application_keep_settings(&firmware.application, fault_kept_settings(), fault_keep);
+    use_flash();
     application_recover(&firmware.application, last.code != FAULT_NONE);
     fault_bus_errors_on();
     enum fabric_state fabric = board_fabric_start();
@@ -191,6 +219,7 @@ int main(void) {
     tell_start(&sink, fabric);
     for (;;) {
         watchdog_feed();
+        tell_alive();
         work();
         interrupts_sleep_unless(work_waits);
     }

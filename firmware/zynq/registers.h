@@ -29,8 +29,10 @@
 #define SLCR_PCAP_CLK_CTRL 0xF8000168U
 #define SLCR_FPGA0_CLK_CTRL 0xF8000170U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
-/* 0: the processor's watchdog resets the system, not the processor alone. */
+/* UG585: bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
+   to the whole system, which clears the fabric; at 1 to that processor alone. */
 #define SLCR_RS_AWDT_CTRL 0xF800024CU
+#define SLCR_RS_AWDT_PROCESSOR0 0x1U
 /* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
    that failed, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
@@ -83,7 +85,13 @@
 
 /* Quad-SPI controller, and its flash as memory. */
 #define QSPI_CONFIG 0xE000D000U
+#define QSPI_STATUS 0xE000D004U
 #define QSPI_EN 0xE000D014U
+/* Four bytes to send; one byte; what came back, one byte in the upper end. */
+#define QSPI_TXD0 0xE000D01CU
+#define QSPI_RXD 0xE000D020U
+#define QSPI_RX_THRESHOLD 0xE000D02CU
+#define QSPI_TXD1 0xE000D080U
 #define QSPI_LPBK_DLY_ADJ 0xE000D038U
 #define QSPI_LQSPI_CFG 0xE000D0A0U
 #define QSPI_CONFIG_FLASH_MODE 0x80000000U
@@ -93,12 +101,15 @@
 #define QSPI_CONFIG_MANUAL_START 0x00008000U
 #define QSPI_CONFIG_MANUAL_SELECT 0x00004000U
 #define QSPI_CONFIG_NOT_SELECTED 0x00000400U
+/* Reserved in this controller; in the one that it was made of, the lines of three more flashes. */
+#define QSPI_CONFIG_OTHERS_NOT_SELECTED 0x00003800U
 #define QSPI_CONFIG_OTHER_CLOCK 0x00000100U
 #define QSPI_CONFIG_WORDS 0x000000C0U
 #define QSPI_CONFIG_DIVISOR 0x00000038U
 #define QSPI_CONFIG_DIVIDE_BY_8 0x00000010U
 #define QSPI_CONFIG_CLOCK_MODE 0x00000006U
 #define QSPI_CONFIG_MASTER 0x00000001U
+#define QSPI_STATUS_RECEIVED 0x00000010U
 #define FLASH_BASE 0xFC000000U
 
 /* UART 0. */
@@ -154,5 +165,8 @@
 #define WATCHDOG_LOAD 0xF8F00620U
 #define WATCHDOG_COUNTER 0xF8F00624U
 #define WATCHDOG_CONTROL 0xF8F00628U
+/* Set by the watchdog's own reset; no reset of the processor clears it. 1 clears it. */
+#define WATCHDOG_RESET_STATUS 0xF8F00630U
+#define WATCHDOG_RESET_TAKEN 0x1U
 
 #endif

@@ -15,7 +15,7 @@ from rich.table import Table as Grid
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note
 from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
     Ambiguous,
@@ -53,7 +53,7 @@ def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 def _ask(asked: Ambiguous) -> str:
     """The answer of the person at the terminal."""
     kind = None if asked.free_text else click.Choice([*asked.answers])
-    say(asked.question, err=True)
+    note(asked.question)
     return str(click.prompt(asked.option.strip("-"), type=kind, err=True))
 
 
@@ -205,6 +205,6 @@ def _print(files: Sequence[Path], imported: Imported) -> None:
         for name, source in sources.items():
             grid.add_row(path.name, source.column, name, source.unit or "–", source.said_by)
     console.print(grid)
-    for note in imported.notes:
-        console.print(f"• {note}", soft_wrap=True)
+    for decided in imported.notes:
+        console.print(f"• {decided}", soft_wrap=True)
     print_runs(imported.measurement)

@@ -13,6 +13,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.measurement.asked import (
+    FACES,
+    FASTER,
+    MORE_SAMPLES,
+    MORE_TURNS,
+    TURNED_FACES,
+    WARMER_K,
+)
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -20,12 +28,7 @@ Integer = NDArray[np.int64]
 Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
 
 PAUSE_S = 600.0
-FASTER = 3.0
-WARMER_K = 4.0
-MORE_TURNS = 30
-MORE_SAMPLES = 5
 MOST_NEW_ROWS = 100_000
-FACES = 24
 CYCLES = 5
 STATION_S = 4.0
 MOVING_STATIONS = 360
@@ -202,7 +205,7 @@ def _polygon_turned(observations: Observations) -> Observations | None:
     rows = observations.reference
     if rows is None or rows.face is None or rows.faces is None:
         return None
-    shift = 2.0 * np.pi / rows.faces / 3.0
+    shift = 2.0 * np.pi / rows.faces * TURNED_FACES
     electrical = rows.electrical1_rad
     if electrical is not None and observations.grating_lines is not None:
         electrical = np.mod(electrical + shift * observations.grating_lines, 2.0 * np.pi)

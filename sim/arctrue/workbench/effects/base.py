@@ -97,6 +97,10 @@ class SearchParameter:
     """Only whole numbers mean something; such a parameter is not refined."""
 
 
+CONTRADICTED_P = 0.005
+"""Share of true effects that their own physics may refuse: half of the 1 % of false names."""
+
+
 @dataclass(frozen=True)
 class FitContext:
     """What the present model says, for effects whose columns depend on it.
@@ -182,6 +186,8 @@ class Effect(ABC):
     """Its disc orders are taken at the reading of a head, not at the true angle."""
     step_at: ClassVar[tuple[str, str] | None] = None
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
+    longest_call_s: ClassVar[float] = 60.0
+    """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     unspecific: ClassVar[bool] = False
     """It says what is seen and not why: an effect that says more, and fits as well, is named."""
     local_on_disc: ClassVar[bool] = False
@@ -247,6 +253,21 @@ class Effect(ABC):
         """
         return []
 
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """Why the fitted values are not those of this effect, in words; None: they may be.
+
+        For what its physics asks of the values beyond the shape of its columns. An effect that
+        contradicts itself is not named. A test here should refuse a true one less often than
+        :data:`CONTRADICTED_P`.
+        """
+        return None
+
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:
         """One name a coefficient, for instance ``cos 3``."""
@@ -261,6 +282,22 @@ class Effect(ABC):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         """What each coefficient adds to ε of head 1, arcseconds; None: nothing at all."""
+        return None
+
+    def capture_formula(
+        self, rows: CaptureRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """R₂ − R₁ of the effect in arcseconds, shape (rows,), written down from the physics.
+
+        ``parameters``: every coefficient and search parameter by name. No fit uses it: ``arctrue
+        effects check`` compares its finite differences with the columns. None: not given.
+        """
+        return None
+
+    def reference_formula(
+        self, rows: ReferenceRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """The same for ε of head 1."""
         return None
 
     def told(self, nonlinear: Nonlinear, observations: Observations) -> str:

@@ -196,7 +196,9 @@ def test_a_line_pays_for_all_frequencies() -> None:
 
 def _candidate(base: Solution, term: Term) -> Any:
     grown = fit([*base.terms, term], base.observations, base.context, noise=base.noise)
-    return SimpleNamespace(effect=term.effect, solution=grown, name=term.effect.name)
+    return SimpleNamespace(
+        effect=term.effect, solution=grown, name=term.effect.name, nonlinear=term.nonlinear
+    )
 
 
 def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
