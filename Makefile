@@ -66,6 +66,7 @@ docs: generate ## write entity pages, registers, formats and pictures anew (READ
 	$(VENV)/python -m scripts.make_docs
 	$(VENV)/python -m scripts.make_effects_page
 	$(VENV)/python -m scripts.make_workbench_pictures
+	$(VENV)/python -m scripts.page_screenshot
 	@for picture in error_before_after hidden_effect; do \
 	    if test -f build/demo/$$picture.svg; then cp build/demo/$$picture.svg docs/images/; fi; done
 

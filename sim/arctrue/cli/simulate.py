@@ -121,7 +121,7 @@ def simulate(
     if seed is None:
         seed = int(np.random.SeedSequence().generate_state(1)[0])
     if hidden:
-        effects = (hidden_effect(seed),)
+        effects = (hidden_effect(seed, EXPERIMENTS[experiment]()),)
     padded = [*sizes, *[None] * (len(effects) - len(sizes))]
     wanted = [Wanted(name, size) for name, size in zip(effects, padded, strict=True)]
     made = simulate_set(

@@ -80,6 +80,14 @@ class Jobs:
         state = "cancelled" if (folder / CANCELLED).is_file() else "none"
         return {"state": state, "doing": "", "seconds": 0.0, "partly": partly}
 
+    def wait(self) -> None:
+        """Until no process runs."""
+        while True:
+            with self._lock:
+                if not self._running:
+                    return
+            time.sleep(_LOOK_S / 4.0)
+
     def end_all(self) -> None:
         """When the server stops."""
         with self._lock:

@@ -11,10 +11,12 @@ from arctrue.workbench.effects.registry import EffectNotFoundError
 PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueError, OSError)
 
 
-def sentence(error: Exception, folder: Path | None = None) -> str:
-    """What is wrong, without the path of the server's own ``folder``."""
+def sentence(error: Exception, *folders: Path) -> str:
+    """What is wrong, without the paths of the server's own ``folders``."""
     if isinstance(error, OSError) and error.filename is not None and error.strerror:
         said = f"{error.filename}: cannot be read or written: {error.strerror}"
     else:
         said = str(error) or type(error).__name__
-    return said if folder is None else said.replace(f"{folder}/", "").replace(str(folder), "")
+    for folder in folders:
+        said = said.replace(f"{folder}/", "").replace(str(folder), folder.name)
+    return said

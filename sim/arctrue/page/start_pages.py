@@ -31,7 +31,7 @@ _UPLOAD = "files"
 _KINDS = {
     "short": "short: four runs of 3,000 samples, and a polygon",
     "full": "full: four runs of 18,000 samples, and a polygon",
-    "lean": "lean: one run only",
+    "lean": "lean: one run of 18,000 samples, no reference",
 }
 _LARGEST_SEED = 2**32 - 1
 
@@ -109,7 +109,7 @@ def start_pages(
             return start(422, asked=asked, answers=answers, kept=place.name)
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
-            return start(422, drop=sentence(error, place / _UPLOAD).replace(f"{place / SET}/", ""))
+            return start(422, drop=sentence(error, place / SET, place / _UPLOAD, place))
         return to_step(session, step.number)
 
     @pages.post("/forget/<name>")
@@ -144,8 +144,9 @@ def _generated(place: Path, experiment: str, form: Any, commands: Commands) -> O
     else:
         raise ValueError(f"seed: expected a whole number from 0, found {text[:40]!r}")
     hidden = form.get("hidden", "1") == "1"
-    wanted = [Wanted(hidden_effect(seed))] if hidden else []
-    made = simulate_set(wanted, EXPERIMENTS[experiment](), seed)
+    planned = EXPERIMENTS[experiment]()
+    wanted = [Wanted(hidden_effect(seed, planned))] if hidden else []
+    made = simulate_set(wanted, planned, seed)
     write_measurement_set(place / SET, made.measurement)
     write_truth(place / SET, made.truth)
     name = "table"

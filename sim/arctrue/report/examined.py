@@ -26,7 +26,9 @@ NAMES = {
     "electrical1": "electrical phase of head 1",
     "electrical2": "electrical phase of head 2",
 }
-ROUND = ("angle", "electrical1", "electrical2")
+OWN_PHASE = "own_phase"
+"""Of the order or frequency that an effect has."""
+ROUND = ("angle", "electrical1", "electrical2", OWN_PHASE)
 """Conditions that go round, radians."""
 UNITS = {"speed": "deg/s", "time": "s", "temperature": "°C"}
 

@@ -17,6 +17,12 @@ def set_log_y(axes: Axes, *, label_minor_ticks: bool = False) -> None:
     _label_with_numbers(axes.yaxis, label_minor_ticks)
 
 
+def set_log_x(axes: Axes, *, label_minor_ticks: bool = False) -> None:
+    """Make the horizontal axis logarithmic."""
+    axes.set_xscale("log")
+    _label_with_numbers(axes.xaxis, label_minor_ticks)
+
+
 def set_symmetric_log_x(axes: Axes, linear_to: float) -> None:
     """Make the horizontal axis logarithmic on both sides of ±``linear_to``, linear between."""
     axes.set_xscale("symlog", linthresh=linear_to)

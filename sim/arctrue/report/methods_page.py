@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.report.log_scale import set_log_y
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
 from arctrue.whole_file import whole_file
 
@@ -155,7 +156,7 @@ def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
                 range(1, len(gain) + 1), gain, color=colour, linewidth=1.2,
                 label=f"{one['title']}: {places}",
             )  # fmt: skip
-        gains.set_yscale("log")
+        set_log_y(gains)
         gains.set_xlabel("order")
         gains.set_ylabel("noise over that of a head")
         gains.set_title("Noise gain of two, three and four heads (gap: not seen)")

@@ -162,7 +162,18 @@ def where_section(examined: Examined, ranking: Ranking | None, view: View) -> di
         "against": view.against if view.against in keys else keys[0],
         "beyond_chance": bool(ranking and ranking["regressors"]),
         "findings": [] if ranking is None else ranking["findings"],
+        "lacking": _lacking(ranking),
     }
+
+
+def _lacking(ranking: Ranking | None) -> list[str]:
+    """Channels that the model does not fit, whatever it is that the residual follows."""
+    told = {} if ranking is None else ranking["diagnosis"]["lack_of_fit"]
+    return [
+        channel
+        for channel, item in told.items()
+        if item["p_value"] is not None and item["p_value"] < NAMED_P
+    ]
 
 
 def finding_section(

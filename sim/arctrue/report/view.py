@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 from urllib.parse import urlencode
 
 from arctrue.report.charts.branches import branches
@@ -56,7 +56,7 @@ class View:
             unit=URAD if query.get("unit") == URAD else ARCSEC,
             whitened=query.get("whitened") == "1",
             against=query.get("against", ""),
-            along=cast(Along, along) if along in ALONG else "order",
+            along=along if along in ALONG else "order",
             finding=query.get("finding", ""),
             temperature_c=_temperature(query.get("temperature", "")),
             reveal=query.get("reveal") == "1",
@@ -127,9 +127,9 @@ def _chart(name: str, examined: Examined, ranking: Ranking | None, view: View) -
             condition = ranked_conditions(examined, ranking)[0][0]
         return residual_against(examined, condition)
     if name == "branches":
-        return branches(examined)
+        return branches(examined.residuals, examined.model.history[-1].noise_arcsec)
     if name == "spectrum":
-        return spectrum(examined, view.along)
+        return spectrum(examined.residuals, view.along)
     if name == "heat_map":
         return heat_map(examined)
     if name == "ladder":

@@ -110,6 +110,18 @@ def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
     assert apt_log(machine) == ""
 
 
+@pytest.mark.parametrize(
+    ("system", "wanted"),
+    [(DEBIAN_12, True), ("ID=debian\nVERSION_ID=13\n", True),
+     ("ID=ubuntu\nVERSION_ID=24.04\n", False)],
+)  # fmt: skip
+def test_a_browser_comes_from_debian_only(machine: Machine, system: str, wanted: bool) -> None:
+    # Ubuntu's package of this name installs a snap, which a container cannot run.
+    machine.command("dpkg-query", '[ "$3" = chromium ] || printf installed')
+    machine.setup(system)
+    assert ("chromium" in apt_log(machine)) is wanted
+
+
 def llvm_names(machine: Machine) -> dict[str, str]:
     folder = machine.tree / "build" / "llvm_names"
     return {file.name: str(file.readlink()) for file in folder.glob("*")}

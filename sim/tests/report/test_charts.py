@@ -17,7 +17,7 @@ from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.measurement_and_model import measurement_and_model
 from arctrue.report.charts.plotly_chart import chart_data
-from arctrue.report.charts.spectrum import amplitude_by_order, spectrum
+from arctrue.report.charts.spectrum import Along, spectrum
 from arctrue.report.examined import Examined, look_at, with_effect
 from arctrue.report.finding import finding_of
 from arctrue.report.numbers import plain
@@ -29,6 +29,8 @@ from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_err
 HEAT_ARCSEC_A_KELVIN = 0.4
 URAD_PER_ARCSEC = np.pi / 648_000.0 * 1e6
 """By the definition of the arcsecond: π rad are 180 · 3600 of them."""
+SHAKING_HZ = 7.0
+RULED_ORDER, RULED_ARCSEC = 37, 0.5
 WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
 """What is counted has no unit."""
 
@@ -69,16 +71,6 @@ def test_a_bin_has_the_mean_and_the_ends_of_its_rows() -> None:
         assert (low, high) == (min(inside), max(inside))
 
 
-@pytest.mark.parametrize("order", [0.5, 1.0, 7.0, 2.5, 200.0])
-def test_the_spectrum_gives_the_amplitude_of_a_wave(order: float) -> None:
-    # Two turns of even rows hold every half order whole: the sum is exact but for the bins.
-    angle = np.arange(20_000) * (4.0 * np.pi / 20_000)
-    orders, amplitude = amplitude_by_order(angle, 0.3 * np.cos(order * angle + 0.7), 400.0)
-    # A bin is 2·360°/8192; the rows in it stand unevenly by at most one of 20,000.
-    assert amplitude[orders == order][0] == pytest.approx(0.3, rel=0.01)
-    assert amplitude[np.abs(orders - order) > 0.6].max() < 0.02
-
-
 def test_the_finding_is_what_was_put_in(added: Examined) -> None:
     found = finding_of(added, added.solution)
     assert (found.effect, found.best) == ("thermal_eccentricity", "temperature")
@@ -88,7 +80,25 @@ def test_the_finding_is_what_was_put_in(added: Examined) -> None:
     rise = np.polyfit(capture.x, capture.measured, 1)[0]
     # Rows of 4 K and 0.1″·√2 of noise, 3,600 of them warm: three standard errors.
     assert rise == pytest.approx(slope, abs=3.0 * CAPTURE_NOISE * np.sqrt(2.0 / 3600.0) / 4.0)
+    # The effect is a straight line over the temperature, whatever part of the turn a step covers.
+    straight = np.polyval(np.polyfit(capture.x, capture.effect, 1), capture.x)
+    assert np.abs(capture.effect - straight).max() < 0.01 * np.ptp(capture.effect)
     assert np.abs(capture.effect - capture.measured).max() < 5.0 * capture.standard_error.max()
+
+
+def test_a_high_order_is_drawn_over_its_own_phase() -> None:
+    def ruled(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, warm, speed) + RULED_ARCSEC * np.cos(RULED_ORDER * disc)
+
+    made = measurement_set(ruled, runs=1, cycles=1)
+    seen = with_effect(look_at(made, "", default_model(), built_in()), "high_order_graduation", {})
+    found = finding_of(seen, seen.solution)
+    (shown,) = [item for item in found.over(found.best) if item.channel == "capture"]
+    assert shown.name == f"phase of order {RULED_ORDER}"
+    # What two heads 33° apart see of it.
+    size = RULED_ARCSEC * 2.0 * abs(np.sin(np.radians(RULED_ORDER * 33.0 / 2.0)))
+    assert np.ptp(shown.effect) / 2.0 == pytest.approx(size, rel=0.05)
+    assert shown.share == pytest.approx(1.0, abs=0.01)
 
 
 def test_whitened_measurement_scatters_by_one(added: Examined) -> None:
@@ -143,20 +153,18 @@ def test_each_figure_can_be_drawn_and_says_its_units(added: Examined, name: str,
 
 
 @pytest.mark.parametrize("along", ["hz", "s"])
-def test_the_spectrum_in_time_finds_a_vibration(along: str) -> None:
+def test_the_spectrum_in_time_marks_a_vibration(along: Along) -> None:
     def shake(time: np.ndarray, speed: float) -> np.ndarray:
-        return 0.5 * np.cos(2.0 * np.pi * 7.0 * time)
+        return 0.5 * np.cos(2.0 * np.pi * SHAKING_HZ * time)
 
-    seen = look_at(measurement_set(head2_only=shake, cycles=2), "", default_model(), built_in())
-    drawn = [
-        layer
-        for layer in spectrum(seen, along).panels[0].layers  # type: ignore[arg-type]
-        if isinstance(layer, Curve)
-    ]
-    for curve in drawn:
-        peak = float(curve.x[np.argmax(curve.y)])
-        # Runs of 4 s at least: lines are 0.25 Hz apart.
-        assert (peak if along == "hz" else 1.0 / peak) == pytest.approx(7.0, abs=0.25)
+    made = measurement_set(head2_only=shake, runs=1, cycles=2)
+    seen = look_at(made, "", default_model(), built_in())
+    panel = spectrum(seen.residuals, along).panels[0]
+    (marks,) = [item for item in panel.layers if isinstance(item, Curve) and item.labels]
+    place = float(marks.x[0])
+    # One run of 36 s: lines are 1/72 Hz apart.
+    assert (place if along == "hz" else 1.0 / place) == pytest.approx(SHAKING_HZ, abs=1.0 / 72.0)
+    assert marks.y[0] == pytest.approx(0.5, rel=0.1)
 
 
 def test_panels_stand_below_one_another_on_a_phone(added: Examined) -> None:

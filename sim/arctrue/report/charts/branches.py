@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,26 +23,30 @@ from arctrue.report.charts.chart import (
     angle_axis,
     signed,
 )
-from arctrue.report.examined import Examined
+from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
+_FEW_STATIONS, _APART_DEG, _EDGE_DEG = 60, 1.6, 3.0
+"""Up to so many stations, those of the directions are drawn side by side."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
 
-def branches(examined: Examined) -> Chart:
-    """Means each two degrees by run in the capture, stations by direction in the reference."""
+def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
+    """Means each two degrees by run in the capture, stations by direction in the reference.
+
+    ``noise_arcsec``: of the repeats, by channel.
+    """
     panels = []
-    for channel in examined.channels:
-        rows, left = examined.rows(channel), examined.left(channel)
-        noise = examined.model.history[-1].noise_arcsec.get(channel, 0.0)
-        if isinstance(rows, CaptureRows):
-            panels.append(_runs(rows, left, noise))
-        else:
-            panels.append(_stations(rows, left, noise))
+    capture, reference = residuals.observations.capture, residuals.observations.reference
+    if capture is not None and residuals.capture_arcsec is not None:
+        panels.append(_runs(capture, residuals.capture_arcsec, noise_arcsec.get("capture", 0.0)))
+    if reference is not None and residuals.reference_arcsec is not None:
+        noise = noise_arcsec.get("reference", 0.0)
+        panels.append(_stations(reference, residuals.reference_arcsec, noise))
     return Chart(
         "branches", "What the model leaves over the angle, by run and by direction.", panels
     )
@@ -62,18 +69,23 @@ def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
     title = "Capture: what the model leaves in each run, mean each 2°"
     if rows.runs > _MOST_RUNS:
         title += f" (the first {_MOST_RUNS} of {rows.runs} runs)"
-    return Panel(angle_axis(), Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
+    x = angle_axis(over_deg=np.mod(np.degrees(rows.angle_rad), 360.0))
+    return Panel(x, Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
 
 
 def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
     side = np.ones(left.size) if rows.direction is None else rows.direction
     degrees = np.mod(np.degrees(rows.target_rad), 360.0)
     layers: list[Curve | Band] = [_noise_band(2.0 * noise)]
-    for place, value in enumerate(np.unique(side)):
+    directions = np.unique(side)
+    stations = np.unique(np.round(degrees, 4)).size
+    apart = _APART_DEG if stations <= _FEW_STATIONS and directions.size > 1 else 0.0
+    for place, value in enumerate(directions):
         inside = side == value
+        shift = apart * (place - (directions.size - 1) / 2.0)
         layers.append(
             Curve(
-                degrees[inside],
+                degrees[inside] + shift,
                 left[inside],
                 f"direction {signed(float(value), 0)}",
                 COLOURS[place % len(COLOURS)],
@@ -83,7 +95,10 @@ def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
             )
         )
     title = "Reference run: what the model leaves at each station"
-    return Panel(angle_axis(), Axis("error less the model", ARCSEC), layers, title)
+    x = angle_axis(over_deg=degrees)
+    if x.reach is not None:
+        x = replace(x, reach=(x.reach[0] - _EDGE_DEG, x.reach[1] + _EDGE_DEG))
+    return Panel(x, Axis("error less the model", ARCSEC), layers, title)
 
 
 def _noise_band(reach: float) -> Band:

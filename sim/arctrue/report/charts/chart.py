@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.units import RAD_PER_ARCSEC
 
-Float = NDArray[np.float64]
+Float = NDArray[np.floating[Any]]
 Angle = Literal["arcsec", "urad"]
 """Unit in which a reader wants small angles."""
 
@@ -27,6 +27,8 @@ SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """For up to six series. After Okabe and Ito: they differ for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
+_ARC_DEG = 180.0
+"""A set that covers less is drawn over what it covers."""
 QUIET = "#8a94a0"
 """For what is there and does not matter."""
 
@@ -41,6 +43,8 @@ class Axis:
     reach: tuple[float, float] | None = None
     ticks: Sequence[tuple[float, str]] | None = None
     """Places with their names; None: numbers."""
+    also: tuple[str, float] | None = None
+    """A second unit, and how many of it one of ``unit`` is: on paper, at the other side."""
 
     @property
     def text(self) -> str:
@@ -63,8 +67,17 @@ class Curve:
     y_error: Float | None = None
     width: float = 1.6
     size: float = 5.0
-    labels: Sequence[str] | None = None
+    labels: Sequence[str] = ()
     """Text beside each point."""
+    values_shown: bool = False
+    """True: the text is the value of y, in the unit that is shown."""
+
+    @property
+    def texts(self) -> list[str]:
+        """What stands beside each point; empty: nothing."""
+        if self.values_shown:
+            return [f"{value:.3f}" if np.isfinite(value) else "" for value in self.y.tolist()]
+        return list(self.labels)
 
 
 @dataclass(frozen=True)
@@ -134,8 +147,8 @@ class Chart:
     name: str
     words: str
     panels: Sequence[Panel]
-    beside: bool = False
-    """Panels stand side by side, not one below another."""
+    columns: int = 1
+    """Panels in a row, where there is room."""
     panel_height: float = 2.7
     """Inches on paper."""
     notes: Sequence[str] = field(default_factory=tuple)
@@ -170,8 +183,7 @@ def _axis(axis: Axis) -> Axis:
 def _scaled(layer: Layer, x: float, y: float) -> Layer:
     if isinstance(layer, Curve):
         error = None if layer.y_error is None else layer.y_error * y
-        labels = layer.labels if y == 1.0 else None
-        return replace(layer, x=layer.x * x, y=layer.y * y, y_error=error, labels=labels)
+        return replace(layer, x=layer.x * x, y=layer.y * y, y_error=error)
     if isinstance(layer, Band):
         return replace(layer, x=layer.x * x, low=layer.low * y, high=layer.high * y)
     if isinstance(layer, Bars):
@@ -184,8 +196,10 @@ def _scaled(layer: Layer, x: float, y: float) -> Layer:
     return replace(layer, value=layer.value * y)
 
 
-def angle_axis(label: str = "angle of the table") -> Axis:
-    """Once round, in degrees."""
+def angle_axis(label: str = "angle of the table", over_deg: Float | None = None) -> Axis:
+    """Once round, in degrees; ``over_deg``: the angles that were measured, perhaps an arc only."""
+    if over_deg is not None and float(np.ptp(over_deg)) <= _ARC_DEG:
+        return Axis(label, "deg")
     ticks = [(float(place), f"{place}") for place in range(0, 361, 45)]
     return Axis(label, "deg", reach=(0.0, 360.0), ticks=ticks)
 

@@ -29,4 +29,4 @@ def finding_chart(finding: Finding, condition: str) -> Chart:
         )
     name = finding.effect.replace("_", " ")
     words = f"How large {name} is, against {panels[0].x.label if panels else 'nothing'}."
-    return Chart("finding", words, panels, beside=True, panel_height=3.0)
+    return Chart("finding", words, panels, columns=2, panel_height=3.0)

@@ -36,10 +36,9 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
         fitted = _of(history, "rms_arcsec", channel)
         held_out = _of(history, "heldout_rms_arcsec", channel)
         noise = _of(history, "noise_arcsec", channel)
-        labels = [f"{value:.3f}″" if np.isfinite(value) else "" for value in fitted]
         layers: list[Layer] = [
             Curve(place, noise, "noise floor", QUIET, dash="dot"),
-            Curve(place, fitted, "fitted", colour, kind="both", size=6, labels=labels),
+            Curve(place, fitted, "fitted", colour, kind="both", size=6, values_shown=True),
             Curve(place, held_out, "held out", colour, kind="points", marker="hollow", size=9),
         ]
         every = np.concatenate([fitted, held_out, noise])
@@ -58,7 +57,7 @@ def ladder(history: Sequence[HistoryStep]) -> Chart:
         for name in channels
         if name in history[0].rms_arcsec and name in history[-1].rms_arcsec
     )
-    return Chart("ladder", f"How the error fell: {told}.", panels, beside=True, panel_height=3.2)
+    return Chart("ladder", f"How the error fell: {told}.", panels, columns=2, panel_height=3.2)
 
 
 def _name(step: HistoryStep, number: int) -> str:

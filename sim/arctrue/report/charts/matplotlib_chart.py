@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from arctrue.report.charts.chart import (
     SYMBOLS,
@@ -23,6 +22,7 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
+from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 from arctrue.whole_file import whole_file
 
@@ -40,7 +40,9 @@ _PAPER = {
 """Colours of the house style, and the page's name for each."""
 _DECADE = 12.0
 """A logarithmic axis of less than this ratio names its minor ticks too."""
-_LEGEND_COLUMNS = 4
+_TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
+"""By panels in a row."""
+_LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3
 
 
 def chart_svg(chart: Chart) -> str:
@@ -67,53 +69,64 @@ def save_chart(chart: Chart, path: Path) -> Path:
 def chart_figure(chart: Chart) -> Figure:
     """The figure of matplotlib."""
     with house_style():
-        count = max(len(chart.panels), 1)
-        height = chart.panel_height * (1 if chart.beside else count) + 0.5
-        figure = Figure(figsize=(_WIDTH, height), layout="constrained")
+        columns = min(chart.columns, max(len(chart.panels), 1))
+        rows = max(-(-len(chart.panels) // columns), 1)
+        figure = Figure(figsize=(_WIDTH, chart.panel_height * rows + 0.5), layout="constrained")
         FigureCanvasAgg(figure)
-        shape = (1, count) if chart.beside else (count, 1)
-        axes = figure.subplots(*shape, squeeze=False).ravel()
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for unused in axes[len(chart.panels) :]:
+            unused.set_visible(False)
         for one, panel in zip(axes, chart.panels, strict=False):
-            _draw(figure, one, panel)
+            _draw(figure, one, panel, columns)
         return figure
 
 
-def _draw(figure: Figure, axes: Axes, panel: Panel) -> None:
+def _draw(figure: Figure, axes: Axes, panel: Panel, columns: int) -> None:
     for order, layer in enumerate(panel.layers):
         _draw_layer(figure, axes, layer, order + 2)
     if panel.title:
-        axes.set_title(panel.title)
+        axes.set_title(panel.title, fontsize=_TITLE_POINTS.get(columns, _SMALL_POINTS))
     _dress(axes, panel.x, horizontal=True)
     _dress(axes, panel.y, horizontal=False)
     if any(isinstance(layer, HeatMap) for layer in panel.layers):
         axes.grid(visible=False)
+    if panel.y.also is not None:
+        _second_unit(axes, panel.y, panel.y.also)
     handles, names = axes.get_legend_handles_labels()
     if names:
-        _legend(axes, len(handles))
+        _legend(axes, len(handles), _LEGEND_COLUMNS if columns == 1 else _NARROW_COLUMNS)
 
 
-def _legend(axes: Axes, entries: int) -> None:
+def _second_unit(axes: Axes, axis: Axis, also: tuple[str, float]) -> None:
+    unit, factor = also
+    right = axes.secondary_yaxis(
+        "right",
+        functions=(
+            lambda value: np.asarray(value) * factor,
+            lambda value: np.asarray(value) / factor,
+        ),
+    )
+    right.set_ylabel(f"{axis.label}, {SYMBOLS.get(unit, unit)}")
+    right.spines["right"].set_visible(True)
+
+
+def _legend(axes: Axes, entries: int, columns: int) -> None:
     """Above what was measured: no corner of a picture is sure to be free."""
-    rows = -(-entries // _LEGEND_COLUMNS)
+    rows = -(-entries // columns)
     low, high = axes.get_ylim()
     if axes.get_yscale() == "log":
         axes.set_ylim(low, high * (high / low) ** (0.06 + 0.08 * rows))
     else:
         axes.set_ylim(low, high + (0.05 + 0.08 * rows) * (high - low))
-    axes.legend(
-        fontsize=8, ncols=_LEGEND_COLUMNS, loc="upper right", borderaxespad=0.2, frameon=False
-    )
+    axes.legend(fontsize=8, ncols=columns, loc="upper right", borderaxespad=0.2, frameon=False)
 
 
 def _dress(axes: Axes, axis: Axis, *, horizontal: bool) -> None:
     side = axes.xaxis if horizontal else axes.yaxis
     side.set_label_text(axis.text)
     if axis.logarithmic:
-        (axes.set_xscale if horizontal else axes.set_yscale)("log")
-        low, high = axes.get_xlim() if horizontal else axes.get_ylim()
-        plain = FuncFormatter(lambda value, _: f"{value:g}")
-        side.set_major_formatter(plain)
-        side.set_minor_formatter(plain if high < _DECADE * low else NullFormatter())
+        low, high = axis.reach or (1.0, _DECADE)
+        (set_log_x if horizontal else set_log_y)(axes, label_minor_ticks=high < _DECADE * low)
         side.set_tick_params(which="both", labelsize=8)
     if axis.ticks is not None:
         names = [name for _, name in axis.ticks]
@@ -175,7 +188,7 @@ def _draw_curve(axes: Axes, layer: Curve, name: str, order: int) -> None:
         label=name,
         zorder=order,
     )
-    for x, y, text in zip(layer.x, layer.y, layer.labels or (), strict=False):
+    for x, y, text in zip(layer.x, layer.y, layer.texts, strict=False):
         if np.isfinite(y):
             axes.annotate(text, (x, y), (0, 8), textcoords="offset points", ha="center", fontsize=8)
 

@@ -65,7 +65,7 @@ def _panel(examined: Examined, channel: str, whitened: bool) -> Panel:
             told.centre, told.mean, "model", QUIET, kind="both", dash="dash", marker="hollow"
         )
     return Panel(
-        angle_axis(),
+        angle_axis(over_deg=np.mod(np.degrees(angle), 360.0)),
         Axis(what, "standard deviations" if whitened else ARCSEC),
         layers,
         title=f"{channel.capitalize()}: measurement and model",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,14 @@ _COLOURS_PX = 74
 """Right of a panel, where a scale of colours stands."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Of an entry of a legend, and of each letter of its name."""
+_SHORT_LETTERS = 5
+"""A longer name of a tick is a word, and none is left out."""
 _BESIDE_PX = 300
 """A panel beside another is at least so wide."""
+_ONE_TWO_FIVE = (1.0, 2.0, 5.0)
+_EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
+_EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
+_LEAST_TICKS = 3
 _DIGITS = 6
 """Significant digits that go to the browser: more than a screen shows."""
 
@@ -38,19 +45,20 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     ``width``: pixels that the figure will have. Panels stand side by side where there is room;
     above each its title, and its legend in as many lines as it needs.
     """
-    beside = chart.beside and width >= _BESIDE_PX * len(chart.panels)
-    columns = max(len(chart.panels), 1) if beside else 1
-    mapped = any(isinstance(layer, HeatMap) for panel in chart.panels for layer in panel.layers)
+    panels = chart.panels
+    columns = max(min(chart.columns, len(panels), width // _BESIDE_PX), 1)
+    mapped = any(isinstance(layer, HeatMap) for panel in panels for layer in panel.layers)
     right = _COLOURS_PX if mapped else _RIGHT_PX
     wide = width / columns - _LEFT_PX - right
-    heads = [_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in chart.panels]
     body = round(_INCH_PX * chart.panel_height)
-    if beside:
-        tops = [max(heads, default=0)] * len(heads)
-        height = max(heads, default=0) + body + _FOOT_PX
-    else:
-        tops = [sum(heads[: n + 1]) + n * (body + _FOOT_PX) for n in range(len(heads))]
-        height = sum(heads) + max(len(heads), 1) * (body + _FOOT_PX)
+    tops, heads, height = [], [], 0
+    for start in range(0, len(panels), columns):
+        row = panels[start : start + columns]
+        head = max(_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in row)
+        heads += [head] * len(row)
+        tops += [height + head] * len(row)
+        height += head + body + _FOOT_PX
+    height = max(height, body + _FOOT_PX)
     inner = height - _FOOT_PX
     layout: dict[str, Any] = {
         "height": height,
@@ -62,12 +70,20 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
         "meta": {"words": chart.words},
     }
     traces: list[dict[str, Any]] = []
-    for index, panel in enumerate(chart.panels):
+    for index, panel in enumerate(panels):
         suffix = "" if index == 0 else str(index + 1)
-        across = _columns(index, columns, width) if beside else (0.0, 1.0)
+        across = _columns(index % columns, columns, width)
         upright = (1.0 - (tops[index] + body) / inner, 1.0 - tops[index] / inner)
-        layout[f"xaxis{suffix}"] = {**_axis(panel.x), "domain": across, "anchor": f"y{suffix}"}
-        layout[f"yaxis{suffix}"] = {**_axis(panel.y), "domain": upright, "anchor": f"x{suffix}"}
+        layout[f"xaxis{suffix}"] = {
+            **_axis(panel.x, wide),
+            "domain": across,
+            "anchor": f"y{suffix}",
+        }
+        layout[f"yaxis{suffix}"] = {
+            **_axis(panel.y, body),
+            "domain": upright,
+            "anchor": f"x{suffix}",
+        }
         layout[f"legend{suffix}"] = {
             "orientation": "h",
             "x": across[0],
@@ -120,23 +136,43 @@ def _legend_lines(panel: Panel, width: float) -> int:
     return -(-len(widths) // per_line)
 
 
-def _axis(axis: Axis) -> dict[str, Any]:
+def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
     found: dict[str, Any] = {"title": {"text": _plain(axis.text), "standoff": 6}}
     if axis.logarithmic:
         found |= {"type": "log", "exponentformat": "none"}
         if axis.reach is None:
             found["dtick"] = 1  # decades
+        else:
+            ticks = _logarithmic_ticks(*axis.reach)
+            texts = [f"{tick:.4g}" for tick in ticks]
+            found |= {"tickmode": "array", "tickvals": ticks, "ticktext": texts}
     if axis.ticks is not None:
+        letters = max((len(line) for _, name in axis.ticks for line in name.split("\n")), default=1)
+        every = math.ceil(len(axis.ticks) * (letters + 1) * _LETTER_PX / max(pixels, 1.0))
+        # Names stay level; where there is no room for all, every second or third is there.
+        named = axis.ticks[:: every if letters <= _SHORT_LETTERS else 1]
         found |= {
             "tickmode": "array",
-            "tickvals": [place for place, _ in axis.ticks],
-            "ticktext": [_plain(name) for _, name in axis.ticks],
+            "tickvals": [place for place, _ in named],
+            "ticktext": [_plain(name) for _, name in named],
+            "tickangle": 0 if letters <= _SHORT_LETTERS or every == 1 else -25,
         }
     if axis.reach is not None:
         low, high = axis.reach
         found["range"] = (
             [float(np.log10(low)), float(np.log10(high))] if axis.logarithmic else [low, high]
         )
+    return found
+
+
+def _logarithmic_ticks(low: float, high: float) -> list[float]:
+    """1, 2, 5 in each decade; every digit, or every half, where that would be too few."""
+    for digits in (_ONE_TWO_FIVE, _EVERY_DIGIT, _EVERY_TWENTIETH):
+        decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        ticks = [digit * 10.0**decade for decade in decades for digit in digits]
+        found = [tick for tick in ticks if low <= tick <= high]
+        if len(found) >= _LEAST_TICKS:
+            break
     return found
 
 
@@ -186,7 +222,7 @@ def _curve(layer: Curve) -> dict[str, Any]:
     mode = {"line": "lines", "points": "markers", "both": "lines+markers"}[layer.kind]
     trace: dict[str, Any] = {
         "type": "scatter",
-        "mode": mode + ("+text" if layer.labels else ""),
+        "mode": mode + ("+text" if layer.texts else ""),
         "x": _list(layer.x),
         "y": _list(layer.y),
         "name": _plain(layer.name),
@@ -194,8 +230,8 @@ def _curve(layer: Curve) -> dict[str, Any]:
         "line": {"color": layer.colour, "width": layer.width, "dash": layer.dash},
         "marker": {"color": layer.colour, "size": layer.size + 1, "symbol": _SYMBOL[layer.marker]},
     }
-    if layer.labels:
-        trace |= {"text": [_plain(text) for text in layer.labels], "textposition": "top center"}
+    if layer.texts:
+        trace |= {"text": [_plain(text) for text in layer.texts], "textposition": "top center"}
     if layer.y_error is not None:
         trace["error_y"] = {"array": _list(layer.y_error), "thickness": 1, "width": 2}
     return trace
@@ -250,7 +286,7 @@ def _level(layer: Level, layout: dict[str, Any], suffix: str) -> dict[str, Any]:
     }
 
 
-def _list(values: NDArray[np.float64]) -> list[float | None]:
+def _list(values: NDArray[np.floating[Any]]) -> list[float | None]:
     return [
         float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
         for value in np.asarray(values, dtype=np.float64).tolist()

@@ -55,7 +55,7 @@ def residual_against(examined: Examined, condition: Condition) -> Chart:
         "residual_against",
         f"Mean of what the model leaves against {condition.name}.",
         panels,
-        beside=True,
+        columns=2,
         panel_height=3.0,
     )
 

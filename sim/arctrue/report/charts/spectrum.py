@@ -1,4 +1,4 @@
-"""Amplitude of what the model leaves: by order of the turn, by frequency, by period."""
+"""Lines in what the model leaves: by order of the turn, by frequency, by period."""
 
 from __future__ import annotations
 
@@ -7,138 +7,123 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.report.charts.bins import turn_group
 from arctrue.report.charts.chart import (
     ARCSEC,
     CHANNEL_COLOUR,
-    COLOURS,
     QUIET,
     Axis,
     Chart,
     Curve,
     Layer,
-    Level,
     Panel,
 )
-from arctrue.report.examined import Examined
-from arctrue.runs import run_spans
-from arctrue.workbench.observations import CaptureRows
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 Float = NDArray[np.float64]
 Along = Literal["order", "hz", "s"]
-ALONG: dict[str, str] = {"order": "order of the turn", "hz": "frequency", "s": "period"}
+ALONG: dict[Along, str] = {"order": "order of the turn", "hz": "frequency", "s": "period"}
+_UNITS = {"order": "1", "hz": "Hz", "s": "s"}
+_LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
 
-_TURNS = 2
-"""Half orders too: what repeats every second turn."""
-_BINS = 8192
-"""Over those turns; the mean over a bin is made good at every order."""
-HIGHEST_ORDER = 400.0
-CHANCE = 0.01
-_SHOWN = 1200
-_RUNS = 6
+CHANCE_P = 0.01
+_MARKED = 3
+"""Lines whose place is written beside them."""
+_HEADROOM = 1.25
+"""Above the highest line, for its place."""
+_MOST_POINTS = 2000
+"""Of a curve; of more, the highest of each group is drawn."""
 
 
-def spectrum(examined: Examined, along: Along = "order") -> Chart:
-    """Along the order both channels; along frequency or period the runs of the capture."""
-    if along == "order":
-        panels = [_by_order(examined, channel) for channel in examined.channels]
-    else:
-        panels = _in_time(examined, along)
-    words = f"Amplitude of what the model leaves by {ALONG[along]}."
+def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
+    """Amplitude of a line at every place, each channel that shows any; see :func:`all_spectra`."""
+    panels = [_panel(residuals, channel, along) for channel in _channels(residuals)]
+    words = f"Amplitude of lines in what the model leaves, by {ALONG[along]}."
     return Chart("spectrum", words, panels, panel_height=2.5)
 
 
-def amplitude_by_order(angle_rad: Float, left: Float, highest: float) -> tuple[Float, Float]:
-    """Orders ½, 1, … up to ``highest`` and 2·|Σ r·e^(−inθ)|/N, arcseconds, shape (orders,).
+def all_spectra(residuals: Residuals) -> Chart:
+    """Orders, frequencies and periods side by side, a row a channel.
 
-    The true sum where rows lie evenly on the turn; else orders leak into one another.
+    Above the dashed line an amplitude is rarer than one in a hundred draws of the fitted noise,
+    over all places of its panel.
     """
-    group = turn_group(angle_rad / _TURNS, _BINS)
-    sums = np.bincount(group, left - left.mean(), _BINS)
-    found = 2.0 * np.abs(np.fft.rfft(sums)) / max(left.size, 1)
-    order = np.arange(found.size) / _TURNS
-    kept = (order > 0.0) & (order <= highest)
-    return order[kept], found[kept] / np.sinc(order[kept] * _TURNS / _BINS)
-
-
-def _by_order(examined: Examined, channel: str) -> Panel:
-    rows = examined.rows(channel)
-    angle, left = examined.angle_rad(channel), examined.left(channel)
-    stations = np.unique(np.round(np.mod(np.degrees(angle), 360.0), 3)).size
-    highest = HIGHEST_ORDER
-    if isinstance(rows, CaptureRows):
-        a_turn = left.size / max(float(np.ptp(angle)) / (2.0 * np.pi), 1.0) / max(rows.runs, 1)
-        highest = min(highest, a_turn / 2.0)
-    else:
-        highest = min(highest, stations / 2.0)
-    order, amplitude = amplitude_by_order(angle, left, max(highest, 1.0))
-    noise = examined.model.history[-1].noise_arcsec.get(channel, 0.0)
-    chance = 2.0 * noise * np.sqrt(np.log(order.size / CHANCE) / max(left.size, 1))
-    colour = CHANNEL_COLOUR[channel]
-    layers: list[Layer] = [
-        Curve(order, amplitude, "what is left", colour, kind="both", width=0.9, size=2.5),
-        Level(chance, f"white noise alone exceeds this somewhere in {CHANCE:.0%} of sets"),
+    panels = [
+        _panel(residuals, channel, along) for channel in _channels(residuals) for along in ALONG
     ]
-    x = Axis("order, cycles a turn", logarithmic=order.size > 60)
-    return Panel(
-        x, Axis("amplitude", ARCSEC), layers, f"{channel.capitalize()}: orders of the turn"
-    )
+    words = "Amplitude of lines in what the model leaves, by order, frequency and period."
+    return Chart("spectra", words, panels, columns=len(ALONG), panel_height=2.6)
 
 
-def _in_time(examined: Examined, along: Along) -> list[Panel]:
-    rows = examined.observations.capture
-    if rows is None:
-        return []
-    left = examined.left("capture")
-    layers: list[Layer] = []
-    for place, (start, end) in enumerate(run_spans(rows.run)[:_RUNS]):
-        found = _periodogram(rows.time_s[start:end], left[start:end])
-        if found is None:
-            continue
-        hz, amplitude = _thinned(*found)
+def _channels(residuals: Residuals) -> list[str]:
+    there = (residuals.observations.capture, residuals.observations.reference)
+    return [name for name, rows in zip(CHANNEL_COLOUR, there, strict=True) if rows is not None]
+
+
+def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
+    is_capture = channel == "capture"
+    found = line_spectrum(residuals, capture=is_capture, in_time=along != "order")
+    title = f"{channel.capitalize()}: lines by {ALONG[along]}"
+    y = Axis("amplitude", ARCSEC)
+    if found is None or found.rates.size == 0:
+        return Panel(Axis(_LABELS[along], _UNITS[along]), y, [], f"{title}: not known here")
+    rows = residuals.observations.capture if is_capture else residuals.observations.reference
+    if along == "order" and rows is not None:
+        speed = speed_turns_s(rows, float(found.rates[-1]))
+        title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
+    places = 1.0 / found.rates if along == "s" else found.rates
+    # Of two coefficients over all places; an amplitude's noise is that of its own rate.
+    limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
+    chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
+    shown = _highest(found.amplitude_arcsec)
+    layers: list[Layer] = [
+        Curve(
+            places[shown],
+            found.amplitude_arcsec[shown],
+            "what is left",
+            CHANNEL_COLOUR[channel],
+            width=1.0,
+        ),
+        Curve(
+            places[shown],
+            chance[shown],
+            f"noise alone: {CHANCE_P:.0%} of sets",
+            QUIET,
+            dash="dash",
+            width=1.2,
+        ),
+    ]
+    marked = _strongest(found, limit)
+    if marked:
+        names = [f"{places[index]:.4g}" for index in marked]
+        heights = found.amplitude_arcsec[marked]
         layers.append(
-            Curve(
-                hz if along == "hz" else 1.0 / hz,
-                amplitude,
-                f"run {int(rows.run[start])}",
-                COLOURS[place % len(COLOURS)],
-                width=1.0,
-            )
+            Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
         )
-    unit = "Hz" if along == "hz" else "s"
-    title = f"Capture: what is left in each run by {ALONG[along]}"
-    if not layers:
-        layers = [Level(0.0, "rows are not evenly spaced in time", QUIET)]
-        return [Panel(Axis(ALONG[along], unit), Axis("amplitude", ARCSEC), layers, title)]
-    x = Axis(ALONG[along], unit, logarithmic=True)
-    return [Panel(x, Axis("amplitude", ARCSEC), layers, title)]
+    x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
+    top = float(max(found.amplitude_arcsec.max(), np.median(chance)))
+    y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))
+    return Panel(x, y, layers, title)
 
 
-def _periodogram(time_s: Float, left: Float) -> tuple[Float, Float] | None:
-    """Frequencies and amplitudes of one run; None where its rows are too few."""
-    if time_s.size < 8:
-        return None
-    step = float(np.median(np.diff(time_s)))
-    if step <= 0.0:
-        return None
-    even = np.arange(time_s[0], time_s[-1] + 0.5 * step, step)
-    values = np.interp(even, time_s, left - left.mean())
-    amplitude = 2.0 * np.abs(np.fft.rfft(values)) / values.size
-    hz = np.fft.rfftfreq(values.size, step)
-    return np.asarray(hz[1:], dtype=np.float64), np.asarray(amplitude[1:], dtype=np.float64)
+def _highest(amplitude: Float) -> NDArray[np.int64]:
+    """Place of the highest of each group of neighbours: no line is lost."""
+    group = max(amplitude.size // _MOST_POINTS, 1)
+    whole = amplitude.size // group * group
+    shaped = amplitude[:whole].reshape(-1, group)
+    return np.asarray(np.argmax(shaped, axis=1) + group * np.arange(shaped.shape[0]))
 
 
-def _thinned(hz: Float, amplitude: Float) -> tuple[Float, Float]:
-    """The largest amplitude of each of many equal steps of log f: no line is lost."""
-    if hz.size <= _SHOWN:
-        return hz, amplitude
-    place = np.log(hz / hz[0]) / np.log(hz[-1] / hz[0]) * (_SHOWN - 1)
-    group = place.astype(np.int64)
-    starts = np.flatnonzero(np.diff(group, prepend=-1))
-    best = np.array(
-        [
-            start + int(np.argmax(part))
-            for start, part in zip(starts, np.split(amplitude, starts[1:]), strict=True)
-        ]
-    )
-    return hz[best], amplitude[best]
+def _strongest(found: LineSpectrum, limit: float) -> list[int]:
+    """The highest lines above chance, each at its own place."""
+    gain = found.gain.copy()
+    strongest: list[int] = []
+    width = 2.0 / found.span
+    while len(strongest) < _MARKED:
+        index = int(np.argmax(gain))
+        if gain[index] < limit:
+            break
+        strongest.append(index)
+        gain[np.abs(found.rates - found.rates[index]) < width] = 0.0
+    return strongest

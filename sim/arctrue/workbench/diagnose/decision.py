@@ -362,7 +362,10 @@ def decide(case: Case) -> Decision:
 
 
 def _only_resembles(case: Case, why: str, left: Decision | None = None) -> Decision:
-    described = None if left is None else left.described
+    deepest = left
+    while deepest is not None and deepest.verdict != "unknown":
+        deepest = deepest.beside
+    described = None if deepest is None else deepest.described
     return Decision(
         "unknown",
         described=described,

@@ -102,7 +102,7 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     with pytest.raises(AnswersError, match="no subject has answered"):
         score_beside(tmp_path)
     for name, (verdict, number) in said.items():
-        with Store(tmp_path / name, {"kind": "test"}) as store:
+        with Store(tmp_path / name, {"plan": "x", "code": {"arctrue": name[:4]}}) as store:
             for task in plan.tasks(name)[:number]:
                 answer = {"verdict": verdict, "named": "vibration"}
                 store.add(task, {"truth": truth, "answer": answer}, 1.0)
@@ -112,6 +112,7 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     facts = {"tier": "quick", "seed": 1, "sets": 60, "generator": "g", "scoring": "s"}
     text = page(facts, {"arctrue": "a"}, found["arctrue"], found)
     assert "The same 2 of the frozen public sets" in text
+    assert "Source `step`" in text
     assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text
 
 

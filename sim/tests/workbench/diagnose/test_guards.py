@@ -15,7 +15,8 @@ from scipy.stats import chi2, f_oneway
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose import classes
+from arctrue.workbench.diagnose import classes, decision
+from arctrue.workbench.diagnose.decision import described_by_parts, left_undescribed
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
@@ -31,6 +32,7 @@ from arctrue.workbench.diagnose.parts_scan import (
     level_share,
 )
 from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.noise_fit import index_variance
 from arctrue.workbench.inference.normal_equations import Term
@@ -269,3 +271,62 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
     warm = PartsCandidate(ProductOfParts(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
     order = [ALWAYS, TEMPERATURE]
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
+
+
+# The ordered rules, on figures that are written down.
+
+
+def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
+    survey = SimpleNamespace(
+        lack_of_fit={"reference": p_value},
+        residual_rms_arcsec={"reference": residual},
+        noise_arcsec={"reference": noise},
+        matters_arcsec=matters,
+    )
+    return SimpleNamespace(best=None, survey=survey)
+
+
+def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
+    assert left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
+    # √(0.201² − 0.2²) is a tenth of the noise; and 0.3″ of excess is nothing where 1″ matters.
+    assert left_undescribed(_left(1e-6, 0.201, 0.20)) is None
+    assert left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
+    assert left_undescribed(_left(1e-3, 0.30, 0.20)) is None
+
+
+def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
+    product = SimpleNamespace(
+        effect=ProductOfParts(TEMPERATURE, (2.0,), "disc"),
+        solution=SimpleNamespace(observations=SimpleNamespace(has_temperature=True)),
+    )
+    for ahead, is_unknown in ((11.0, True), (9.0, False)):
+        case: Any = SimpleNamespace(product=product, ahead=ahead)
+        assert (described_by_parts(case) is not None) is is_unknown
+
+
+def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decision, "next_measurement", _any_measurement)
+    monkeypatch.setattr(decision, "_of_class", lambda case, verdict, **told: verdict)
+    best = SimpleNamespace(lacking_variety=[])
+    similar = SimpleNamespace(larger=[])
+    for ahead, verdict in ((-5.0, "ambiguous"), (-7.0, None)):
+        case: Any = SimpleNamespace(
+            best=best,
+            similar=similar,
+            stand_in=SimpleNamespace(),
+            ahead=ahead,
+            rivals=[],
+            others={},
+        )
+        assert decision.cannot_be_split(case) == verdict
+
+
+def _any_measurement(best: object, rivals: object) -> object:
+    return SimpleNamespace(kind="speed")
+
+
+def test_what_moves_the_prediction_by_less_than_what_matters_is_negligible() -> None:
+    seen: Any = Survey(SimpleNamespace(), 0.04, 20)  # type: ignore[arg-type]
+    for size, matters in ((0.05, True), (0.03, False)):
+        item: Any = SimpleNamespace(size_arcsec={"capture": size})
+        assert seen.matters(item) is matters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +59,20 @@ class Problem:
     def runs(self) -> Whole:
         """Every run of the capture once."""
         return np.unique(self.run)
+
+    def thinned(self, every: int) -> Problem:
+        """The same with fewer rows of the capture."""
+        kept = slice(None, None, every)
+        return replace(
+            self,
+            difference=self.difference[kept],
+            theta=self.theta[kept],
+            time_s=self.time_s[kept],
+            run=self.run[kept],
+            speed=self.speed[kept],
+            warmth_k=self.warmth_k[kept],
+            phases=(self.phases[0][kept], self.phases[1][kept]),
+        )
 
     def on_disc(self, orders: Float | Whole) -> tuple[Float, Float]:
         """Cosines and sines fixed to the disc, ``(n, orders, 2)``: head 2 sees them α ahead."""
