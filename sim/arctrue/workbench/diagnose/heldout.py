@@ -137,13 +137,18 @@ def without(
 ) -> Observations:  # fmt: skip
     """The observations with some of their rows only."""
     capture, reference = observations.capture, observations.reference
+    keep = {"capture": keep_capture, "reference": keep_reference}
+    kept_columns = {
+        key: None if columns is None else columns[keep[key[-1]]]
+        for key, columns in observations.kept_columns.items()
+    }
     return replace(
         observations,
         capture=None if capture is None else capture.part(keep_capture),  # type: ignore[arg-type]
         reference=None if reference is None else reference.part(keep_reference),  # type: ignore[arg-type]
         stored=None,
         stored_reference=None,
-        kept_columns={},
+        kept_columns=kept_columns,
     )
 
 

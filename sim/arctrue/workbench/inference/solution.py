@@ -108,16 +108,26 @@ class Solution:
         """R₂ − R₁ − α that the model gives for every capture row."""
         rows = self.observations.capture
         assert rows is not None
-        columns = channel_columns(self.terms, self.observations, self.context, capture=True)
-        total = columns @ self.coefficients
+        total = self._of_terms(capture=True)
         return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
+
+    def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
+        """Prediction of the terms alone; asked for again and again beside other models."""
+        if capture not in self._predictions:
+            columns = channel_columns(self.terms, self.observations, self.context, capture=capture)
+            found = columns @ self.coefficients
+            found.setflags(write=False)
+            self._predictions[capture] = found
+        return self._predictions[capture]
+
+    @cached_property
+    def _predictions(self) -> dict[bool, NDArray[np.float64]]:
+        return {}
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
         """ε that the model gives for every reference row."""
-        rows = self.observations.reference
-        assert rows is not None
-        columns = channel_columns(self.terms, self.observations, self.context, capture=False)
-        return columns @ self.coefficients + self.reference_offset_arcsec
+        assert self.observations.reference is not None
+        return self._of_terms(capture=False) + self.reference_offset_arcsec
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
         """Measured less model; None without a capture."""
