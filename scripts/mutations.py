@@ -22,7 +22,7 @@ class Mutation:
     test: str
 
 
-MUTATIONS: Final[tuple[Mutation, ...]] = (
+VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_before_step",
         "the index passed downwards is latched behind the step instead of before it",

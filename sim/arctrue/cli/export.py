@@ -100,7 +100,7 @@ def export(
         _check_points(FORMATS[table_format], points)
     bench = load(measurement_set, model_file, folders)
     model = bench.model
-    reference = bench.observations.reference
+    reference = bench.observations.every_reference_row
     if model_file is None and bench.observations.capture is None and reference is not None:
         model = model_of_stations(reference)
     if not all(entry.coefficients for entry in model.effects):
