@@ -61,6 +61,7 @@ static void write_setup(const struct core_access *core, const struct core_setup 
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
     write_at(core, AT(ramp_rate), setup->ramp_rate);
+    write_at(core, AT(ramp_acceleration), setup->ramp_acceleration);
     write_at(core, AT(output_spacing), setup->output_spacing);
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);

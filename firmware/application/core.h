@@ -39,6 +39,7 @@ struct core_setup {
     uint32_t counts_per_rev;
     uint32_t sample_period;
     uint32_t ramp_rate;
+    uint32_t ramp_acceleration;
     uint32_t output_spacing;
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;

@@ -31,7 +31,9 @@ static const struct parameter_description descriptions[] = {
     {"counts_per_rev", ARCTRUE_COUNTS_PER_REV_MIN, ARCTRUE_COUNTS_PER_REV_MAX,
      PRESET(COUNTS_PER_REV), true, true, PLACE(counts_per_rev)},
     {"sample_period", 1, MOST_U32, PRESET(SAMPLE_PERIOD), true, true, PLACE(sample_period)},
-    {"ramp_rate", 0, MOST_U32, PRESET(RAMP_RATE), true, true, PLACE(ramp_rate)},
+    /* 1,900 counts a second at 2^24 counts a turn, reached in 0.1 s. */
+    {"ramp_arcsec_s", 0, MOST_ARCSEC * 1e3, 147, false, true, PLACE(ramp_arcsec_s)},
+    {"ramp_arcsec_s2", 0, MOST_ARCSEC * 1e6, 1470, false, true, PLACE(ramp_arcsec_s2)},
     {"output_spacing", 1, 65535, PRESET(OUTPUT_SPACING), true, true, PLACE(output_spacing)},
     {"filter_length", 1, 255, PRESET(FILTER_LENGTH), true, true, PLACE(filter_length)},
     {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, true,

@@ -21,7 +21,9 @@ struct parameters {
     double noise_limit;
     double counts_per_rev;
     double sample_period;
-    double ramp_rate;
+    /* Largest velocity of a ramp and its change; 0: no bound of the change. */
+    double ramp_arcsec_s;
+    double ramp_arcsec_s2;
     double output_spacing;
     double filter_length;
     double minimum_edge_spacing;

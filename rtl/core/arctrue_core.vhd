@@ -327,6 +327,7 @@ begin
       referenced         => heads(1).index_seen,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
+      ramp_acceleration  => u_unsigned(hwif_out.ramp_acceleration.value.value),
       write_enable       => coefficient_write,
       write_offset       => offset_write,
       write_address      => u_unsigned(access_address(9 downto 2)),

@@ -111,6 +111,7 @@ async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
     await names.command("rearm")
     await names.write("sample_period", SAMPLE_PERIOD)
     await names.write("ramp_rate", FASTEST_RAMP)
+    await names.write("ramp_acceleration", 0)
     await names.write("output_spacing", 1)
     await ClockCycles(dut.clock, 200)
     cocotb.start_soon(machine.log_every_clock())

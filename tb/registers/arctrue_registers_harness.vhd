@@ -90,7 +90,8 @@ entity arctrue_registers_harness is
     index_tolerance                : out   std_ulogic_vector(31 downto 0);
     output_index                   : out   std_ulogic_vector(31 downto 0);
     lost_counts                    : out   std_ulogic_vector(31 downto 0);
-    processor_limit                : out   std_ulogic_vector(31 downto 0)
+    processor_limit                : out   std_ulogic_vector(31 downto 0);
+    ramp_acceleration              : out   std_ulogic_vector(31 downto 0)
   );
 end entity arctrue_registers_harness;
 
@@ -272,6 +273,7 @@ begin
   following_limit <= padded(hwif_out.following_limit.value.value);
   index_tolerance <= padded(hwif_out.index_tolerance.value.value);
   lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, 1 => hwif_out.lost_counts.heal.value, others => '0');
+  ramp_acceleration <= hwif_out.ramp_acceleration.value.value;
   processor_limit <= hwif_out.processor_limit.value.value;
   output_index <= padded(
     hwif_out.output_index.width.value & "00" & hwif_out.output_index.state.value & "000" & hwif_out.output_index.gated.value

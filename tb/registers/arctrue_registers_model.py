@@ -27,6 +27,7 @@ READ_WRITE = {
     0x054: (0x331, 0x20, "output_index"),
     0x058: (0x3, 0, "lost_counts"),
     0x05C: (WORD, 0, "processor_limit"),
+    0x060: (WORD, 1_095_275, "ramp_acceleration"),
     0x0A0: (0x3FF, 0, None),
 }
 """Address: bits that exist, value after reset, port that shows the value."""
