@@ -35,6 +35,23 @@ set_property IOSTANDARD LVCMOS33 [get_ports out_b]
 set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
 
+# Enable of the line drivers, alarm, and what is beside the table: the other pins of Pmod JB, and one of JA.
+# On the coupled pairs of A they are such as stand still while the table turns.
+set_property LOC Y14 [get_ports driver_enable]
+set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
+set_property LOC V16 [get_ports alarm]
+set_property IOSTANDARD LVCMOS33 [get_ports alarm]
+set_property LOC W13 [get_ports sync_in]
+set_property IOSTANDARD LVCMOS33 [get_ports sync_in]
+set_property PULLTYPE PULLDOWN [get_ports sync_in]
+set_property LOC W16 [get_ports trigger_out]
+set_property IOSTANDARD LVCMOS33 [get_ports trigger_out]
+set_property LOC U19 [get_ports probe_in]
+set_property IOSTANDARD LVCMOS33 [get_ports probe_in]
+set_property PULLTYPE PULLDOWN [get_ports probe_in]
+set_property LOC V12 [get_ports compare_out]
+set_property IOSTANDARD LVCMOS33 [get_ports compare_out]
+
 # LEDs of the board.
 set_property LOC R14 [get_ports led_alive]
 set_property IOSTANDARD LVCMOS33 [get_ports led_alive]

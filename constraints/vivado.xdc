@@ -19,6 +19,12 @@ set_property ASYNC_REG TRUE $synchronisers
 set_input_delay -clock fabric_clock 0.000 [get_ports head*]
 set_max_delay -datapath_only -from [get_ports head*] -to $synchronisers 5.000
 set_false_path -hold -from [get_ports head*] -to $synchronisers
+set_input_delay -clock fabric_clock 0.000 [get_ports sync_in]
+set_input_delay -clock fabric_clock 0.000 [get_ports probe_in]
+set_max_delay -datapath_only -from [get_ports sync_in] -to $synchronisers 5.000
+set_max_delay -datapath_only -from [get_ports probe_in] -to $synchronisers 5.000
+set_false_path -hold -from [get_ports sync_in] -to $synchronisers
+set_false_path -hold -from [get_ports probe_in] -to $synchronisers
 set_false_path -through [get_pins -hierarchical -filter {NAME =~ *ps7_primitive/FCLKRESETN[0]}] -to $synchronisers
 
 # A, B and Z leave from registers in their pads, all alike, and are moved against each other by less than half a
@@ -26,3 +32,7 @@ set_false_path -through [get_pins -hierarchical -filter {NAME =~ *ps7_primitive/
 set_property IOB TRUE [get_cells -hierarchical -filter {NAME =~ *edges_out/a_reg || NAME =~ *edges_out/b_reg || NAME =~ *edges_out/z_reg}]
 set_max_delay -datapath_only -from [get_clocks fabric_clock] -to [get_ports out*] 5.000
 set_false_path -to [get_ports led*]
+set_false_path -to [get_ports driver_enable]
+set_false_path -to [get_ports alarm]
+set_false_path -to [get_ports trigger_out]
+set_false_path -to [get_ports compare_out]

@@ -28,6 +28,7 @@ WAY = (
     "harmonic",
     "compensation",
     "quadrature_output",
+    "signals",
     "registers",
     "core",
 )

@@ -148,6 +148,11 @@ static struct core_setup setup_of(const struct application *application) {
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
         .heal = parameters->heal != 0.0,
+        .head1_input = (uint32_t)parameters->head1_input,
+        .head2_input = (uint32_t)parameters->head2_input,
+        .output_pins = (uint32_t)parameters->output_pins,
+        .alarm = (uint32_t)parameters->release_sources << 8 |
+                 (uint32_t)parameters->alarm_sources,
     };
 }
 

@@ -66,6 +66,10 @@ static void write_setup(const struct core_access *core, const struct core_setup 
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
     write_at(core, AT(index_tolerance), setup->index_tolerance);
+    write_at(core, AT(head1_input), setup->head1_input);
+    write_at(core, AT(head2_input), setup->head2_input);
+    write_at(core, AT(output_pins), setup->output_pins);
+    write_at(core, AT(alarm), setup->alarm);
     write_at(core, AT(lost_counts),
              BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
 }

@@ -46,6 +46,11 @@ struct core_setup {
     uint32_t index_tolerance;
     /* Counts that head 1 lost are put into the count of the output. */
     bool heal;
+    /* Words of the registers. */
+    uint32_t head1_input;
+    uint32_t head2_input;
+    uint32_t output_pins;
+    uint32_t alarm;
 };
 
 struct core_header {

@@ -30,6 +30,13 @@ struct parameters {
     double index_tolerance;
     /* 1: counts that head 1 lost are put into the count of the output, on the ramp. */
     double heal;
+    /* Polarity, direction and filter of a head's pins; polarity and direction of the output's. */
+    double head1_input;
+    double head2_input;
+    double output_pins;
+    /* Faults that raise the alarm, and those that release the outputs. */
+    double alarm_sources;
+    double release_sources;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;

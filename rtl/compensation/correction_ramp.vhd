@@ -88,7 +88,7 @@ architecture rtl of correction_ramp is
   signal falling    : std_ulogic;
   signal ends       : std_ulogic;
   signal moves      : std_ulogic;
-  signal at_once    : std_ulogic;
+  signal stops_at_zero : std_ulogic;
 
 begin
 
@@ -104,7 +104,7 @@ begin
       falling      => falling,
       ends         => ends,
       moves        => moves,
-      at_once      => at_once
+      stops_at_zero => stops_at_zero
     );
 
   ramp : process (clock) is
@@ -119,7 +119,6 @@ begin
     variable below     : sum;
     variable decrement : sum;
     variable decayed   : sum;
-    variable rises     : std_ulogic;
     variable jump      : sum;
 
   begin
@@ -134,11 +133,7 @@ begin
 
       jump      := shift_left(resize(inserted, WIDTH), PAIR_FRACTION);
       decrement := resize(u_signed('0' & step), WIDTH);
-      rises     := not falling;
-      if at_once = '1' then
-        rises := excess(WIDTH - 1);
-      end if;
-      decayed := less_or_more(excess, decrement, rises);
+      decayed   := less_or_more(excess, decrement, not falling);
 
       busy    <= (or excess) or moves;
       limited <= '0';
@@ -158,8 +153,8 @@ begin
           held := unlimited;
         end if;
 
-        -- Where the velocity has no bound of its change, a change of sign ends the ramp.
-        if ends = '1' or (at_once = '1' and decayed(WIDTH - 1) /= excess(WIDTH - 1)) then
+        -- Where the velocity has no bound of its change, r passes 0 with it: that ends the ramp.
+        if ends = '1' or (stops_at_zero = '1' and decayed(WIDTH - 1) = falling) then
           excess := (others => '0');
         else
           excess := decayed;

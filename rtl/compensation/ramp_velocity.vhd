@@ -10,8 +10,8 @@
 -- **Changes of the remainder** at any time (`marker`) leave the velocity as it is. Where the remainder then has the
 -- other sign, or less way is left than braking takes, the velocity falls first, and the remainder passes 0 and comes back.
 --
--- **Acceleration 0** lets the velocity be `rate` at once and for ever: `at_once`. The direction is then that of the
--- excess itself, and `falling` has no meaning.
+-- **Acceleration 0** lets the velocity be `rate` at once and for ever; the excess is then to stop where it would pass 0 by a
+-- step: `stops_at_zero`, from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
@@ -43,7 +43,7 @@ entity ramp_velocity is
     falling      : out   std_ulogic                         := '0';                -- the excess falls by it; else it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess is to be 0
     moves        : out   std_ulogic                         := '0';                -- there is a velocity
-    at_once      : out   std_ulogic                         := '1'                 -- the acceleration is 0
+    stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
   );
 end entity ramp_velocity;
 
@@ -58,6 +58,7 @@ architecture rtl of ramp_velocity is
   -- Clocks of the 256 in which the remainder is looked at, compared and acted upon.
   constant LOOK    : natural := 240;
   constant COMPARE : natural := 241;
+  constant CHOOSE  : natural := 242;
   constant DECIDE  : natural := 255;
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
@@ -66,8 +67,6 @@ architecture rtl of ramp_velocity is
   signal is_at_once : std_ulogic                              := '1';
 
 begin
-
-  at_once <= is_at_once;
 
   choose_velocity : process (clock) is
 
@@ -90,6 +89,16 @@ begin
     variable is_stale       : std_ulogic                              := '0';
     variable is_zero        : std_ulogic                              := '1';
     variable goes_away      : std_ulogic                              := '0';
+    -- Braking ends it; the velocity's way of 256 clocks is 1 at the most
+    variable is_last        : std_ulogic                              := '0';
+    variable is_slow        : std_ulogic                              := '0';
+    -- What is chosen
+    variable brakes         : std_ulogic                              := '0';
+    variable stops          : std_ulogic                              := '0';
+    variable speeds         : std_ulogic                              := '0';
+    variable is_end         : std_ulogic                              := '0';
+    variable way_less       : way_count                               := (others => '0');
+    variable way_more       : way_count                               := (others => '0');
     variable is_for_faster  : std_ulogic                              := '0';
     variable is_for_same    : std_ulogic                              := '0';
 
@@ -107,6 +116,8 @@ begin
           slower := ('0' & velocity) - resize(acceleration, slower'length);
 
         when 1 =>
+          is_last       := slower(slower'high) or not (or slower);
+          is_slow       := not (or whole(whole'high downto 1));
           may_be_faster := faster ?<= ('0' & limit);
           is_too_fast   := velocity ?> limit;
 
@@ -127,28 +138,31 @@ begin
           is_for_faster := size ?>= way_faster;
           is_for_same   := size ?>= way_same;
 
+        when CHOOSE =>
+          brakes := is_too_fast or goes_away or not is_for_same;
+          stops  := (not moves and not is_for_faster) or (is_zero and is_slow) or (brakes and is_last);
+          speeds := is_for_faster and may_be_faster and not brakes;
+          is_end := (not moves and not is_for_faster) or (is_zero and is_slow);
+          way_less := way - whole;
+          way_more := way + faster(velocity'high downto VELOCITY_FRACTION);
+
         when DECIDE =>
-          if is_stale = '1' or marker = '1' then
-            null;
-          elsif (moves = '0' and is_for_faster = '0') or (is_zero = '1' and whole <= 1) then
-            ends     <= not is_at_once;
-            moves    <= '0';
-            velocity <= (others => '0');
-            way      := (others => '0');
-          elsif is_too_fast = '1' or goes_away = '1' or is_for_same = '0' then
-            velocity <= slower(velocity'range);
-            way      := way - whole;
-            if slower(slower'high) = '1' or slower = 0 then
+          if is_stale = '0' and marker = '0' then
+            ends <= is_end;
+            if stops = '1' then
               moves    <= '0';
               velocity <= (others => '0');
               way      := (others => '0');
-            end if;
-          elsif is_for_faster = '1' and may_be_faster = '1' then
-            velocity <= faster(velocity'range);
-            way      := way + faster(velocity'high downto VELOCITY_FRACTION);
-            moves    <= '1';
-            if moves = '0' then
-              falling <= not excess(excess'high);
+            elsif brakes = '1' then
+              velocity <= slower(velocity'range);
+              way      := way_less;
+            elsif speeds = '1' then
+              velocity <= faster(velocity'range);
+              way      := way_more;
+              moves    <= '1';
+              if moves = '0' then
+                falling <= not excess(excess'high);
+              end if;
             end if;
           end if;
 
@@ -161,11 +175,14 @@ begin
       is_stale := is_stale or marker;
 
       if is_at_once = '1' then
+        ends     <= '0';
+        falling  <= not excess(excess'high);
         velocity <= limit;
         moves    <= '0';
         way      := (others => '0');
       end if;
-      is_at_once <= not (or acceleration);
+      stops_at_zero <= is_at_once and not marker;
+      is_at_once    <= not (or acceleration);
 
       if reset = '1' then
         tick     := (others => '0');
@@ -174,6 +191,7 @@ begin
         velocity <= (others => '0');
         moves    <= '0';
         ends     <= '0';
+        stops_at_zero <= '0';
       end if;
     end if;
 

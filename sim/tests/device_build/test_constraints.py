@@ -54,8 +54,8 @@ def test_ports_are_read_from_the_vhdl() -> None:
     text = (ROOT / "rtl" / "top" / f"{TOP}.vhd").read_text(encoding="utf-8")
     clause = text[text.index("  port (") : text.index(f"end entity {TOP}")]
     assert ports_of(TOP) == re.findall(r"^ +(\w+) +: +(?:in|out) ", clause, re.MULTILINE)
-    assert len(ports_of(TOP)) == 6 + 3 + 4
-    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 4
+    assert len(ports_of(TOP)) == 6 + 3 + 6 + 4
+    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 6 + 4
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
@@ -79,7 +79,8 @@ def test_an_open_input_is_pulled_low(path: Path) -> None:
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
-    assert pulled == dict.fromkeys(ports_of(TOP)[:6], "PULLDOWN")
+    inputs = [*ports_of(TOP)[:6], "sync_in", "probe_in"]
+    assert pulled == dict.fromkeys(inputs, "PULLDOWN")
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
