@@ -2,7 +2,7 @@
 #
 # Pins of arctrue_zynq_top on the Digilent Arty Z7-20 (XC7Z020-1CLG400C).
 # RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
-# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado.xdc.
+# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado/.
 # An open input is pulled low, so that it counts no edges.
 
 # Reference head: receivers' outputs on the upper row of Pmod JA.

@@ -3,7 +3,7 @@
 # Pins of arctrue_zynq_top on the TUL PYNQ-Z2 (XC7Z020-1CLG400C).
 # RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
 # PMODA shares its pins with the Raspberry Pi header: leave that one free.
-# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado.xdc.
+# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado/.
 # An open input is pulled low, so that it counts no edges.
 
 # Reference head: receivers' outputs on the upper row of Pmod PMODA.
