@@ -19,6 +19,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 FABRIC_IMAGE = ROOT / "firmware" / "zynq" / "fabric_image.h"
+FLASH_MAP = ROOT / "firmware" / "zynq" / "flash_map.h"
 
 WORD_BYTES = 4
 ON_CHIP_MEMORY_BYTES = 192 * 1024
@@ -81,6 +82,13 @@ def header_constants() -> dict[str, int]:
     return {name: int(value, 0) for name, value in found}
 
 
+def flash_map() -> dict[str, int]:
+    """What lies where in the flash, from the firmware's own source; bytes."""
+    text = FLASH_MAP.read_text("utf-8")
+    found = re.findall(r"^#define FLASH_MAP_(\w+) (0x[0-9A-F]+)U$", text, re.MULTILINE)
+    return {name: int(value, 0) for name, value in found}
+
+
 def fabric_image(bitstream: bytes, source: str) -> bytes:
     """Header of the firmware's own, then the bitstream as the configuration port takes it.
 
@@ -112,7 +120,7 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
     boot = boot_image(program, entry)
     if bitstream is None:
         return boot
-    offset = header_constants()["OFFSET"]
+    offset = flash_map()["BITSTREAM"]
     return boot + ERASED * (offset - len(boot)) + fabric_image(bitstream, source)
 
 

@@ -29,8 +29,13 @@ const char *application_phase_name(enum application_phase phase) {
 }
 
 const char *settings_origin_name(enum settings_origin origin) {
-    static const char *const names[] = {"preset", "kept", "lost"};
-    return (unsigned)origin <= SETTINGS_LOST ? names[origin] : "unknown";
+    static const char *const names[] = {"preset", "kept", "lost", "saved"};
+    return (unsigned)origin <= SETTINGS_SAVED ? names[origin] : "unknown";
+}
+
+const char *saved_state_name(enum saved_state state) {
+    static const char *const names[] = {"none", "waiting", "confirmed", "not_confirmed"};
+    return (unsigned)state <= SAVED_NOT_CONFIRMED ? names[state] : "unknown";
 }
 
 const char *output_fault_name(bool stands) {
@@ -66,6 +71,8 @@ const char *alarm_name(uint32_t bit) {
         return "swap";
     case ALARM_BEGAN_ANEW:
         return "began_anew";
+    case ALARM_SAVED:
+        return "not_confirmed";
     default:
         return NULL;
     }
@@ -90,19 +97,34 @@ void application_keep_settings(struct application *application, struct kept_sett
     application->settle = settle;
 }
 
-/* Before an order is carried out: a fault in between then begins anew with the order. */
-static void keep_settings(struct application *application) {
-    struct settings settings = {
+void application_use_flash(struct application *application, struct save *save) {
+    application->save = save;
+}
+
+static struct settings present_settings(const struct application *application) {
+    return (struct settings){
         .parameters = application->parameters,
         .frozen = application->frozen,
         .bypassed = application->bypassed,
         .telemetry = application->telemetry,
         .faults_in_a_row = application->faults_in_a_row,
     };
+}
+
+/* Before an order is carried out: a fault in between then begins anew with the order. */
+static void keep_settings(struct application *application) {
+    struct settings settings = present_settings(application);
     if (application->kept != NULL) {
         kept_settings_write(application->kept, &settings);
         application->settle();
     }
+}
+
+static void take_settings(struct application *application, const struct settings *settings) {
+    application->parameters = settings->parameters;
+    application->frozen = settings->frozen != 0;
+    application->bypassed = settings->bypassed != 0;
+    application->telemetry = settings->telemetry != 0;
 }
 
 /* Where they are lost nobody knows whether the correction may be switched on. */
@@ -115,11 +137,23 @@ static void recover_settings(struct application *application) {
         return;
     }
     application->settings_origin = SETTINGS_KEPT;
-    application->parameters = settings.parameters;
-    application->frozen = settings.frozen != 0;
-    application->bypassed = settings.bypassed != 0;
-    application->telemetry = settings.telemetry != 0;
+    take_settings(application, &settings);
     application->faults_in_a_row = settings.faults_in_a_row + 1;
+}
+
+/* The coefficients have to wait for a turn that confirms them. */
+static void recover_saved(struct application *application) {
+    if (application->save == NULL || !save_find(application->save)) {
+        return;
+    }
+    const struct saved *saved = &application->save->content;
+    application->saved_state = saved_lanes(saved) > 0 ? SAVED_WAITING : SAVED_NONE;
+    if (application->settings_origin == SETTINGS_PRESET) {
+        application->settings_origin = SETTINGS_SAVED;
+        take_settings(application, &saved->settings);
+    } else if (application->settings_origin == SETTINGS_LOST) {
+        application->parameters = saved->settings.parameters;
+    }
 }
 
 /* The registers' units: 2^-35 count a clock, and 2^-59 count a clock and clock. */
@@ -193,6 +227,7 @@ static void begin_with_nothing(struct application *application) {
 
 void application_forget(struct application *application) {
     load_forget(&application->load);
+    application->saved_state = SAVED_NONE;
     begin_with_nothing(application);
 }
 
@@ -218,6 +253,9 @@ static void forget_zeros(struct application *application) {
 void application_start(struct application *application) {
     application->phase = PHASE_NO_CORE;
     begin_with_nothing(application);
+    if (application->saved_state == SAVED_NOT_CONFIRMED) {
+        application->saved_state = SAVED_WAITING;
+    }
     if (!core_identify(&application->core, &application->configuration)) {
         return;
     }
@@ -269,6 +307,7 @@ void application_recover(struct application *application, bool after_fault) {
     if (after_fault) {
         recover_settings(application);
     }
+    recover_saved(application);
     keep_settings(application);
 }
 
@@ -318,6 +357,27 @@ enum load_answer application_load_end(struct application *application, uint32_t 
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
                     crc);
+}
+
+/* What waits to be confirmed is replaced by what is active. */
+enum save_answer application_save(struct application *application) {
+    struct save *save = application->save;
+    if (save == NULL) {
+        return SAVE_NO_FLASH;
+    }
+    if (save->state != SAVE_IDLE) {
+        return SAVE_UNDER_WAY;
+    }
+    struct saved *saved = &save->content;
+    *saved = (struct saved){.settings = present_settings(application)};
+    if (application->has_active) {
+        load_own_lanes(&application->load, &application->active, &saved->own);
+        saved->loaded = application->load.loaded;
+    }
+    saved->own.counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    saved->loaded.counts_per_rev = saved->own.counts_per_rev;
+    application->saved_state = SAVED_NONE;
+    return save_begin(save);
 }
 
 void application_freeze(struct application *application, bool frozen) {
@@ -551,18 +611,29 @@ static void forget_old_faults(struct application *application) {
     }
 }
 
-/* An order to load is obeyed while the calibration is frozen, too. */
-static void take_load(struct application *application) {
+/* What was loaded or saved is applied while the calibration is frozen, too. */
+static void take_set(struct application *application) {
     struct load *load = &application->load;
+    bool saved = application->candidate_origin == OF_SAVED;
     if (!load_candidate(application)) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= ALARM_COEFFICIENTS;
-        load_refuse(load, LOAD_NOT_READ_BACK);
+        if (!saved) {
+            load_refuse(load, LOAD_NOT_READ_BACK);
+        }
         return;
     }
     application->report.result = TURN_APPLIED;
-    load->loaded = load->received;
-    load->state = coefficients_most_order(&load->loaded) > 0 ? LOAD_ACTIVE : LOAD_NONE;
+    if (!saved) {
+        load_take_over(load, &load->received);
+        return;
+    }
+    application->saved_state = SAVED_CONFIRMED;
+    enum load_state before = load->state;
+    load_take_over(load, &application->save->content.loaded);
+    if (before == LOAD_RECEIVING || before == LOAD_WAITING) {
+        load->state = before;
+    }
 }
 
 static void process_bank(struct application *application) {
@@ -573,6 +644,7 @@ static void process_bank(struct application *application) {
         .start_time = application->header.start_time,
         .samples = application->header.samples,
     };
+    bool waited = application->saved_state == SAVED_WAITING;
     take_temperature(application);
     report->reason = calibrate_turn(application);
     report->result = result_of(report->reason, application->frozen);
@@ -581,8 +653,11 @@ static void process_bank(struct application *application) {
     if (report->result == TURN_REFUSED) {
         after_refusal(application);
     }
-    if (application->load_judged) {
-        take_load(application);
+    if (application->saved_state == SAVED_NOT_CONFIRMED && waited) {
+        report->alarms |= ALARM_SAVED;
+    }
+    if (application->candidate_origin != OF_TURN) {
+        take_set(application);
     } else if (report->result == TURN_APPLIED && !load_candidate(application)) {
         report->result = TURN_KEPT;
         report->alarms |= ALARM_COEFFICIENTS;
@@ -657,6 +732,9 @@ bool application_busy(const struct application *application) {
 }
 
 void application_step(struct application *application) {
+    if (application->save != NULL) {
+        save_step(application->save);
+    }
     switch (application->phase) {
     case PHASE_WAIT_FOR_INDEX:
         wait_for_index(application);

@@ -15,6 +15,7 @@
 #include "load.h"
 #include "parameters.h"
 #include "reading_function.h"
+#include "save.h"
 
 enum application_phase {
     PHASE_NO_CORE,
@@ -32,9 +33,25 @@ enum settings_origin {
     SETTINGS_PRESET,
     /* After a fault: as they were ordered before it. */
     SETTINGS_KEPT,
-    /* After a fault that they did not outlive: presets, and bypass where no correction is at work. */
+    /* After a fault that they did not outlive: as they were saved, or presets, and bypass where no
+       correction is at work. */
     SETTINGS_LOST,
+    /* At power-on: as they were saved. */
+    SETTINGS_SAVED,
 };
+
+/* What has become of the coefficients that were saved. */
+enum saved_state {
+    SAVED_NONE,
+    /* A captured turn has yet to confirm them. */
+    SAVED_WAITING,
+    SAVED_CONFIRMED,
+    /* With them the predicted error does not fall: they wait for the next `rearm`. */
+    SAVED_NOT_CONFIRMED,
+};
+
+/* Where the candidate comes from. */
+enum candidate_origin { OF_TURN, OF_LOAD, OF_SAVED };
 
 enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };
 
@@ -51,6 +68,7 @@ enum alarm {
     ALARM_SWAP = 512,
     /* The firmware began anew after a fault, not long ago. */
     ALARM_BEGAN_ANEW = 1024,
+    ALARM_SAVED = 2048,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -126,8 +144,10 @@ struct application {
     struct coefficients active;
     struct coefficients candidate;
     struct load load;
-    /* The candidate is the loaded set with what is active beside it. */
-    bool load_judged;
+    /* NULL: there is no flash. */
+    struct save *save;
+    enum saved_state saved_state;
+    enum candidate_origin candidate_origin;
     bool has_active;
     /* The correction of before a fault is still at work; its coefficients are not known here. */
     bool inherited;
@@ -158,8 +178,11 @@ void application_use_temperature(struct application *application, temperature_re
 void application_keep_settings(struct application *application, struct kept_settings *kept,
                                memory_settle *settle);
 
-/* After a fault the settings are those that were kept, or else presets with bypass on; otherwise
-   they stay. Kept from now on. */
+/* Where settings and coefficients are saved. */
+void application_use_flash(struct application *application, struct save *save);
+
+/* At power-on the settings are those that were saved. After a fault they are those that were
+   kept; or else, with bypass on, the saved ones. What is not there is preset. Kept from now on. */
 void application_recover(struct application *application, bool after_fault);
 
 /* The first start. After a fault index, coefficients and correction of the core stay. After several
@@ -195,6 +218,8 @@ enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAU
 enum output_answer application_clear_output(struct application *application);
 /* Why the output stands now: "none" where it follows. */
 const char *application_output_fault(const struct application *application);
+/* Parameters, switches and what is active, into the flash; what save_begin() says. */
+enum save_answer application_save(struct application *application);
 /* All frames of a set have come; what load_end() says. */
 enum load_answer application_load_end(struct application *application, uint32_t crc);
 /* Correction off and nothing known, of the calibration and of what was loaded. */
@@ -207,6 +232,7 @@ enum parameter_answer application_set(struct application *application, const cha
 const char *output_fault_name(bool stands);
 const char *application_phase_name(enum application_phase phase);
 const char *settings_origin_name(enum settings_origin origin);
+const char *saved_state_name(enum saved_state state);
 const char *turn_result_name(enum turn_result result);
 /* NULL for a bit that is no alarm. */
 const char *alarm_name(uint32_t bit);

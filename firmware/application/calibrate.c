@@ -139,6 +139,22 @@ static enum refusal make_candidate(struct application *application) {
     return reason;
 }
 
+/* The saved coefficients, where with them head 2 less head 1 scatters clearly less. */
+static void judge_saved(struct application *application, const struct turn *turn) {
+    const struct saved *saved = &application->save->content;
+    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    uint32_t lanes = application->configuration.lanes;
+    load_combine(&saved->loaded, &saved->own, lanes, &application->candidate);
+    bool fits = saved_lanes(saved) <= lanes &&
+                saved->own.counts_per_rev == application->capture.counts_per_rev;
+    if (fits && load_is_better(turn, active, &application->candidate)) {
+        application->candidate_origin = OF_SAVED;
+        application->estimate = application->measured;
+    } else {
+        application->saved_state = SAVED_NOT_CONFIRMED;
+    }
+}
+
 /* The loaded set is the idle bank's only owner in this turn. */
 static void judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
@@ -152,23 +168,27 @@ static void judge_load(struct application *application, const struct turn *turn)
         load_refuse(load, LOAD_WORSE);
         return;
     }
-    application->load_judged = true;
+    application->candidate_origin = OF_LOAD;
     application->estimate = application->measured;
 }
 
 enum refusal calibrate_turn(struct application *application) {
     struct turn turn;
-    application->load_judged = false;
+    application->candidate_origin = OF_TURN;
     enum refusal reason =
         capture_verify(&application->capture, (uint32_t)application->parameters.orders, &turn,
                        &application->report.fault);
     if (reason == NOT_REFUSED) {
         reason = estimate_turn(application, &turn);
     }
-    if (reason == NOT_REFUSED && application->load.state == LOAD_WAITING) {
+    if (reason == NOT_REFUSED && application->saved_state == SAVED_WAITING) {
+        judge_saved(application, &turn);
+    }
+    if (reason == NOT_REFUSED && application->candidate_origin == OF_TURN &&
+        application->load.state == LOAD_WAITING) {
         judge_load(application, &turn);
     }
-    if (application->load_judged) {
+    if (application->candidate_origin != OF_TURN) {
         return NOT_REFUSED;
     }
     if (reason == NOT_REFUSED) {

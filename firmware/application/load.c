@@ -10,9 +10,6 @@
 #include "crc32.h"
 #include "units.h"
 
-#define PHASE_WORDS (1U << ARCTRUE_PHASE_WIDTH)
-#define ORDER_MOST ((1U << ARCTRUE_ORDER_WIDTH) - 1U)
-#define AMPLITUDE_MOST ((1 << (ARCTRUE_AMPLITUDE_WIDTH - 1)) - 1)
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
 #define STEP_MASK ((1ULL << ARCTRUE_PHASE_STEP_WIDTH) - 1)
 #define STEP_TURNS (1.0 / (double)(1ULL << ARCTRUE_PHASE_STEP_WIDTH))
@@ -66,6 +63,11 @@ void load_abort(struct load *load) {
     load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
 }
 
+void load_take_over(struct load *load, const struct coefficients *set) {
+    load->loaded = *set;
+    load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
+}
+
 void load_forget(struct load *load) {
     memset(load, 0, sizeof *load);
 }
@@ -109,16 +111,15 @@ enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
     if (load->state != LOAD_RECEIVING || number != load->next || number >= load->frames) {
         return LOAD_WRONG_FRAME;
     }
-    if (order == 0 || order > ORDER_MOST || phase_offset >= PHASE_WORDS ||
-        amplitude > AMPLITUDE_MOST || amplitude < -AMPLITUDE_MOST - 1) {
+    struct lane lane = {0, phase_offset, amplitude, order};
+    if (!coefficients_lane_is_valid(&lane)) {
         return refused(load, LOAD_OUT_OF_RANGE);
     }
     if (coefficients_have(&load->received, order)) {
         return refused(load, LOAD_ORDER_TWICE);
     }
-    load->received.lane[load->next++] =
-        (struct lane){coefficients_phase_step(order, load->received.counts_per_rev), phase_offset,
-                      amplitude, order};
+    lane.phase_step = coefficients_phase_step(order, load->received.counts_per_rev);
+    load->received.lane[load->next++] = lane;
     load->crc = crc_of(load->crc, words, 4);
     return LOAD_TAKEN;
 }
@@ -216,8 +217,9 @@ static double variance(const struct spread *spread, uint32_t samples) {
     return fmax(spread->squares / samples - mean * mean, 0.0);
 }
 
-bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
-                      const struct coefficients *candidate) {
+/* What is left of the variance of head 2 less head 1, of what there is now. */
+static double share_left(const struct turn *turn, const struct coefficients *active,
+                         const struct coefficients *candidate) {
     struct spread now = {0.0, 0.0};
     struct spread of_disc = {0.0, 0.0};
     struct spread of_head1 = {0.0, 0.0};
@@ -234,6 +236,20 @@ bool load_is_no_worse(const struct turn *turn, const struct coefficients *active
         add(&of_head1, difference - active2 + candidate1);
     }
     double least = fmin(variance(&of_disc, turn->samples), variance(&of_head1, turn->samples));
-    double noise = NOISE_DEVIATIONS * sqrt(2.0 / turn->samples);
-    return least <= variance(&now, turn->samples) * (1.0 + noise);
+    double all = variance(&now, turn->samples);
+    return all > 0.0 ? least / all : 1.0;
+}
+
+static double by_noise(const struct turn *turn) {
+    return NOISE_DEVIATIONS * sqrt(2.0 / turn->samples);
+}
+
+bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
+                      const struct coefficients *candidate) {
+    return share_left(turn, active, candidate) <= 1.0 + by_noise(turn);
+}
+
+bool load_is_better(const struct turn *turn, const struct coefficients *active,
+                    const struct coefficients *candidate) {
+    return share_left(turn, active, candidate) < 1.0 - by_noise(turn);
 }

@@ -74,6 +74,9 @@ void load_refuse(struct load *load, enum load_answer reason);
 /* What is coming or waiting is dropped; what is loaded stays. */
 void load_abort(struct load *load);
 
+/* `set` belongs to the operator from now on. */
+void load_take_over(struct load *load, const struct coefficients *set);
+
 /* Nothing is loaded any more. */
 void load_forget(struct load *load);
 
@@ -94,5 +97,8 @@ void load_combine(const struct coefficients *set, const struct coefficients *own
    see, or of head 1 alone, as a subdivision error is: the better of both counts. */
 bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
                       const struct coefficients *candidate);
+/* The same, but it has to be explained better, by more than its noise explains. */
+bool load_is_better(const struct turn *turn, const struct coefficients *active,
+                    const struct coefficients *candidate);
 
 #endif

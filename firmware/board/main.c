@@ -7,6 +7,8 @@
 #include "console.h"
 #include "die_temperature.h"
 #include "fault.h"
+#include "flash.h"
+#include "flash_map.h"
 #include "interrupts.h"
 #include "memory_mapped.h"
 #include "registers.h"
@@ -16,7 +18,13 @@
 
 #define CAPTURE_WINDOW 0x20000U
 
-/* The one context of the firmware. */
+/* The one context of the firmware; what is large and not needed at every step is in the upper
+   64 KB. */
+static struct {
+    struct flash flash;
+    struct save save;
+} upper __attribute__((section(".upper")));
+
 static struct {
     struct uart uart;
     struct application application;
@@ -173,6 +181,14 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
     text_word(sink, "arctrue " BOARD_NAME ", help tells the commands\r\n");
 }
 
+/* Before the fabric is loaded, which reads the flash as memory. */
+static void use_flash(void) {
+    flash_prepare(&upper.flash, board_registers());
+    struct flash_access access = flash_access_to(&upper.flash);
+    save_prepare(&upper.save, &access, FLASH_MAP_RECORDS, FLASH_MAP_RECORD_BYTES);
+    application_use_flash(&firmware.application, &upper.save);
+}
+
 int main(void) {
     static const struct core_access core = {
         .look = look_for_fabric,
@@ -192,6 +208,7 @@ int main(void) {
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
     application_keep_settings(&firmware.application, fault_kept_settings(), fault_keep);
+    use_flash();
     application_recover(&firmware.application, last.code != FAULT_NONE);
     fault_bus_errors_on();
     enum fabric_state fabric = board_fabric_start();

@@ -115,6 +115,12 @@ clear:
     cmp r0, r1
     strlo r2, [r0], #4
     blo clear
+    ldr r0, =upper_start
+    ldr r1, =upper_end
+clear_upper:
+    cmp r0, r1
+    strlo r2, [r0], #4
+    blo clear_upper
     ldr r0, =data_start
     ldr r1, =data_end
     ldr r3, =data_image
@@ -241,9 +247,10 @@ translation_table:
     .word (megabyte << 20) | SECTION_READ_ONLY
     .set megabyte, megabyte + 1
     .endr
-    .rept 0x1000 - 0xFD0
+    .rept 0xFFF - 0xFD0
     .word 0
     .endr
+    .word upper_page_table + 1
 
     .section .pages, "a"
     .balign 1024
@@ -261,4 +268,15 @@ page_table:
     .endr
     .rept 0x100 - 0x30
     .word 0
+    .endr
+
+    .balign 1024
+upper_page_table:
+    .rept 0xF0
+    .word 0
+    .endr
+    .set page, 0xFFFF0              /* on-chip memory up to the end of all addresses */
+    .rept 0x10
+    .word (page << 12) | PAGE_DATA
+    .set page, page + 1
     .endr

@@ -8,7 +8,9 @@
 #include "units.h"
 
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
-#define AMPLITUDE_WORD_MAX ((double)((1 << (ARCTRUE_AMPLITUDE_WIDTH - 1)) - 1))
+#define ORDER_MOST ((1U << ARCTRUE_ORDER_WIDTH) - 1U)
+#define AMPLITUDE_MOST ((1 << (ARCTRUE_AMPLITUDE_WIDTH - 1)) - 1)
+#define AMPLITUDE_WORD_MAX ((double)AMPLITUDE_MOST)
 #define PHASE_STEPS ((double)(1 << ARCTRUE_PHASE_WIDTH))
 
 _Static_assert(LANES_LIMIT == ARCTRUE_LANES_MAX, "the register map holds this many lanes");
@@ -63,6 +65,12 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
         }
     }
     return NOT_REFUSED;
+}
+
+bool coefficients_lane_is_valid(const struct lane *lane) {
+    return lane->order != 0 && lane->order <= ORDER_MOST &&
+           lane->phase_offset < 1U << ARCTRUE_PHASE_WIDTH &&
+           lane->amplitude <= AMPLITUDE_MOST && lane->amplitude >= -AMPLITUDE_MOST - 1;
 }
 
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order) {

@@ -35,6 +35,9 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
 /* K = round(n 2^48 / counts_per_rev) mod 2^48; `order` below 2^16. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev);
 
+/* Order, phase offset and amplitude are what a lane holds. */
+bool coefficients_lane_is_valid(const struct lane *lane);
+
 /* A lane has the order. */
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
 /* The highest order that has a lane; 0: none has. */

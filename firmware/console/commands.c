@@ -6,6 +6,7 @@
 
 #include "advice.h"
 #include "load_commands.h"
+#include "save_command.h"
 #include "units.h"
 
 typedef void command_action(struct console *console, char *const *words, uint32_t number);
@@ -110,6 +111,19 @@ static void show_settings(struct console *console) {
     }
 }
 
+static void show_saved(struct console *console) {
+    const struct application *application = console->application;
+    named_word(console, "saved", saved_state_name(application->saved_state));
+    if (application->saved_state == SAVED_NOT_CONFIRMED) {
+        advise(console, "not_confirmed");
+    }
+    if (application->save != NULL && application->save->found == SAVED_READ) {
+        named(console, "saved_record", application->save->sequence);
+    } else if (application->save != NULL) {
+        named_word(console, "saved_record", saved_answer_name(application->save->found));
+    }
+}
+
 static void show_device(struct console *console) {
     const struct application *application = console->application;
     named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
@@ -120,6 +134,7 @@ static void show_device(struct console *console) {
         named_word(console, "fabric", console->fabric());
     }
     show_settings(console);
+    show_saved(console);
     named(console, "console_overruns", console->overruns);
     named_fixed(console, "longest_step_us", console->longest_step_us);
     named(console, "interrupts", application->interrupts);
@@ -337,6 +352,7 @@ static const struct command commands[] = {
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
     {"load", load_use, 2, 7, load_command},
+    {"save", save_use, 1, 1, save_command},
     {"dump", "dump: the next turn's capture as CSV", 1, 1, dump},
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},

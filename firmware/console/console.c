@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "save_command.h"
 #include "telemetry.h"
 
 /* Rows of a dump a step: the rest of the firmware goes on in between. */
@@ -124,6 +125,7 @@ void console_step(struct console *console) {
     if (application->phase == PHASE_DUMP && application->dumped < application->capture.samples) {
         dump_step(console);
     }
+    save_step_told(console);
     if (application->report.fresh) {
         application->report.fresh = false;
         if (application->telemetry) {

@@ -140,7 +140,7 @@ static void find(struct fabric *fabric) {
     open_flash(fabric);
     fabric->place = 0;
     fabric->crc = 0;
-    enter(fabric, state_of(fabric_image_read(&fabric->access, FLASH_BASE + FABRIC_IMAGE_OFFSET,
+    enter(fabric, state_of(fabric_image_read(&fabric->access, FLASH_BASE + FLASH_MAP_BITSTREAM,
                                              &fabric->image)));
 }
 

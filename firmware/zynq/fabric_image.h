@@ -16,15 +16,14 @@
 
 #include <stdint.h>
 
+#include "flash_map.h"
 #include "register_access.h"
 
-/* From the beginning of the flash: the boot image, 192 KB at most, is before it. */
-#define FABRIC_IMAGE_OFFSET 0x00100000U
 #define FABRIC_IMAGE_MAGIC 0x53425441U
 #define FABRIC_IMAGE_VERSION 1U
 #define FABRIC_IMAGE_HEADER_BYTES 64U
-/* The XC7Z020's is 4,045,564 bytes; what linear addressing reaches, 16 MB, is the limit. */
-#define FABRIC_IMAGE_LENGTH_MOST (0x01000000U - FABRIC_IMAGE_OFFSET - FABRIC_IMAGE_HEADER_BYTES)
+/* The XC7Z020's is 4,045,564 bytes. */
+#define FABRIC_IMAGE_LENGTH_MOST (FLASH_MAP_BITSTREAM_BYTES - FABRIC_IMAGE_HEADER_BYTES)
 #define FABRIC_IMAGE_SYNC_WORD 0xAA995566U
 /* Words before which the synchronisation word must come. */
 #define FABRIC_IMAGE_SYNC_WITHIN 64U

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arctrue.report.cordic_error import cosine_bound, cosine_error, draw_cordic_error
+from arctrue.report.cordic_error import cosine_error, draw_cordic_error
+from arctrue.studies.paper.appendix import cosine_bound
 from tb.harmonic.harmonic_generics import DEFAULT, OTHERS, environment, generics
 from tb.support.simulation import ROOT, simulate
 

@@ -95,6 +95,22 @@ class Estimate:
         """ε at ``x_rad`` (reading or true angle, as ``function_of`` says), arcseconds."""
         return error_arcsec(self.orders, self.values, x_rad)
 
+    def u_error_arcsec(self, x_rad: Float, applied: NDArray[np.bool_] | None = None) -> Float:
+        """Standard uncertainty of ε at ``x_rad`` by the full covariance, (points,), arcseconds.
+
+        j(x)ᵀ C j(x) with j the cosines and sines of the orders that are seen: what the noise makes
+        of each order, and what α makes of all of them together. ``applied`` (N,): of these orders
+        alone; None: of all.
+        """
+        number = self.orders.size
+        visible = np.isfinite(np.diag(self.covariance)[:number])
+        seen = np.flatnonzero(visible if applied is None else visible & applied)
+        kept = np.concatenate((seen, seen + number))
+        phase = np.multiply.outer(np.ravel(x_rad), self.orders[seen].astype(np.float64))
+        columns = np.hstack((np.cos(phase), np.sin(phase)))
+        spread = columns @ self.covariance[np.ix_(kept, kept)]
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", spread, columns)))
+
     def _along(self, turned: float) -> Float:
         number = self.orders.size
         angle = turned - self.phase_rad

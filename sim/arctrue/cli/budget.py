@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.table import Table
@@ -23,7 +24,13 @@ from arctrue.cli._workbench import (
     write_json,
 )
 from arctrue.measurement.digest import set_digest
-from arctrue.metrology.budget import Budget, reference_budget, two_heads_budget
+from arctrue.metrology.budget import (
+    BY_ANGLE_DEG,
+    COVERAGE,
+    Budget,
+    reference_budget,
+    two_heads_budget,
+)
 from arctrue.metrology.correction import Correction
 from arctrue.report.numbers import decimal
 from arctrue.workbench.model.growth import fitted
@@ -87,6 +94,7 @@ def budget(
             "expanded_arcsec": made.expanded_arcsec,
             "k": 2,
             "k_for_95_percent": made.coverage_factor,
+            "by_angle": _by_angle(made),
             "not_stated": list(made.missing),
             "not_evaluated": list(made.not_evaluated),
             "checks": list(made.checks),
@@ -121,6 +129,16 @@ def _budget(bench: Workbench, model_file: Path | None, temperature: float | None
     return reference_budget(measurement, correction)
 
 
+def _by_angle(made: Budget) -> dict[str, Any] | None:
+    """U with k = 2 at the readings; None where the budget is of the whole turn alone."""
+    if made.u_by_angle_arcsec is None:
+        return None
+    return {
+        "reading_deg": BY_ANGLE_DEG.tolist(),
+        "expanded_arcsec": (COVERAGE * made.u_by_angle_arcsec).tolist(),
+    }
+
+
 def _print(made: Budget) -> None:
     from arctrue.report.budget_report import freedom, outcome
 
@@ -141,6 +159,12 @@ def _print(made: Budget) -> None:
         )
     console.print(table)
     console.print(outcome(made), soft_wrap=True)
+    if (at_angle := made.u_by_angle_arcsec) is not None:
+        console.print(
+            f"at every reading (full covariance): U from {COVERAGE * at_angle.min():.4f}″ at "
+            f"{BY_ANGLE_DEG[at_angle.argmin()]:g}° to {COVERAGE * at_angle.max():.4f}″ at "
+            f"{BY_ANGLE_DEG[at_angle.argmax()]:g}°"
+        )
     for heading, texts in (
         ("not stated", made.missing),
         ("not evaluated", made.not_evaluated),

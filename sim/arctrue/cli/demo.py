@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
@@ -68,6 +68,7 @@ def demo(out: Path, lanes: int, act: str) -> None:
         beside = Beside(lambda: run_second_act(HiddenSettings(), out / SECOND_FOLDER, _say("2 | ")))
     faults: list[str] = []
     cannot: list[str] = []
+    first_written = False
     if act != "2":
         try:
             tell = _say("1 | " if beside else "")
@@ -76,6 +77,7 @@ def demo(out: Path, lanes: int, act: str) -> None:
             cannot.append(str(error))
         else:
             page = out / FIRST_PAGE
+            first_written = True
             write_demo_page(first, page, SECOND_PAGE if beside else "")
             _print_result(first)
             say(f"\nPage: {page}\n")
@@ -87,12 +89,12 @@ def demo(out: Path, lanes: int, act: str) -> None:
             cannot.append(f"second act: {error}")
         else:
             page = out / SECOND_PAGE
-            write_second_act_page(second, page)
+            write_second_act_page(second, page, FIRST_PAGE if first_written else "")
             _print_second(second)
             say(f"\nPage: {page}")
             faults += [f"second act: {fault}" for fault in second.faults]
     for text in (*cannot, *faults):
-        say(f"demo: {text}", err=True)
+        tell_error(str(text))
     if cannot or faults:
         sys.exit(2 if cannot else 1)
 

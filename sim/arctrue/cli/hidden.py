@@ -98,10 +98,10 @@ def hidden(
         }
     write_json(json_file, data)
     if picture is not None:
-        from arctrue.report.hidden_figures import save_three_curves
+        from arctrue.report.charts.hidden_charts import three_curves
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        picture.parent.mkdir(parents=True, exist_ok=True)
-        save_three_curves(result, picture)
+        save_chart(three_curves(result), picture)
         say(f"wrote {picture}")
 
 

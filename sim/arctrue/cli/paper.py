@@ -1,9 +1,11 @@
-"""arctrue paper: the paper's experiment on the virtual instrument."""
+"""arctrue paper: the paper point by point, with its experiment on the virtual instrument."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 from rich.table import Table
@@ -12,11 +14,11 @@ from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
-
-if TYPE_CHECKING:
-    from arctrue.studies.paper.experiment import ExperimentResult
+from arctrue.report.numbers import plain
+from arctrue.whole_file import write_whole_text
 
 FULL_INTERPOLATION = 1024
+COARSE_INTERPOLATION = 64
 LEAST_INTERPOLATION = 16
 """With less, the ramp takes longer than the turns between calibration and cycles."""
 
@@ -32,16 +34,65 @@ LEAST_INTERPOLATION = 16
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Of instruments and noise.")
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--out", type=OutputFolder(), help="Folder for Fig. 11.")
+@click.option(
+    "--page",
+    "page_file",
+    type=OutputFile(".md"),
+    help="Write the page, Markdown. Runs the experiment with --interpolation 64 too.",
+)
+@click.option("--out", type=OutputFolder(), help="Folder for the figures.")
+@click.option(
+    "--from",
+    "source",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    multiple=True,
+    help="JSON of an earlier run, in place of a run; may be repeated.",
+)
 @for_people
 def paper(
-    cycles: int, interpolation: int, seed: int, json_file: Path | None, out: Path | None
+    cycles: int,
+    interpolation: int,
+    seed: int,
+    json_file: Path | None,
+    page_file: Path | None,
+    out: Path | None,
+    source: tuple[Path, ...],
 ) -> None:
     """Polygon of 24 faces and autocollimator, before and after, beside the paper's figures.
 
     The table is captured, calibrated and corrected by gateware and firmware, every edge through the
-    decoders. At the paper's size a cycle takes about a minute and a half.
+    decoders. At the paper's size a cycle takes about a minute and a half. --page writes every
+    equation, table and figure of the paper beside what comes out here.
     """
+    experiments = [one for path in source for one in _stored(path)]
+    if not source:
+        experiments.append(_run(cycles, interpolation, seed))
+        if page_file is not None and interpolation != COARSE_INTERPOLATION:
+            experiments.append(_run(cycles, COARSE_INTERPOLATION, seed))
+    for one in experiments:
+        _print(one)
+    if page_file is None and len(experiments) == 1:
+        write_json(json_file, experiments[0])
+    else:
+        from arctrue.studies.paper.page_items import paper_items
+
+        found = plain(paper_items(experiments))
+        experiments = found["experiments"]
+        write_json(json_file, found)
+        if page_file is not None:
+            from arctrue.report.paper_page import paper_page
+
+            write_whole_text(page_file, paper_page(found))
+            console.print(f"wrote {page_file}", soft_wrap=True)
+    if out is not None:
+        from arctrue.report.paper_drawings import draw_figures
+        from arctrue.report.paper_figures import plot_experiment
+
+        for path in (plot_experiment(experiments[0], out), *draw_figures(out)):
+            console.print(f"wrote {path}", soft_wrap=True)
+
+
+def _run(cycles: int, interpolation: int, seed: int) -> dict[str, Any]:
     from arctrue.instrument.revolution import RevolutionSettings
     from arctrue.studies.paper.experiment import ExperimentSettings, run_experiment
 
@@ -51,32 +102,40 @@ def paper(
         seed=seed,
     )
     with on_the_instrument() as shown:
-        result = run_experiment(settings, say=shown.say, progress=shown.progress)
-    _print(result)
-    write_json(json_file, result.as_json())
-    if out is not None:
-        from arctrue.report.paper_figures import plot_experiment
-
-        console.print(f"wrote {plot_experiment(result, out)}")
+        return run_experiment(settings, say=shown.say, progress=shown.progress).as_json()
 
 
-def _print(result: ExperimentResult) -> None:
-    printed, budget = result.published, result.budget
-    table = Table(title=f"{printed.faces} faces, {result.settings.cycles} cycles, ″")
+def _stored(source: Path) -> list[dict[str, Any]]:
+    """The experiments of a file. Raises ValueError for a file of another kind."""
+    try:
+        found = json.loads(source.read_text(encoding="utf-8"))
+        experiments = found.get("experiments", [found])
+        if all("published" in one and "after" in one for one in experiments):
+            return list(experiments)
+    except (json.JSONDecodeError, UnicodeDecodeError, AttributeError, TypeError):
+        pass
+    raise ValueError(f"{source}: expected the JSON of arctrue paper, an experiment or a page")
+
+
+def _print(result: Mapping[str, Any]) -> None:
+    printed, budget = result["published"], result["budget"]
+    table = Table(title=f"{printed['faces']} faces, {result['settings']['cycles']} cycles, ″")
     for heading in ("", "paper", "here"):
         table.add_column(heading, justify="left" if not heading else "right")
 
-    def span(values: tuple[float, float]) -> str:
+    def span(values: list[float]) -> str:
         return f"[{values[0]:.2f}, {values[1]:.2f}]"
 
     table.add_row(
-        "error, uncorrected", span(printed.before_arcsec), span(result.before.span_arcsec)
+        "error, uncorrected", span(printed["before_arcsec"]), span(result["before"]["span_arcsec"])
     )
-    table.add_row("error, corrected", span(printed.after_arcsec), span(result.after.span_arcsec))
+    table.add_row(
+        "error, corrected", span(printed["after_arcsec"]), span(result["after"]["span_arcsec"])
+    )
     table.add_row(
         "largest σ of a face, (13)",
-        f"{printed.largest_deviation_arcsec:.2f}",
-        f"{result.after.deviation_arcsec.max():.2f}",
+        f"{printed['largest_deviation_arcsec']:.2f}",
+        f"{max(result['after']['deviation_arcsec']):.2f}",
     )
     names = {
         "polygon_arcsec": "u₁ polygon",
@@ -86,22 +145,22 @@ def _print(result: ExperimentResult) -> None:
         "tower_difference_arcsec": "u₅ tower difference, (15)",
     }
     for name, label in names.items():
-        table.add_row(label, f"{getattr(printed.budget, name):g}", f"{getattr(budget, name):.2g}")
+        table.add_row(label, f"{printed['budget'][name]:g}", f"{budget[name]:.2g}")
     table.add_row(
-        "u combined, (16)", f"{printed.combined_arcsec:.2f}", f"{budget.combined_arcsec:.2f}"
+        "u combined, (16)", f"{printed['combined_arcsec']:.2f}", f"{budget['combined_arcsec']:.2f}"
     )
     table.add_row(
-        "U expanded, k = 2, (17)", f"{printed.expanded_arcsec:.2f}", f"{budget.expanded_arcsec:.2f}"
+        "U expanded, k = 2, (17)",
+        f"{printed['expanded_arcsec']:.2f}",
+        f"{budget['expanded_arcsec']:.2f}",
     )
-    largest = int(result.residual_orders_arcsec.argmax())
-    table.add_row(
-        "largest order that is left",
-        "1",
-        f"{largest + 1} ({result.residual_orders_arcsec[largest]:.2f}″)",
-    )
+    amplitude = result["residual_orders_arcsec"]
+    largest = max(range(len(amplitude)), key=amplitude.__getitem__)
+    table.add_row("largest order that is left", "1", f"{largest + 1} ({amplitude[largest]:.2f}″)")
     console.print(table)
+    given = result["settings"]["revolution"]
     console.print(
-        f"u₁ and u₂ are the paper's; {result.settings.revolution.counts_per_rev:,} counts a turn, "
-        f"{result.applied_orders} orders applied, {result.refused_turns} turns refused, "
-        f"{result.clocks / 1e6:,.0f} million clocks in {result.wall_s:,.0f} s."
+        f"u₁ and u₂ are the paper's; {given['lines'] * given['interpolation']:,} counts a turn, "
+        f"{result['applied_orders']} orders applied, {result['refused_turns']} turns refused, "
+        f"{result['clocks'] / 1e6:,.0f} million clocks in {result['wall_s']:,.0f} s."
     )

@@ -63,6 +63,13 @@ class Console:
 
         Raises ConsoleError for an answer that says error, or none within ``seconds``.
         """
+        return self._answer(line, seconds)[:-1]
+
+    def confirmed(self, line: str, seconds: float = 5.0) -> str:
+        """What follows the closing ``ok``; raises as :meth:`command`."""
+        return self._answer(line, seconds)[-1].removeprefix("ok").removeprefix(",").strip()
+
+    def _answer(self, line: str, seconds: float) -> list[str]:
         self._write(line)
         answer: list[str] = []
         end = time.monotonic() + seconds
@@ -72,9 +79,9 @@ class Console:
                 continue
             if text.startswith("error"):
                 raise ConsoleError(f"{self.port}: {line}: the device says {text}")
+            answer.append(text)
             if text == "ok" or text.startswith("ok,"):
                 return answer
-            answer.append(text)
         raise ConsoleError(
             f"{self.port}: no answer to {line!r} within {seconds:g} s; is it the console of the "
             f"device, at {BAUD} baud?"

@@ -13,6 +13,7 @@ import zlib
 from collections.abc import Callable, Sequence
 
 from arctrue.device.console import Console, ConsoleError
+from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.coefficients import Coefficients
 
 ATTEMPTS = 3
@@ -76,9 +77,9 @@ def send_coefficients(
                 progress(number, len(frames))
             return
         except ConsoleError as error:
-            reason = _reason(error)
+            reason = reason_of(error, "load")
             if reason is not None and reason not in _SPOILED:
-                raise LoadRefusedError(_explained(console, reason)) from error
+                raise LoadRefusedError(explained(console, reason)) from error
             if attempt == ATTEMPTS:
                 raise
 
@@ -93,7 +94,7 @@ def wait_until_judged(console: Console, seconds: float) -> None:
         (state,) = [line for line in console.command("load status") if line.startswith("load ")]
         words = state.split()
         if words[1] == "refused":
-            raise LoadRefusedError(_explained(console, words[2]))
+            raise LoadRefusedError(explained(console, words[2]))
         if words[1] in ("active", "none"):
             return
         time.sleep(0.2)
@@ -102,16 +103,3 @@ def wait_until_judged(console: Console, seconds: float) -> None:
         f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "
         "does the table turn? The console's status tells why turns are refused"
     )
-
-
-def _reason(error: ConsoleError) -> str | None:
-    """The device's word; None where it is another error, or no answer."""
-    _, found, reason = str(error).rpartition("error: load ")
-    return reason.split()[0] if found and reason else None
-
-
-def _explained(console: Console, reason: str) -> str:
-    try:
-        return f"{reason}: {console.command(f'help {reason}')[0]}"
-    except (ConsoleError, IndexError):
-        return reason

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.instrument.errors import InstrumentError
-from arctrue.table import Motion, RotaryTable, TableState
-from arctrue.table.causes.cause import READING, refuse_unhonoured
+from arctrue.table import Motion, RotaryTable
+from arctrue.table.causes.cause import SIGNALS, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
 """How far the cubic between knots may lie from the table's geometry; checked in every piece."""
@@ -19,10 +18,6 @@ _MOST_KNOT_CLOCKS = 4096
 _CHECKED_CLOCKS = 64
 
 Curve = NDArray[np.float64]
-
-
-Surroundings = Callable[[TableState], TableState]
-"""From the state of a motion to the state that the table is read in."""
 
 
 class Curves(Protocol):
@@ -59,16 +54,14 @@ class TableCurves:
         motion: Motion,
         clock_hz: float,
         knot_clocks: int | None = None,
-        conditions: Surroundings | None = None,
     ) -> None:
         """``knot_clocks``: clocks between two knots; without it some counts of travel.
 
-        ``conditions`` adds what the motion does not know: temperature, another time. Raises
-        UnhonouredCauseError for a cause that acts on more than the readings.
+        Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals:
+        counts are lost by faults of the pins.
         """
-        refuse_unhonoured(table.effects, READING, "the virtual instrument")
+        refuse_unhonoured(table.effects, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
-        self._conditions = conditions or (lambda state: state)
         self.counts_per_rev = table.counts_per_rev
         self.index_width_counts = table.index_width_counts
         self.rounding_counts = 0.5 if table.rounding == "nearest" else 0.0
@@ -90,7 +83,7 @@ class TableCurves:
 
     def _at(self, clock: NDArray[np.int64]) -> tuple[Curve, Curve, Curve]:
         time_s = np.clip(clock / self.clock_hz, 0.0, self.motion.duration_s)
-        state = self._conditions(self.motion.state(time_s))
+        state = self.motion.state(time_s)
         first, second = (self.table.reading_rad(head, state) for head in (0, 1))
         return first / self.table.count_rad, second / self.table.count_rad, state.angle_rad
 

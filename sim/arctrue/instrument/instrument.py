@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.register_access import Capture, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import Say, build
-from arctrue.instrument.curves import Curve, Curves, Surroundings, TableCurves
+from arctrue.instrument.curves import Curve, Curves, TableCurves
 from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
@@ -290,7 +290,6 @@ class Instrument:
         *,
         knot_clocks: int | None = None,
         may_jump: bool = False,
-        conditions: Surroundings | None = None,
     ) -> None:
         """Put a table before the heads; its motion begins at the present clock.
 
@@ -299,10 +298,9 @@ class Instrument:
         ends with InstrumentError, unless ``may_jump`` wants to see what comes of it.
         The first clock may move A and B together, an illegal transition: attach before
         ``reset()`` or ``firmware.start()``, which forget it. A real table is there before the
-        power comes. ``conditions`` makes a table's state of that of the motion, which begins at
-        time 0 and at the usual temperature: a later time, another temperature.
+        power comes. Raises UnhonouredCauseError for a cause that acts behind the pins.
         """
-        curves = TableCurves(table, motion, self.clock_hz, knot_clocks, conditions)
+        curves = TableCurves(table, motion, self.clock_hz, knot_clocks)
         self.attach_curves(curves, may_jump=may_jump)
 
     def attach_curves(self, curves: Curves, *, may_jump: bool = False) -> None:

@@ -13,7 +13,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from arctrue.gateware.correction_ramp import ramp_arcsec_s, ramp_arcsec_s2
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_DEFAULT
@@ -23,7 +22,8 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import Instrument, Progress, clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
-from arctrue.instrument.recording import ARCSEC_A_TURN, EdgeTrack, Recording
+from arctrue.instrument.recording import ARCSEC_A_TURN, Recording
+from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
@@ -56,8 +56,6 @@ _SPARE_RAD = float(np.deg2rad(15.0))
 # Of the bank over the bus; measured: 6.
 _CLOCKS_A_READ = 8
 DEPTH_STEP = 512
-FINE_BINS = 7200
-COARSE_BINS = 720
 """Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""
 
 
@@ -186,36 +184,6 @@ class RevolutionSettings:
         ramp_s = (largest_counts / rate + rate / acceleration) / self.clock_hz
         read_s = 2 * self.samples * _CLOCKS_A_READ / self.clock_hz
         return (ramp_s + read_s + self.calculation_s) * self.speed_rad_s + 2 * _SPARE_RAD
-
-
-@dataclass(frozen=True, slots=True)
-class TurnScore:
-    """A turn against the true angle; the mean, which two heads cannot see, is removed."""
-
-    angle_rad: NDArray[np.float64]
-    """Middle of each bin of half a degree, shape ``(720,)``."""
-    error_arcsec: NDArray[np.float64]
-    """Mean error of the edges in each."""
-    every_edge_arcsec: tuple[float, float]
-    """Lowest and highest of all edges, with the noise of the reading and the counts' steps."""
-    amplitude_arcsec: NDArray[np.float64]
-    """Of orders 1, 2, …, shape ``(64,)``."""
-    edges: int
-
-    @property
-    def lowest_arcsec(self) -> float:
-        """Lowest mean error."""
-        return float(self.error_arcsec.min())
-
-    @property
-    def highest_arcsec(self) -> float:
-        """Highest mean error."""
-        return float(self.error_arcsec.max())
-
-    @property
-    def rms_arcsec(self) -> float:
-        """Root mean square of the mean errors."""
-        return float(np.sqrt(np.mean(self.error_arcsec**2)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,32 +340,11 @@ def settled(instrument: Instrument, firmware: Firmware) -> bool:
     return bool(status["compensating"] and not status["ramp_busy"])
 
 
-def score_turn(track: EdgeTrack) -> TurnScore:
-    """The score of a turn recorded in FINE_BINS bins.
-
-    Raises InstrumentError where a bin holds no edge.
-    """
-    if track.bin_edges.size != FINE_BINS or not track.bin_edges.all():
-        raise InstrumentError("the recording does not hold a whole turn")
-    fine = track.bin_error_arcsec()
-    edges = track.bin_edges.reshape(COARSE_BINS, -1)
-    weighted: NDArray[np.float64] = fine.reshape(edges.shape) * edges
-    coarse = weighted.sum(axis=1) / edges.sum(axis=1)
-    amplitude: NDArray[np.float64] = 2 * np.abs(np.fft.rfft(fine))[1:65] / fine.size
-    return TurnScore(
-        angle_rad=np.asarray((np.arange(COARSE_BINS) + 0.5) * (TURN_RAD / COARSE_BINS)),
-        error_arcsec=coarse - float(coarse.mean()),
-        every_edge_arcsec=track.extremes_arcsec(),
-        amplitude_arcsec=amplitude,
-        edges=track.edges,
-    )
-
-
 def _with_faults(
     result: RevolutionResult, instrument: Instrument, illegal: int
 ) -> RevolutionResult:
     found = []
-    reach = max(-result.after.lowest_arcsec, result.after.highest_arcsec)
+    reach = result.after.reach_arcsec
     if not reach <= result.limit_arcsec:
         found.append(
             f"the corrected error reaches {reach:.3f}″, the limit is {result.limit_arcsec:.3f}″"

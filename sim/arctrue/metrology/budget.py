@@ -28,6 +28,8 @@ Float = NDArray[np.float64]
 
 COVERAGE = 2.0
 REVERSAL = "reversal error, half of it"
+BY_ANGLE_DEG: Float = np.arange(0.0, 360.0, 5.0)
+"""Readings at which the uncertainty is given."""
 CONFIDENCE = 0.9545
 """Of a normal distribution within two standard deviations."""
 DIVISORS = {"normal": 1.0, "rectangular": math.sqrt(3.0), "two values": 1.0}
@@ -72,6 +74,8 @@ class Budget:
     """What the set cannot show."""
     checks: tuple[str, ...]
     """What the reference run says of the outcome."""
+    u_by_angle_arcsec: Float | None = None
+    """Combined standard uncertainty every 5° of the reading, (72,); None: not known by angle."""
 
     @property
     def u_arcsec(self) -> float:
@@ -110,6 +114,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
     noise = math.sqrt(max(total - of_separation**2, 0.0))
     seen = np.isfinite(estimate.noise_gain) & ~applied
     left = math.sqrt(0.5 * float(np.sum(estimate.amplitude_arcsec[seen] ** 2)))
+    of_alpha = _separation_lines(table, calibration, slope)
     lines = [
         Contribution(
             "noise of R₂ − R₁ and disagreement of the runs",
@@ -119,7 +124,7 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
             noise,
             degrees_of_freedom=2.0 * NEIGHBOURS,
         ),
-        *_separation_lines(table, calibration, slope),
+        *of_alpha,
         Contribution(
             f"orders up to {number} that are not corrected",
             "their amplitudes as estimated: not significant, or no lane",
@@ -156,6 +161,10 @@ def two_heads_budget(measurement: MeasurementSet, calibration: Calibration) -> B
             "temperature other than that of the capture",
         ),
         tuple(checks),
+        np.hypot(
+            estimate.u_error_arcsec(np.radians(BY_ANGLE_DEG), applied),
+            math.sqrt(sum(one.u_arcsec**2 for one in lines[1 + len(of_alpha) :])),
+        ),
     )
 
 

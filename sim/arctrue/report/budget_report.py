@@ -6,9 +6,14 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from arctrue.metrology.budget import Budget
-from arctrue.report.document import Block, Document, Rows, Text, write_document
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from arctrue.metrology.budget import BY_ANGLE_DEG, COVERAGE, Budget
+from arctrue.report.document import Block, Document, Picture, Rows, Text, write_document
 from arctrue.report.numbers import decimal
+from arctrue.report.svg import AFTER, house_style
 
 HEADINGS = ("quantity", "source", "type", "distribution", "size ″", "divisor", "cᵢ", "uᵢ ″", "νᵢ")
 
@@ -46,6 +51,20 @@ def outcome(budget: Budget) -> str:
     )
 
 
+def _by_angle(u_arcsec: NDArray[np.float64]) -> Figure:
+    """U over the reading, by the full covariance."""
+    with house_style():
+        figure = Figure(figsize=(8.0, 3.0), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(BY_ANGLE_DEG, COVERAGE * u_arcsec, color=AFTER)
+        axes.set_xlim(0, 360)
+        axes.set_ylim(bottom=0.0)
+        axes.set_xticks(range(0, 361, 45))
+        axes.set_xlabel("reading, °")
+        axes.set_ylabel("U (k = 2), ″")
+    return figure
+
+
 def write_budget_report(
     budget: Budget, facts: Sequence[tuple[str, str]], folder: Path
 ) -> list[Path]:
@@ -58,6 +77,8 @@ def write_budget_report(
         Rows("Budget", HEADINGS, budget_rows(budget), names=4),
         Text(outcome(budget) + "."),
     ]
+    if budget.u_by_angle_arcsec is not None:
+        blocks.append(Picture("U (k = 2) over the reading", _by_angle(budget.u_by_angle_arcsec)))
     blocks += [Text(f"Not stated: {text}.") for text in budget.missing]
     blocks += [Text(f"Not evaluated: {text}.") for text in budget.not_evaluated]
     blocks += [Text(f"Check: {text}.") for text in budget.checks]

@@ -16,30 +16,12 @@ from numpy.typing import NDArray
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style
+from arctrue.studies.paper.appendix import approximation_bound, cosine_bound
 from arctrue.whole_file import whole_file
 
 SWEEP_BITS = 20
 DEFAULT_FILE = Path("build/reports/cordic_error.png")
 _BINS = 1024
-
-
-def approximation_bound(iterations: int = CORDIC_ITERATIONS) -> float:
-    """δ_max of equation (A.1): the angle of the last iteration, in radians."""
-    return math.atan(2.0 ** -(iterations - 1))
-
-
-def rounding_bound(bits: int = COSINE_WIDTH, iterations: int = CORDIC_ITERATIONS) -> float:
-    """ε_max of equation (A.5), as printed, for a width of ``bits``."""
-    gains = (
-        math.prod(math.sqrt(1.0 + 2.0 ** (-2 * i)) for i in range(j, iterations))
-        for j in range(1, iterations)
-    )
-    return math.ldexp(math.sqrt(2.0), -bits) * (1.0 + sum(gains))
-
-
-def cosine_bound(bits: int = COSINE_WIDTH, iterations: int = CORDIC_ITERATIONS) -> float:
-    """(A.1) + (A.5), as printed: 1.18·10⁻⁴ for 16 iterations of 18 bits."""
-    return approximation_bound(iterations) + rounding_bound(bits, iterations)
 
 
 def swept_phases(bits: int = SWEEP_BITS) -> NDArray[np.int32]:

@@ -7,7 +7,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
-from arctrue.report import demo_figures
+from arctrue.report.charts.error_before_after import error_before_after
+from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
+from arctrue.report.charts.orders_before_after import orders_before_after
 from arctrue.studies.demo.result import DemoResult
 from arctrue.whole_file import write_whole_text
 
@@ -32,7 +34,7 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
     ``second_act``: the name of the page of the second act, where there is one.
     """
     environment = page_templates()
-    error_figure = demo_figures.error_over_a_turn(result)
+    error_figure = error_before_after(result)
     page = environment.get_template("demo.html.j2").render(
         result=result,
         second_act=second_act,
@@ -40,12 +42,12 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         before=result.before,
         after=result.after,
         pipeline_clocks=sum(unit.measured_clocks for unit in result.latencies),
-        error_figure=Markup(error_figure),
-        spectrum_figure=Markup(demo_figures.spectrum(result)),
+        error_figure=Markup(chart_svg(error_figure)),
+        spectrum_figure=Markup(chart_svg(orders_before_after(result))),
     )
     write_whole_text(file, page)
     # The README's picture, see `make docs`.
-    write_whole_text(file.parent / "error_before_after.svg", error_figure)
+    save_chart(error_figure, file.parent / "error_before_after.svg")
 
 
 def _signed(value: float, digits: int = 2) -> str:

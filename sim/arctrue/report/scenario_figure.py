@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from arctrue.instrument.turn_score import BINS, TurnScore
+from arctrue.report.log_scale import set_log_y
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
 from arctrue.studies.scenario.result import ScenarioResult, Turn
-from arctrue.studies.scenario.turns import BINS, TurnError
 from arctrue.whole_file import whole_file
 
 
@@ -31,7 +32,7 @@ def plot_scenario(result: ScenarioResult, file: Path) -> None:
             )
 
 
-def _rms(found: TurnError | None) -> float:
+def _rms(found: TurnScore | None) -> float:
     return float("nan") if found is None else found.rms_arcsec
 
 
@@ -45,7 +46,7 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
     limit = result.scenario.limits.corrected_rms_arcsec
     if limit is not None:
         axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 3)), linewidth=1, label="limit")
-    axes.set_yscale("log")
+    set_log_y(axes)
     axes.set_ylabel("RMS error, arcsec")
     axes.set_title("Error against the true angle")
     bottom, top = axes.get_ylim()
@@ -93,7 +94,7 @@ def _shape(axes: Axes, result: ScenarioResult) -> None:
     for turn, colour in zip(_ends(wanted or corrected), (AFTER, LIMIT), strict=False):
         if turn.corrected is not None:
             label = f"turn {turn.number}"
-            axes.plot(degrees, turn.corrected.bins_arcsec, color=colour, label=label, linewidth=1)
+            axes.plot(degrees, turn.corrected.error_arcsec, color=colour, label=label, linewidth=1)
     axes.set_title("Corrected output")
     axes.set_ylabel("error, arcsec")
     axes.set_xlabel("true angle of the table, °")

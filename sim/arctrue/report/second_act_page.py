@@ -6,22 +6,28 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from arctrue.report import hidden_figures
+from arctrue.report.charts.hidden_charts import signal_period, three_curves
+from arctrue.report.charts.ladder import ladder
+from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.demo_page import page_templates
 from arctrue.studies.demo.second_act import SecondAct
 from arctrue.whole_file import write_whole_text
 
 
-def write_second_act_page(act: SecondAct, file: Path) -> None:
-    """Render it and write it, the folder included, with the three curves beside it."""
+def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> None:
+    """Render it and write it, the folder included, with the three curves beside it.
+
+    ``first_act``: the name of the page of the first act, where there is one.
+    """
     result = act.result
-    three_curves = hidden_figures.three_curves(result)
+    turn_figure = three_curves(result)
     added = result.examined.model.effects[-1]
     page = (
         page_templates()
         .get_template("second_act.html.j2")
         .render(
             act=act,
+            first_act=first_act,
             result=result,
             scale=result.settings.revolution,
             steps=result.examined.ladder,
@@ -32,11 +38,11 @@ def write_second_act_page(act: SecondAct, file: Path) -> None:
                 ("output, paper’s model", "paper", result.paper),
                 ("output, with the effect", "after", result.corrected),
             ),
-            turn_figure=Markup(three_curves),
-            period_figure=Markup(hidden_figures.signal_period(result)),
-            ladder_figure=Markup(hidden_figures.ladder(result)),
+            turn_figure=Markup(chart_svg(turn_figure)),
+            period_figure=Markup(chart_svg(signal_period(result))),
+            ladder_figure=Markup(chart_svg(ladder(result.examined.ladder))),
         )
     )
     write_whole_text(file, page)
     # The picture of docs/hidden-effect.md.
-    write_whole_text(file.parent / "hidden_effect.svg", three_curves)
+    save_chart(turn_figure, file.parent / "hidden_effect.svg")

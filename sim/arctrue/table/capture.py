@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arctrue.table.causes.cause import READING, refuse_unhonoured
 from arctrue.table.motion import Motion
 from arctrue.table.rotary_table import RotaryTable
-from arctrue.table.state import TableState
+from arctrue.table.stations import stations
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,16 +69,18 @@ def measure_with_polygon(
     target_deg = np.tile(np.concatenate([up, up[::-1]]), cycles)
     rows = np.arange(target_deg.size)
     target_rad = np.deg2rad(target_deg)
+    time_s = rows.astype(np.float64) * station_s
+    direction = np.where(rows // faces % 2 == 0, 1, -1)
+    there = stations(time_s, target_rad, direction)
     # The target minus ε(target): a station need not be hit, only known.
-    there = TableState.at_rest(target_rad)
-    state = TableState.at_rest(2 * target_rad - table.reading_rad(0, there))
+    state = there.turned(2 * target_rad - table.reading_rad(0, there))
     counts = table.counts(0, state, random)
     noise_arcsec = random.normal(0.0, reference_noise_arcsec, rows.size)
     error_rad = counts * table.count_rad - state.angle_rad
     return ReferenceRun(
-        time_s=rows.astype(np.float64) * station_s,
+        time_s=time_s,
         cycle=rows // (2 * faces),
-        direction=np.where(rows // faces % 2 == 0, 1, -1),
+        direction=direction,
         target_deg=target_deg,
         head1_counts=counts,
         error_arcsec=np.rad2deg(error_rad) * 3600 + noise_arcsec,

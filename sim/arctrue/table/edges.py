@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import READING, refuse_unhonoured
+from arctrue.table.causes.cause import SIGNALS, refuse_unhonoured
 from arctrue.table.crossings import level_crossings, solve_brackets
 from arctrue.table.motion import Motion
 from arctrue.table.rotary_table import RotaryTable
@@ -41,10 +41,11 @@ def count_edges(
 
     With ``random`` given, noise displaces each edge; the interpolator's own hysteresis keeps
     edges from passing their neighbours, so that noise never adds a pair of edges.
-    Raises UnhonouredCauseError for a cause that acts on more than the reading.
+    Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals: a
+    counter that loses counts stands behind the edges.
     """
 
-    refuse_unhonoured(table.effects, READING, "a head's edges")
+    refuse_unhonoured(table.effects, SIGNALS, "a head's edges")
 
     def reading(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         return table.reading_rad(head, motion.state(time_s)) / table.count_rad

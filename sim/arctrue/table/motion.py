@@ -1,14 +1,16 @@
-"""How the table is driven: a speed profile with ramps, and a ripple on the angle."""
+"""How the table is driven: a speed profile with ramps, pauses and reversals, a ripple, and heat."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.state import TableState
+from arctrue.table.conditions import Conditions
+from arctrue.table.temperature import TemperatureCourse
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +22,8 @@ class Motion:
         θ(t) = s(t) + a·(sin(n·s(t) + p) − sin(n·start + p)),
 
     so the ripple stands still when the drive does. ``knot_times_s`` begins at 0 and rises;
-    ``knot_speeds_rad_s`` has as many values (signed, counter-clockwise positive).
+    ``knot_speeds_rad_s`` has as many values (signed, counter-clockwise positive). A motion
+    begins as if the table had just turned back.
     Raises ValueError for a profile that cannot be driven.
     """
 
@@ -30,6 +33,17 @@ class Motion:
     ripple_rad: float = 0.0
     ripple_order: int = 1
     ripple_phase_rad: float = 0.0
+    temperature: TemperatureCourse = field(default_factory=TemperatureCourse)
+    """Over the time of the surroundings, from ``start_s`` on."""
+    surroundings_s: tuple[float, ...] | None = None
+    """Time of the surroundings at each knot, where a pause counts in full of which a part is run;
+    None: that of the motion."""
+    start_s: float = 0.0
+    """Time of the measurement at which the motion begins."""
+    run: int = 0
+    """Which run of the measurement it is."""
+    travelled_rad: float = 0.0
+    """How far the table has turned before, in either direction."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be driven."""
@@ -48,6 +62,11 @@ class Motion:
             raise ValueError(
                 f"a ripple of {self.ripple_rad} rad at order {self.ripple_order} would turn the "
                 f"table back; |ripple × order| must stay below 1"
+            )
+        if self.surroundings_s is not None and len(self.surroundings_s) != times.size:
+            raise ValueError(
+                f"the surroundings need one time a knot, found {len(self.surroundings_s)} for "
+                f"{times.size} knots"
             )
 
     @classmethod
@@ -93,8 +112,22 @@ class Motion:
             np.concatenate([times, times[:-1][reverses] + share * np.diff(times)[reverses]])
         )
 
-    def state(self, time_s: NDArray[np.float64]) -> TableState:
-        """The state at the given instants, shape ``(n,)``.
+    def surroundings_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Time of the surroundings since the motion began, at its instants; same shape."""
+        if self.surroundings_s is None:
+            return np.asarray(time_s, dtype=np.float64)
+        return np.asarray(np.interp(time_s, self.knot_times_s, self.surroundings_s))
+
+    def temperature_c(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Temperature at instants of the motion, same shape."""
+        return self.temperature.at(self.start_s + self.surroundings_at(time_s))
+
+    def travel_rad(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far the table has turned in either direction since the motion began, same shape."""
+        return _travel_of(self.knot_times_s, self.knot_speeds_rad_s).at(time_s)[1]
+
+    def state(self, time_s: NDArray[np.float64]) -> Conditions:
+        """The state and its conditions at the given instants, shape ``(n,)``.
 
         Raises ValueError for an instant outside the motion.
         """
@@ -115,8 +148,59 @@ class Motion:
         smooth = self.start_rad + travelled[leg] + since * (speeds[leg] + acceleration * since / 2)
         ripple_start = self.ripple_order * self.start_rad + self.ripple_phase_rad
         ripple = self.ripple_order * smooth + self.ripple_phase_rad
-        return TableState(
-            time_s,
+        course = _travel_of(self.knot_times_s, self.knot_speeds_rad_s)
+        piece, travel = course.at(time_s)
+        return Conditions(
+            self.start_s + time_s,
             smooth + self.ripple_rad * (np.sin(ripple) - np.sin(ripple_start)),
             smooth_speed * (1 + self.ripple_rad * self.ripple_order * np.cos(ripple)),
+            self.temperature_c(time_s),
+            course.side[piece],
+            np.full(time_s.shape, self.run, dtype=np.int64),
+            self.surroundings_at(time_s),
+            self.travelled_rad + travel,
+            travel - course.turned_back_rad[piece],
         )
+
+
+@dataclass(frozen=True, slots=True)
+class _Travel:
+    """A profile in pieces of one direction: ``k`` instants and speeds, ``k − 1`` pieces."""
+
+    times_s: NDArray[np.float64]
+    speeds_rad_s: NDArray[np.float64]
+    travelled_rad: NDArray[np.float64]
+    """At each instant."""
+    side: NDArray[np.float64]
+    """Of each piece, +1 or −1: a table that stands keeps the side from which it came."""
+    turned_back_rad: NDArray[np.float64]
+    """The travel at the last reversal before each piece."""
+
+    def at(self, time_s: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """The piece that each instant lies in, and the travel until then; same shape."""
+        piece = np.clip(
+            np.searchsorted(self.times_s, time_s, side="right") - 1, 0, self.side.size - 1
+        )
+        since = np.minimum(time_s, self.times_s[-1]) - self.times_s[piece]
+        acceleration = (np.diff(self.speeds_rad_s) / np.diff(self.times_s))[piece]
+        gone = since * (self.speeds_rad_s[piece] + acceleration * since / 2)
+        return piece, self.travelled_rad[piece] + np.abs(gone)
+
+
+@lru_cache(maxsize=64)
+def _travel_of(knot_times_s: tuple[float, ...], knot_speeds_rad_s: tuple[float, ...]) -> _Travel:
+    times = Motion(knot_times_s, knot_speeds_rad_s).turning_times_s()
+    speeds = np.interp(times, knot_times_s, knot_speeds_rad_s)
+    middle = (speeds[:-1] + speeds[1:]) / 2
+    gone = np.abs(middle) * np.diff(times)
+    travelled = np.concatenate([[0.0], np.cumsum(gone)])
+    moving = np.flatnonzero(middle)
+    side = np.zeros(middle.size)
+    turned_back = np.zeros(middle.size)
+    if moving.size:
+        last = np.maximum(np.searchsorted(moving, np.arange(middle.size), side="right") - 1, 0)
+        side = np.sign(middle[moving[last]])
+        reversed_here = np.diff(side, prepend=side[0]) != 0
+        begins = np.where(reversed_here, travelled[:-1], 0.0)
+        turned_back = np.maximum.accumulate(begins)
+    return _Travel(times, speeds, travelled, side, turned_back)

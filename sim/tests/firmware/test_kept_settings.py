@@ -112,7 +112,7 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
     ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
     device.start(after_fault=True)
     assert field(device, "settings") == ["lost"]
-    assert any("they are at their presets" in line for line in field(device, "advice"))
+    assert any("as they were saved, else preset" in line for line in field(device, "advice"))
     assert parameters(device)["separation_deg"] == "33.000000000"
     device.work(1)
     assert device.firmware.application.has_active

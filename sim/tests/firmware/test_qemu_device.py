@@ -224,7 +224,7 @@ def flash_options(folder: Path, content: bytes) -> list[str]:
     for number in (8, 9):
         file = folder / f"flash{number}.bin"
         with file.open("wb") as flash:
-            flash.truncate(FLASH_BYTES)
+            flash.write(b"\xff" * FLASH_BYTES)
             flash.seek(IMAGE_OFFSET)
             flash.write(content)
         options += ["-drive", f"if=mtd,index={number},format=raw,file={file}"]
@@ -508,3 +508,19 @@ def test_the_watchdog_runs_out_where_nothing_else_helps(tmp_path: Path) -> None:
         status = machine.ask("status", "reset watchdog")
         assert "settings lost\r\n" in status
         assert field(status, "compensation") == "bypassed", "nobody knows what was ordered"
+
+
+def test_what_is_saved_is_there_after_power_off(tmp_path: Path) -> None:
+    """Through the emulated controller to the flash that this machine has, N25Q128, and back."""
+    options = flash_options(tmp_path, b"")
+    with running(tmp_path, core_window(None), *options) as machine:
+        machine.wait_for(READY)
+        assert "saved_record none\r\n" in machine.send("status")
+        for number, separation in enumerate((33.5, 34.25), start=1):
+            machine.send(f"set separation_deg {separation}")
+            assert machine.send("save") == f"ok, record {number}: parameters and 0 orders\r\n"
+    with running(tmp_path, core_window(None), *options) as machine:
+        machine.wait_for("settings saved, bypass off\r\n")
+        machine.wait_for(READY)
+        assert "saved_record 2\r\n" in machine.send("status")
+        assert "separation_deg 34.250000000\r\n" in machine.send("show parameters")

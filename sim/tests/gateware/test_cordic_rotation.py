@@ -17,12 +17,8 @@ from arctrue.gateware.cordic_rotation import (
 )
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
-from arctrue.report.cordic_error import (
-    cosine_bound,
-    cosine_error,
-    draw_cordic_error,
-    swept_phases,
-)
+from arctrue.report.cordic_error import cosine_error, draw_cordic_error, swept_phases
+from arctrue.studies.paper.appendix import cosine_bound
 
 TURN = 1 << PHASE_WIDTH
 

@@ -10,7 +10,7 @@ import pytest
 from arctrue.gateware.harmonic_lane import harmonic_lane, lane_cosine
 from arctrue.gateware.harmonic_unit import harmonic_unit
 from arctrue.generated.number_formats import PAIR_FRACTION, PAIR_WIDTH, PHASE_WIDTH
-from arctrue.report.cordic_error import cosine_bound
+from arctrue.studies.paper.appendix import cosine_bound
 
 TURN = 1 << PHASE_WIDTH
 LARGEST = 2**24

@@ -12,7 +12,6 @@ from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.cli import main
 from arctrue.instrument.revolution import (
-    COARSE_BINS,
     GRADUATION_ARCSEC,
     GRADUATION_ORDERS,
     PAPER_BEFORE_ARCSEC,
@@ -20,6 +19,7 @@ from arctrue.instrument.revolution import (
     RevolutionSettings,
     run_revolution,
 )
+from arctrue.instrument.turn_score import BINS
 from arctrue.table import TableState
 
 
@@ -54,7 +54,7 @@ def test_the_corrected_turn(result: RevolutionResult) -> None:
     # 50″ beside the 33° that the firmware was told; it measures to its own uncertainty.
     measured = (result.telemetry["separation_deg"] - 33.0) * 3600
     assert abs(measured - 50.0) < 5 * result.telemetry["u_separation_arcsec"]
-    assert result.after.error_arcsec.shape == (COARSE_BINS,)
+    assert result.after.error_arcsec.shape == (BINS,)
     assert result.applied_orders == LANES
     # The four largest orders of the table are gone to a tenth of a count; the others, for which
     # there is no lane, are as they were.

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from arctrue.table import Motion
+from arctrue.table.temperature import TemperatureCourse
 
 
 def test_angle_is_the_integral_of_the_speed() -> None:
@@ -50,3 +51,45 @@ def test_instants_outside_the_motion_are_refused() -> None:
         Motion.steady(1.0, 1.0).state(np.array([1.5]))
     with pytest.raises(ValueError, match="do not fit"):
         Motion.steady(1.0, 1.0, ramp_s=0.6)
+
+
+def test_side_and_travel_through_reversals_and_pauses() -> None:
+    # Up, over rest to down, a pause, and up again. By hand: at the knots, and where it turns back
+    # at 3 s, 0, 3, 3.75, 4.5, 5.25, 5.25 and 6.25 rad are travelled.
+    motion = Motion((0.0, 2.0, 4.0, 5.0, 7.0, 9.0), (1.5, 1.5, -1.5, 0.0, 0.0, 1.0))
+    state = motion.state(np.array([0.0, 1.0, 2.5, 3.5, 4.5, 6.0, 8.0, 9.0]))
+    np.testing.assert_array_equal(state.direction, [1, 1, 1, -1, -1, -1, 1, 1])
+    travelled = np.array([0.0, 1.5, 3.5625, 3.9375, 5.0625, 5.25, 5.5, 6.25])
+    np.testing.assert_allclose(state.travelled_rad, travelled, atol=1e-12)
+    since = travelled - np.array([0, 0, 0, 3.75, 3.75, 3.75, 5.25, 5.25])
+    np.testing.assert_allclose(state.since_reversal_rad, since, atol=1e-12)
+
+
+def test_travel_is_the_integral_of_the_speed() -> None:
+    motion = Motion((0.0, 1.0, 3.0, 3.5, 6.0), (0.0, 2.0, -1.0, -1.0, 3.0))
+    time_s = np.linspace(0.0, 6.0, 60_001)
+    speed = np.abs(motion.state(time_s).speed_rad_s)
+    integral = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(time_s))])
+    # The trapezoid errs where the speed passes zero within a step: (3 rad/s² · 1e-4 s)·1e-4 s.
+    np.testing.assert_allclose(motion.travel_rad(time_s), integral, atol=1e-7)
+
+
+def test_a_motion_that_begins_later_and_warms() -> None:
+    course = TemperatureCourse((100.0, 110.0), (20.0, 25.0))
+    motion = Motion(
+        (0.0, 1.0, 2.0),
+        (1.0, 1.0, 0.0),
+        temperature=course,
+        surroundings_s=(0.0, 1.0, 9.0),
+        start_s=100.0,
+        run=3,
+        travelled_rad=7.0,
+    )
+    state = motion.state(np.array([0.5, 1.5]))
+    np.testing.assert_allclose(state.time_s, [100.5, 101.5])
+    np.testing.assert_allclose(state.since_run_start_s, [0.5, 5.0])
+    np.testing.assert_allclose(state.temperature_c, [20.25, 22.5])
+    np.testing.assert_array_equal(state.run, [3, 3])
+    np.testing.assert_allclose(state.travelled_rad, [7.5, 8.375])
+    with pytest.raises(ValueError, match="one time a knot"):
+        Motion((0.0, 1.0), (1.0, 1.0), surroundings_s=(0.0,))

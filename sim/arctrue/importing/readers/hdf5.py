@@ -35,6 +35,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
 
             def visit(name: str, item: Any) -> None:
                 if isinstance(item, h5py.Dataset) and item.ndim in (1, 2):
+                    _refuse_other_files(path, name, item)
                     parent, _, own = name.rpartition("/")
                     # A table stands for itself, a column with those beside it.
                     table = item.ndim == 2 or item.dtype.names
@@ -46,6 +47,17 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     except OSError as error:
         raise MeasurementError("format", path, f"cannot be read as HDF5: {error}") from error
     return recording_of(path, "hdf5", arrays)
+
+
+def _refuse_other_files(path: Path, name: str, item: Any) -> None:
+    """A file that comes from elsewhere must not name others of this machine to be read."""
+    if item.external or item.is_virtual:
+        raise MeasurementError(
+            "value",
+            path,
+            f"/{name}: its values stand in another file, which is not read: "
+            "write them into this one (h5repack, or a copy with h5py)",
+        )
 
 
 def _group(path: Path, wanted: str, groups: list[str], choices: Choices) -> str:

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.frozen import folder_digest, set_name
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
-from arctrue.studies.campaign import Task, read_results
-from arctrue.studies.campaign.task import digest
-from arctrue.studies.simulate.truth import fingerprint
+from arctrue.studies.benchmark.subject import SUBJECTS
+from arctrue.studies.campaign import read_results
+from arctrue.studies.campaign.store import HEADER, read_header
 
 VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
 
@@ -24,26 +24,22 @@ class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def set_name(task: Task) -> str:
-    """The name of a set's folder: it tells nothing of what is in it."""
-    return digest({name: value for name, value in task.items() if name != "subject"})[:12]
+def write_sets(
+    plan: Plan, out: Path, first: int | None, say: Callable[[str], None]
+) -> dict[str, str]:
+    """Write the sets of a plan into folders of their names; the digest of each by its name.
 
-
-def write_sets(plan: Plan, out: Path, first: int | None, say: Callable[[str], None]) -> str:
-    """Write the sets of a plan into folders of their names; the digest of all their files.
-
-    The digest is the same on every machine whose sines and cosines are: one that differs may be a
+    A digest is the same on every machine whose sines and cosines are: one that differs may be a
     count in a row, and says that answers are not to be compared digit by digit.
     """
-    whole = hashlib.sha256()
     tasks = plan.tasks("arctrue")[:first]
+    found = {}
     for number, task in enumerate(sorted(tasks, key=set_name), start=1):
         say(f"set {number} of {len(tasks)}")
         folder = out / set_name(task)
         write_measurement_set(folder, make_set(task).measurement)
-        for name, found in sorted(fingerprint(folder).items()):
-            whole.update(f"{set_name(task)}/{name} {found}\n".encode())
-    return whole.hexdigest()
+        found[set_name(task)] = folder_digest(folder)
+    return found
 
 
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
@@ -62,6 +58,38 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
     order = {json.dumps(task, sort_keys=True): at for at, task in enumerate(plan.tasks(subject))}
     sets.sort(key=lambda item: order.get(json.dumps(item.task, sort_keys=True), len(order)))
     return scored(sets)
+
+
+def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
+    """The scores of every subject of which ``folder`` has results, over the sets that all have.
+
+    Each with the state of the code (``source``) that made its answers.
+
+    Raises PlanError where there is no plan, AnswersError where there are no results.
+    """
+    plan = read_plan(folder)
+    results = {
+        name: {set_name(item.task): item for item in read_results([folder / name])}
+        for name in SUBJECTS
+        if (folder / name / HEADER).exists()
+    }
+    if not results:
+        raise AnswersError(f"{folder}: no subject has answered yet: first arctrue benchmark run")
+    headers = {name: read_header(folder / name) for name in results}
+    plans = [header.get("plan") for header in headers.values()]
+    if any(other != plans[0] for other in plans):
+        raise AnswersError(f"{folder}: its subjects were asked about sets of two generators")
+    common = set.intersection(*(set(items) for items in results.values()))
+    order = [set_name(task) for task in plan.tasks("")]
+    return {
+        name: {
+            **scored(
+                judged((items[key].task, items[key].result) for key in order if key in common)
+            ),
+            "source": headers[name]["code"]["arctrue"],
+        }
+        for name, items in results.items()
+    }
 
 
 def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:

@@ -25,7 +25,8 @@ count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
-    arctrue benchmark page FOLDER --to docs/blind.md
+    make peers                                   # the rivals on the 200 public sets
+    arctrue benchmark page FOLDER --peers build/benchmark/public --to docs/blind.md
 
 A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
 of workers or shards. One folder takes results of one state of the code only.
@@ -51,26 +52,101 @@ listed. *In class*: it is listed, another stands first. Of several causes each c
 of the heads that is stated wrong is a `head_angle_error`. A name for a stranger is a false name.
 *Silent*: `cannot_tell` though the oracle sees it. Intervals are Clopper–Pearson, 95 %.
 
-How independent the simulation is of the effects: it moves discs, brackets and counters by exact
-plane geometry, and solves for the reading. Where a cause's own formula *is* the effect's (a wave of
-an order on the graduation, a drift in proportion to time, a scale error of the autocollimator, a
-constant a face, a delay times a speed), agreement says that the search and the statistics work, not
-that the physics is right.
+## How independent the simulation is of the effects
+
+It moves discs, brackets and counters by exact plane geometry and solves for the reading; it shares
+no code with the workbench. Where a cause's own formula *is* the effect's, agreement says that the
+search and the statistics work, not that the physics is right.
+
+| effect | the same formula? |
+|---|---|
 """
+INDEPENDENCE = {
+    "high_order_graduation": "The same: a wave of one order on the graduation.",
+    "head_angle_error": "To first order: the head's point is turned, the ray to it is exact.",
+    "subdivision_error": (
+        "No: offset, gain and phase of sine and cosine through atan2; the effect is a series of "
+        "the electrical phase."
+    ),
+    "radial_error_motion": "To first order: the axis moves on an ellipse, the rays are exact.",
+    "bearing_ball_pass": "To first order, as radial motion, at an order that is not whole.",
+    "vibration": (
+        "To first order: the bracket swings at one frequency, with a phase of its own each run."
+    ),
+    "hysteresis": (
+        "No: the shaft winds up on a loop of Dahl's friction, over a stroke after each reversal; "
+        "the effect is a constant a direction."
+    ),
+    "timing_skew": "The same: a delay times the speed.",
+    "latency": "The same: a delay times the speed.",
+    "thermal_head_drift": "To first order: a bracket grows in proportion to the warming.",
+    "thermal_eccentricity": (
+        "To first order: the disc's centre moves in proportion to the warming, the rays are exact."
+    ),
+    "count_slip": "The same: a step of whole counts at an instant.",
+    "graduation_defect": (
+        "No: dirt has edges of any steepness and may be lopsided; the effect is a bell."
+    ),
+    "drive_gear_error": (
+        "No: the pitch wobbles once a turn, which puts lines beside that of the teeth; the effect "
+        "is the teeth's wave and its multiples."
+    ),
+    "polygon_face_error": "The same: a constant a face.",
+    "polygon_eccentricity": (
+        "Nearly: tilt, roll and hollow faces are put in as such, and come to a wave of the first "
+        "order."
+    ),
+    "autocollimator_gain": "The same: a share of what is shown.",
+    "reference_drift": (
+        "No: a rate and on top a temperature that walks at random; the effect is in proportion to "
+        "time."
+    ),
+}
+"""Of every cause of the catalogue: what agreement with its effect shows."""
 
 
-def page(plan: Mapping[str, Any], code: Mapping[str, str], found: Mapping[str, Any]) -> str:
-    """The page as Markdown, from the plan, the state of the code and what was scored."""
+PEERS_TOLD = {
+    "arctrue": "`arctrue diagnose`.",
+    "stepwise_bic": (
+        "Stepwise regression: the effect whose columns lower the BIC most is added, up to three, "
+        "in white noise. It has a name for everything."
+    ),
+    "periodogram_rule": (
+        "A rule of thumb: the strongest line of the residual in angle or time at a false alarm of "
+        "1 % names one of four effects."
+    ),
+    "gaussian_process": (
+        "A smooth discrepancy over all conditions (Kennedy and O'Hagan, by scikit-learn): it sees "
+        "that something is there and has no names."
+    ),
+}
+
+
+def page(
+    plan: Mapping[str, Any],
+    code: Mapping[str, str],
+    found: Mapping[str, Any],
+    peers: Mapping[str, Mapping[str, Any]] | None = None,
+) -> str:
+    """The page as Markdown, from the plan, the state of the code and what was scored.
+
+    ``peers``: the scores of each subject over the frozen public sets.
+    """
     lines = [HEAD, "## Result", "", *_provenance(plan, code, found), ""]
     lines += _rates(found)
     lines += ["", *_probabilities(found), "", *_held_out(found), "", *_sizes(found), ""]
+    lines += [*_by_effect(found), ""]
+    if peers:
+        lines += ["### Beside simple rivals", "", *_peers(peers), ""]
     lines += ["### Outcomes by world", "", *_outcomes(found), ""]
     lines += ["### What was said of what", "", *_confusion(found), ""]
     lines += ["### Not as it should be", "", *_failures(found), "", WORLDS_TOLD.rstrip()]
     lines += [
         f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
     ]
-    lines += ["", READING.rstrip(), ""]
+    lines += ["", READING.rstrip()]
+    lines += [f"| `{name}` | {told} |" for name, told in INDEPENDENCE.items()]
+    lines.append("")
     return "\n".join(lines)
 
 
@@ -119,6 +195,27 @@ def _rates(found: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def _peers(peers: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    first = next(iter(peers.values()))
+    lines = [
+        f"The same {first['sets']} of the frozen public sets (tier *public*), "
+        f"{first['visible']} with something that the oracle sees. Percent, interval, and how many "
+        "count:",
+        "",
+        "| | " + " | ".join(peers) + " |",
+        "|---|" + "---|" * len(peers),
+    ]
+    for score in SCORES:
+        cells = [_percent(scores["rates"][score.name]["all"]) for scores in peers.values()]
+        lines.append(f"| {score.name} | " + " | ".join(cells) + " |")
+    lines.append("")
+    lines += [
+        f"- `{name}`: {PEERS_TOLD[name]} Source `{scores['source']}`."
+        for name, scores in peers.items()
+    ]
+    return lines
+
+
 def _probabilities(found: Mapping[str, Any]) -> list[str]:
     stated = found["probability"]
     if stated is None:
@@ -157,6 +254,22 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
     for item in found["found_by_size_in_limits"]:
         above = f"{item['from']:g} … {item['to']:g}" if item["to"] else f"above {item['from']:g}"
         lines.append(f"| {above} | {_percent(item)} |")
+    return lines
+
+
+def _by_effect(found: Mapping[str, Any]) -> list[str]:
+    lines = [
+        "By effect, in oracle limits: the smallest that was put first, the largest that was not.",
+        "",
+        "| effect | put first | smallest put first | largest not put first |",
+        "|---|---|---|---|",
+    ]
+    for name, item in found["found_by_effect"].items():
+        smallest, largest = (
+            "–" if value is None else f"{value:.3g}"
+            for value in (item["smallest_put_first"], item["largest_not_put_first"])
+        )
+        lines.append(f"| {name} | {item['hits']} of {item['of']} | {smallest} | {largest} |")
     return lines
 
 

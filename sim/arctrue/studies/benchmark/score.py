@@ -150,6 +150,7 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
         "probability": probabilities(sets),
         "held_out_over_floor": held_out(sets),
         "found_by_size_in_limits": sizes(sets),
+        "found_by_effect": by_effect(sets),
         "outcomes": {
             world: dict(Counter(item.outcome for item in sets if item.world == world))
             for world in worlds
@@ -215,6 +216,26 @@ def sizes(sets: Sequence[Judged]) -> list[dict[str, Any]]:
         hits = rate([hit for size, hit in single if low <= size < high])
         found.append({"from": low, "to": None if np.isinf(high) else high, **hits.data()})
     return found
+
+
+def by_effect(sets: Sequence[Judged]) -> dict[str, dict[str, Any]]:
+    """Single causes of the catalogue by name: how small one was found, how large one was not.
+
+    Sizes are in limits of the oracle; None where there is none.
+    """
+    sizes_of: dict[str, list[tuple[float, bool]]] = {}
+    for item in sets:
+        if len(item.truth["effects"]) == 1 and not item.has_stranger:
+            size = sight(item.truth["effects"][0]).size_in_limits
+            sizes_of.setdefault(item.hidden[0], []).append((size, item.outcome in (RIGHT, FIRST)))
+    return {
+        name: {
+            "smallest_put_first": min((size for size, hit in of if hit), default=None),
+            "largest_not_put_first": max((size for size, hit in of if not hit), default=None),
+            **rate([hit for _, hit in of]).data(),
+        }
+        for name, of in sorted(sizes_of.items())
+    }
 
 
 def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:

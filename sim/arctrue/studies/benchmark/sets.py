@@ -12,6 +12,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.studies.benchmark.oracle import look
 from arctrue.studies.benchmark.worlds import WORLDS, Surroundings, hidden
 from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulate_set
+from arctrue.table.causes.registry import REGISTRY
 
 NOTHING = 1e-9
 """Share of a cause's size at which it is there without effect, so that all draws stay the same."""
@@ -40,8 +41,8 @@ def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
         surroundings.told = [name for name in surroundings.told if name != "head_angle"]
     wanted = hidden(task["content"], random)
     wanted += [item for item in surroundings.extra if item.name not in {w.name for w in wanted}]
-    if not surroundings.experiment.runs:
-        wanted = [item for item in wanted if item.name != "count_slip"]
+    # A set without a channel has no place for a cause that acts on that channel alone.
+    wanted = [item for item in wanted if surroundings.experiment.can_honour(REGISTRY[item.name])]
     made = _simulated(wanted, surroundings, task["seed"])
     effects = []
     for number, item in enumerate(made.truth["effects"]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ Build = Callable[[HiddenSettings], list[PhysicalEffect]]
 
 COLD_C = USUAL_TEMPERATURE_C
 WARM_C = USUAL_TEMPERATURE_C + 4.0
+STROKE_RAD = math.radians(1.0)
+"""Travel in which friction goes over after a reversal: between two stations it is long over."""
 FRESH_C = USUAL_TEMPERATURE_C + 2.5
 """At none of the measured temperatures."""
 
@@ -70,7 +73,7 @@ def _thermal_centre(settings: HiddenSettings) -> list[PhysicalEffect]:
 
 
 def _wind_up(settings: HiddenSettings) -> list[PhysicalEffect]:
-    return [ShaftWindUp(1.0 * RAD_PER_ARCSEC * _coarser(settings))]
+    return [ShaftWindUp(1.0 * RAD_PER_ARCSEC * _coarser(settings), STROKE_RAD)]
 
 
 def _warm_lobes(settings: HiddenSettings) -> list[PhysicalEffect]:

@@ -9,56 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.table import HEAD_SEPARATION_RAD, Motion
-from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
+from arctrue.table.conditions import USUAL_TEMPERATURE_C
+from arctrue.table.temperature import TemperatureCourse
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
-REVERSAL_SHARE = 0.25
-"""Part of a leg over which friction changes its sides after a reversal."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drive(Motion):
-    """A motion with the temperature of the table, and the side from which each angle is reached."""
-
-    first_temperature_c: float = USUAL_TEMPERATURE_C
-    last_temperature_c: float = USUAL_TEMPERATURE_C
-    """Straight in between."""
-    start_s: float = 0.0
-    """Time of the measurement at which the motion begins."""
-
-    def state(self, time_s: NDArray[np.float64]) -> Conditions:
-        """The state with its conditions at the given instants of the motion, shape ``(n,)``."""
-        state = Motion.state(self, time_s)
-        return Conditions(
-            self.start_s + state.time_s,
-            state.angle_rad,
-            state.speed_rad_s,
-            self.temperature_c(state.time_s),
-            self._direction(state.time_s),
-            np.zeros(state.time_s.size, dtype=np.int64),
-            state.time_s,
-        )
-
-    def temperature_c(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Temperature at instants of the motion, shape ``(n,)``."""
-        share = time_s / self.duration_s
-        warmed = share * (self.last_temperature_c - self.first_temperature_c)
-        return np.asarray(self.first_temperature_c + warmed)
-
-    def _direction(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        speeds = np.asarray(self.knot_speeds_rad_s)
-        sides = np.sign(speeds[:-1] + speeds[1:])
-        first = sides[np.flatnonzero(sides)[0]] if sides.any() else 0.0
-        times, values = [0.0], [first]
-        for begin, end, side in zip(
-            self.knot_times_s[:-1], self.knot_times_s[1:], sides, strict=True
-        ):
-            # A table that stands still keeps the side from which it came.
-            held = side if side else values[-1]
-            times += [begin + REVERSAL_SHARE * (end - begin), end]
-            values += [held, held]
-        return np.asarray(np.interp(time_s, times, values), dtype=np.float64)
 
 
 def turning(
@@ -69,21 +24,20 @@ def turning(
     ripple_order: int = 1,
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C),
     start_s: float = 0.0,
-) -> Drive:
+) -> Motion:
     """From rest over the index of both heads, then so many turns at one speed of either sign."""
     ahead = HEAD_SEPARATION_RAD + 2 * RUN_UP_RAD
     start_rad = -ahead if speed_rad_s > 0 else 2 * RUN_UP_RAD
     pace = abs(speed_rad_s)
     ramp_s = 2 * RUN_UP_RAD / pace
     duration_s = (ahead + turns * TURN_RAD) / pace + 2 * ramp_s
-    return Drive(
+    return Motion(
         (0.0, ramp_s, duration_s - ramp_s, duration_s),
         (0.0, speed_rad_s, speed_rad_s, 0.0),
         start_rad,
         ripple_rad,
         ripple_order,
-        first_temperature_c=temperature_c[0],
-        last_temperature_c=temperature_c[1],
+        temperature=TemperatureCourse((start_s, start_s + duration_s), temperature_c),
         start_s=start_s,
     )
 
@@ -92,7 +46,7 @@ def turning(
 class StationDrive:
     """A drive that stops at stations, and when it stands at each; arrays ``(n,)``."""
 
-    drive: Drive
+    drive: Motion
     station_s: NDArray[np.float64]
     """An instant of the motion at which the table stands."""
     target_deg: NDArray[np.float64]
@@ -136,12 +90,11 @@ def over_stations(
         at += pace * (leg_s - ramp_s)
         standing.append(begin + leg_s + 0.75 * stop_s)
     kept = np.flatnonzero(sides)
-    drive = Drive(
+    drive = Motion(
         tuple(times),
         tuple(speeds),
         start_rad,
-        first_temperature_c=temperature_c,
-        last_temperature_c=temperature_c,
+        temperature=TemperatureCourse((0.0,), (temperature_c,)),
         start_s=start_s,
     )
     return StationDrive(

@@ -16,7 +16,7 @@ from arctrue.instrument import Instrument, InstrumentError, Progress, Recording
 from arctrue.instrument.build import Say
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
-from arctrue.studies.hidden_effect.drive import Drive, over_stations, turning
+from arctrue.studies.hidden_effect.drive import over_stations, turning
 from arctrue.studies.hidden_effect.measured import seal, write_set
 from arctrue.studies.hidden_effect.reference import (
     Readings,
@@ -29,6 +29,7 @@ from arctrue.studies.hidden_effect.rig import CapturedTurn, Rig
 from arctrue.studies.hidden_effect.score import SignalScore, score
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.hidden_effect.workbench import Examined, examine, left_on_fresh_set
+from arctrue.table import Motion
 from arctrue.workbench.model.export import Export
 
 STOP_CLOCKS = 2000
@@ -217,7 +218,7 @@ class _Run:
             self.say(f"  {words}")
         return examined, export
 
-    def _drive(self, plan: RunPlan, turns: float) -> Drive:
+    def _drive(self, plan: RunPlan, turns: float) -> Motion:
         scale = self.settings.revolution
         return turning(
             plan.side * scale.speed_rad_s,
@@ -273,14 +274,14 @@ class _Run:
             plan = RunPlan(start_s=3600.0, temperature_c=(fresh_c, fresh_c))
         self.rig.power_up(self._drive(plan, 4.0), frozen=True, stage="fresh: over both indices")
 
-    def _reference_of(self, recording: Recording, drive: Drive) -> None:
+    def _reference_of(self, recording: Recording, drive: Motion) -> None:
         readings = on_the_move(recording, drive, self.settings.stations)
         self.references.append(
             self._rows(readings, drive, f"rotary reference, {self.settings.stations} marks", None)
         )
 
     def _rows(
-        self, readings: Readings, drive: Drive, instrument: str, faces: int | None
+        self, readings: Readings, drive: Motion, instrument: str, faces: int | None
     ) -> Reference:
         return as_reference(
             readings,

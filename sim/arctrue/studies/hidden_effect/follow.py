@@ -9,10 +9,11 @@ import numpy as np
 
 from arctrue.instrument import Instrument, InstrumentError, Progress
 from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
-from arctrue.studies.hidden_effect.drive import Drive, turning
+from arctrue.studies.hidden_effect.drive import turning
 from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.rig import Rig
 from arctrue.studies.hidden_effect.score import score
+from arctrue.table import Motion
 
 HELD, EVERY_TURN, BY_TEMPERATURE = WAYS = ("held", "every turn", "by temperature")
 """The first turn's coefficients for good; the firmware's after each turn; the model's at the
@@ -86,7 +87,7 @@ def _followed(rig: Rig, result: HiddenResult, way: str, turns: int) -> list[Foll
     return found
 
 
-def _middle_c(rig: Rig, drive: Drive) -> float:
+def _middle_c(rig: Rig, drive: Motion) -> float:
     """Temperature half a turn from now: a sensor on the table, and that it warms steadily."""
     scale = rig.settings.revolution
     now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from arctrue.instrument import EdgeTrack, InstrumentError, Recording
 from arctrue.measurement import Reference
-from arctrue.studies.hidden_effect.drive import TURN_RAD, Drive
+from arctrue.studies.hidden_effect.drive import TURN_RAD
+from arctrue.table import Motion
 from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
@@ -63,7 +64,7 @@ def counts_standing(track: EdgeTrack, clock: Float) -> NDArray[np.int64]:
     return np.asarray(track.position[place] - (side[place] < 0), dtype=np.int64)
 
 
-def on_the_move(recording: Recording, drive: Drive, stations: int) -> Readings:
+def on_the_move(recording: Recording, drive: Motion, stations: int) -> Readings:
     """A rotary reference whose marks the table passes: each latches the output."""
     track = recording.output
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
@@ -86,7 +87,7 @@ def on_the_move(recording: Recording, drive: Drive, stations: int) -> Readings:
     )
 
 
-def _motion_span_s(drive: Drive, track: EdgeTrack) -> tuple[float, float]:
+def _motion_span_s(drive: Motion, track: EdgeTrack) -> tuple[float, float]:
     """Times of the motion at the first and the last edge: the speed is one, but for its ripple."""
     times = np.linspace(0.0, drive.duration_s, 4096)
     angle = drive.state(times).angle_rad
@@ -97,7 +98,7 @@ def _motion_span_s(drive: Drive, track: EdgeTrack) -> tuple[float, float]:
 
 def as_reference(
     readings: Readings,
-    drive: Drive,
+    drive: Motion,
     *,
     counts_per_rev: int,
     noise_arcsec: float,

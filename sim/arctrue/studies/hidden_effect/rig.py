@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording
 from arctrue.instrument.revolution import set_up
-from arctrue.studies.hidden_effect.drive import TURN_RAD, Drive
+from arctrue.studies.hidden_effect.drive import TURN_RAD
 from arctrue.studies.hidden_effect.settings import HiddenSettings
-from arctrue.table import RotaryTable
+from arctrue.table import Motion, RotaryTable
 
 BINS = 720
 """Of the recordings: half a degree."""
@@ -43,19 +43,19 @@ class Rig:
         self.instrument = instrument
         self.table = table
         self.settings = settings
-        self.drive: Drive | None = None
+        self.drive: Motion | None = None
         self._attached_clock = 0
         self._timestamp_offset = 0
         self._told_turns = 0
 
     @property
-    def present_drive(self) -> Drive:
+    def present_drive(self) -> Motion:
         """The drive that the table is on."""
         if self.drive is None:
             raise InstrumentError("the table is not driven yet: call power_up() first")
         return self.drive
 
-    def power_up(self, drive: Drive, *, frozen: bool, stage: str) -> None:
+    def power_up(self, drive: Motion, *, frozen: bool, stage: str) -> None:
         """The table at the start of ``drive``; reset, firmware, and on over both indices.
 
         With ``frozen`` the firmware judges each turn and leaves the coefficients alone.

@@ -9,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.table import HEAD_SEPARATION_RAD, Motion
-from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
 """Travel of a ramp from rest to speed."""
 APPROACH_RAD = HEAD_SEPARATION_RAD + 3 * RUN_UP_RAD
 """Ahead of the first turn: over the index of both heads."""
-CHANGE_SIDES_RAD = float(np.deg2rad(5.0))
-"""Travel after a reversal in which friction changes its side."""
 _LAST_STAND_S = 0.1
 _SAME_TRAVEL_RAD = 1e-9
 
@@ -40,18 +37,11 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion with the conditions of each instant.
+    """A motion over legs that counts its turns from behind the indices.
 
     ``time_s`` of its states is that of the motion, in which a pause lasts what is run of it;
     ``since_run_start_s`` is that of the surroundings, in which it counts in full.
     """
-
-    surroundings_s: tuple[float, ...] = (0.0, 0.0)
-    """Time of the surroundings at each knot."""
-    temperature_times_s: tuple[float, ...] = (0.0,)
-    """In time of the surroundings."""
-    temperatures_c: tuple[float, ...] = (USUAL_TEMPERATURE_C,)
-    """Straight in between, constant outside."""
 
     @classmethod
     def over(
@@ -93,53 +83,27 @@ class Course(Motion):
             go_on(ramp_s, 0.0, ramp_s)
         go_on(_LAST_STAND_S, 0.0, _LAST_STAND_S)
         start = -HEAD_SEPARATION_RAD - 2 * RUN_UP_RAD if forward else 2 * RUN_UP_RAD
-        return cls(tuple(times), tuple(speeds), start, ripple_rad, ripple_order, 0.0, tuple(around))
-
-    def state(self, time_s: Float) -> Conditions:
-        """The state with its conditions at instants of the motion, shape ``(n,)``."""
-        state = Motion.state(self, time_s)
-        return Conditions(
-            state.time_s,
-            state.angle_rad,
-            state.speed_rad_s,
-            self.temperature_c(state.time_s),
-            self._direction(state.time_s),
-            np.zeros(state.time_s.size, dtype=np.int64),
-            self.surroundings_at(state.time_s),
+        return cls(
+            tuple(times),
+            tuple(speeds),
+            start,
+            ripple_rad,
+            ripple_order,
+            surroundings_s=tuple(around),
         )
-
-    def surroundings_at(self, time_s: Float) -> Float:
-        """Time of the surroundings at instants of the motion, same shape."""
-        return np.asarray(np.interp(time_s, self.knot_times_s, self.surroundings_s))
-
-    def temperature_c(self, time_s: Float) -> Float:
-        """Temperature at instants of the motion, same shape."""
-        return np.asarray(
-            np.interp(self.surroundings_at(time_s), self.temperature_times_s, self.temperatures_c)
-        )
-
-    def _travelled(self) -> Float:
-        speeds = np.abs(self.knot_speeds_rad_s)
-        steps = np.diff(self.knot_times_s) * (speeds[:-1] + speeds[1:]) / 2
-        return np.concatenate([[0.0], np.cumsum(steps)])
 
     @property
     def turns(self) -> float:
         """Travel from the first turn's beginning to the end, in turns of either direction."""
-        return float((self._travelled()[-1] - APPROACH_RAD) / TURN_RAD)
+        return float(self.travel_turns(np.array([self.duration_s]))[0])
 
     def travel_turns(self, time_s: Float) -> Float:
         """Travel in turns at instants of the motion, negative over the indices; same shape."""
-        times, speeds = np.asarray(self.knot_times_s), np.abs(self.knot_speeds_rad_s)
-        leg = np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, times.size - 2)
-        since = np.minimum(time_s, times[-1]) - times[leg]
-        acceleration = (np.diff(speeds) / np.diff(times))[leg]
-        travel = self._travelled()[leg] + since * (speeds[leg] + acceleration * since / 2)
-        return np.asarray((travel - APPROACH_RAD) / TURN_RAD)
+        return np.asarray((self.travel_rad(time_s) - APPROACH_RAD) / TURN_RAD)
 
     def time_at_turn(self, turn: float) -> float:
         """The first instant of the motion at which so many turns are travelled."""
-        travelled = self._travelled()
+        travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
         # Before a pause, not behind it, where the sums differ in their last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
@@ -150,27 +114,3 @@ class Course(Motion):
         root = np.sqrt(max(0.0, begin**2 + 2 * (end - begin) / seconds * rest))
         since = 0.0 if begin + root == 0 else 2 * rest / (begin + root)
         return float(self.knot_times_s[leg] + min(since, seconds))
-
-    def _direction(self, time_s: Float) -> Float:
-        """Side from which the angle is reached; it changes over the first degrees of a leg."""
-        times, values = [0.0], [0.0]
-        before = 0.0
-        for begin, end, first, last in zip(
-            self.knot_times_s[:-1],
-            self.knot_times_s[1:],
-            self.knot_speeds_rad_s[:-1],
-            self.knot_speeds_rad_s[1:],
-            strict=True,
-        ):
-            side = float(np.sign(first + last))
-            if side and side != before:
-                if before == 0.0:
-                    values[0] = side
-                else:
-                    change_s = CHANGE_SIDES_RAD / abs(first + last)
-                    times += [begin, begin + change_s]
-                    values += [before, side]
-                before = side
-            times.append(max(end, times[-1] + 1e-9))
-            values.append(before)
-        return np.asarray(np.interp(time_s, times, values), dtype=np.float64)

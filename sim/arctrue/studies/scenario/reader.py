@@ -16,7 +16,6 @@ from arctrue.instrument.instrument import (
     HEAD2_B,
     HEAD2_Z,
 )
-from arctrue.studies.scenario.causes import CAUSES
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.studies.scenario.errors import ScenarioError
 from arctrue.studies.scenario.scenario import (
@@ -30,6 +29,8 @@ from arctrue.studies.scenario.scenario import (
     TemperaturePoint,
 )
 from arctrue.studies.scenario.section import Section
+from arctrue.table.causes.cause import SIGNALS, acts_on
+from arctrue.table.causes.registry import CAUSES
 from arctrue.toml_file import TomlContentError, read_toml
 
 FORMAT = 1
@@ -41,6 +42,14 @@ PINS = {
     "head2.b": HEAD2_B,
     "head2.z": HEAD2_Z,
 }
+REFERENCE = frozenset({"instrument_error_rad"})
+"""What a reference instrument beside the virtual one honours."""
+NAMES = tuple(
+    name
+    for name, cause in CAUSES.items()
+    if cause.given is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
+)
+"""The causes that may stand in ``[[effect]]``. A counter that loses counts is a fault of pins."""
 FLAGS = (
     *(f"head{head}.{name}" for head in (1, 2) for name in ("index_error", "illegal", "overspeed")),
     "status.cannot_keep_up",
@@ -227,19 +236,25 @@ def _temperature(section: Section) -> TemperaturePoint:
 
 def _effect(section: Section, lines: int) -> NamedEffect:
     name = section.text("cause")
-    if name not in CAUSES:
-        near = get_close_matches(name, CAUSES, 1)
+    if name in CAUSES and name not in NAMES:
+        left = ", ".join(sorted(acts_on(CAUSES[name].kind) - SIGNALS))
+        section.refuse(
+            "cause", f"what the virtual instrument can honour ({name} acts on {left})", name
+        )
+    if name not in NAMES:
+        near = get_close_matches(name, NAMES, 1)
         meant = f'"{near[0]}", perhaps; there are ' if near else "one of "
-        section.refuse("cause", meant + ", ".join(CAUSES), name)
+        section.refuse("cause", meant + ", ".join(NAMES), name)
     cause = CAUSES[name]
+    assert cause.given is not None
     try:
-        physical = cause.build(section, lines)
+        physical = cause.given(section, lines)
     except ScenarioError:
         raise
     except ValueError as error:
         raise ScenarioError(f"{section.file}: {section.place}: {error}") from error
     section.finish()
-    return NamedEffect(name, physical, cause.reference_only)
+    return NamedEffect(name, physical, acts_on(physical) == REFERENCE)
 
 
 def _fault(section: Section) -> Fault:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.scenario.scenario import Scenario
-from arctrue.studies.scenario.turns import TurnError
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,11 +17,11 @@ class Turn:
     """The first is 1."""
     temperature_c: float
     """In the middle of the turn's travel."""
-    uncorrected: TurnError | None
+    uncorrected: TurnScore | None
     """Head 1 as it came in."""
-    corrected: TurnError | None
+    corrected: TurnScore | None
     """The output."""
-    reference: TurnError | None
+    reference: TurnScore | None
     """The output as a wrong reference shows it, at the faces only."""
     told: tuple[dict[str, Any], ...]
     """Telemetry that the firmware gave meanwhile."""
@@ -32,7 +32,7 @@ class Turn:
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
 
-        def error(found: TurnError | None) -> dict[str, Any] | None:
+        def error(found: TurnScore | None) -> dict[str, Any] | None:
             if found is None:
                 return None
             return {

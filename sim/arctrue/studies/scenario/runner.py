@@ -11,13 +11,13 @@ import numpy as np
 
 from arctrue.instrument import Instrument, InstrumentError, PinFault, Progress
 from arctrue.instrument.build import Say
+from arctrue.instrument.turn_score import score_turns
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
 from arctrue.studies.scenario.reader import FLAGS
 from arctrue.studies.scenario.result import ScenarioResult, Turn
 from arctrue.studies.scenario.scenario import Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
-from arctrue.studies.scenario.turns import turn_errors
 
 LOOKS_A_TURN = 36
 """How often flags and telemetry are looked at."""
@@ -181,7 +181,7 @@ def run_scenario(
                     f"{track.dropped} edges did not fit the recording: make the motion shorter"
                 )
             edge_s = (track.clock - run.started) / instrument.clock_hz
-            errors[name] = turn_errors(track, course.travel_turns(edge_s), run.rows)
+            errors[name] = score_turns(track, course.travel_turns(edge_s), run.rows)
         middle_s = np.array(
             [course.time_at_turn(min(n + 0.5, course.turns)) for n in range(run.rows)]
         )

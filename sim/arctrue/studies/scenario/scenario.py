@@ -19,6 +19,7 @@ from arctrue.table import (
     RotaryTable,
     two_heads,
 )
+from arctrue.table.temperature import TemperatureCourse
 from arctrue.units import RAD_PER_ARCSEC
 
 EDGES_KEPT_A_TURN = 1 << 16
@@ -221,17 +222,8 @@ class Scenario:
             )
             for point in self.temperature
         )
-        return Course(
-            bare.knot_times_s,
-            bare.knot_speeds_rad_s,
-            bare.start_rad,
-            bare.ripple_rad,
-            bare.ripple_order,
-            bare.ripple_phase_rad,
-            bare.surroundings_s,
-            tuple(time for time, _ in points),
-            tuple(celsius for _, celsius in points),
-        )
+        times_s, temperatures_c = zip(*points, strict=True)
+        return replace(bare, temperature=TemperatureCourse(times_s, temperatures_c))
 
     def _legs_in_samples(self) -> list[Leg]:
         """What is run of a pause is whole sample periods, so that what follows meets the gateware's

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.instrument.turn_score import BINS, TURN_RAD, TurnScore
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.scenario import Scenario
-from arctrue.studies.scenario.turns import BINS, TURN_RAD, TurnError
 from arctrue.table.causes.cause import Cause, Stations
 from arctrue.units import RAD_PER_ARCSEC
 
 
 def seen_by_reference(
-    scenario: Scenario, course: Course, number: int, error: TurnError | None
-) -> TurnError | None:
+    scenario: Scenario, course: Course, number: int, error: TurnScore | None
+) -> TurnScore | None:
     """The error of turn ``number`` (first: 1) at the faces of a polygon, as its reading shows it.
 
     None where no effect concerns the reference. The bins that hold no face are NaN.
@@ -28,7 +28,7 @@ def seen_by_reference(
     stood_s = np.array([course.time_at_turn(number - 1 + f / scenario.faces) for f in faces])
     state = course.state(stood_s)
     stations = Stations(state.turned(angle_rad), faces)
-    deviation_rad = error.bins_arcsec[bins] * RAD_PER_ARCSEC
+    deviation_rad = error.error_arcsec[bins] * RAD_PER_ARCSEC
     shown = deviation_rad.copy()
     for cause in causes:
         if isinstance(cause, Cause):
@@ -37,4 +37,4 @@ def seen_by_reference(
     values[bins] = shown / RAD_PER_ARCSEC
     mean = float(np.nanmean(values))
     single = float(np.sqrt(np.nanmean((values - mean) ** 2)))
-    return TurnError(values - mean, mean, single)
+    return TurnScore.of_means(values - mean, mean, single)

@@ -15,13 +15,13 @@ from arctrue.studies.simulate.experiment import (
     MovingReference,
     ReferencePlan,
 )
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.causes.cause import Cause, Stations, refuse_unhonoured
 from arctrue.table.causes.index_scatter import IndexScatter
-from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
+from arctrue.table.conditions import Conditions
 from arctrue.table.measurement_set import GRATING_LINES
-from arctrue.table.motion import Motion
 from arctrue.table.noise import Noise, together
 from arctrue.table.rotary_table import DISC_RADIUS_M, HEAD_SEPARATION_RAD, RotaryTable
+from arctrue.table.stations import stations
 from arctrue.table.temperature import TemperatureCourse
 from arctrue.units import ARCSEC_PER_RAD
 
@@ -32,8 +32,6 @@ SERVO_ROUNDS = 16
 digit, which leaves 10⁻¹¹ of the first 150″."""
 MICROSECOND_S = 1e-6
 CLOCK_HZ = 100e6
-OVERRUN_RAD = float(np.deg2rad(5.0))
-"""How far the table is driven past a station at which it turns back."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +79,13 @@ class Bench:
         self._cause_random = random.spawn(len(self.causes))
 
     def measure(
-        self, experiment: Experiment, *, title: str, drive_gear_teeth: int | None = None
+        self, experiment: Experiment, *, title: str, drive_gear_teeth: float | None = None
     ) -> Measured:
-        """Everything the experiment asks for."""
+        """Everything the experiment asks for.
+
+        Raises UnhonouredCauseError for a cause that acts on a channel that is not measured.
+        """
+        refuse_unhonoured(self.table.effects, experiment.honoured, f"experiment {experiment.name}")
         floor: dict[str, float] = {}
         exact: dict[str, Float] = {}
         noise: dict[str, TrueNoise] = {}
@@ -124,7 +126,8 @@ class Bench:
         for number, run in enumerate(runs):
             start_rad = float(self.random.uniform(0.0, 2 * np.pi))
             moving = self._moving(run, number, start_rad, travelled_rad, temperature)
-            travelled_rad += float(np.abs(moving.angle_rad[-1] - moving.angle_rad[0]))
+            assert moving.travelled_rad is not None
+            travelled_rad = float(moving.travelled_rad[-1])
             motions.append(moving)
             for head in (0, 1):
                 sigma_counts = self.table.noise_rad / self.table.count_rad
@@ -200,22 +203,16 @@ class Bench:
         # The file gives times to the microsecond, and the sampler keeps to them.
         nominal_s = np.arange(run.samples) * (run.duration_s / run.samples)
         time_s = np.round(nominal_s / MICROSECOND_S) * MICROSECOND_S
-        motion = Motion.steady(run.speed_rad_s, run.duration_s, start_rad=start_rad)
+        motion = run.motion(start_rad)
         for cause in self.causes:
             motion = cause.driven(motion)
-        state = motion.state(time_s)
-        return Conditions(
-            run.start_s + time_s,
-            state.angle_rad,
-            state.speed_rad_s,
-            temperature.at(run.start_s + time_s),
-            np.full(time_s.size, np.sign(run.speed_rad_s)),
-            np.full(time_s.size, number, dtype=np.int64),
-            time_s,
-            travelled_rad + np.abs(state.angle_rad - start_rad),
-            # A run begins where the last one was turned back.
-            np.abs(state.angle_rad - start_rad),
-        )
+        return replace(
+            motion,
+            temperature=temperature,
+            start_s=run.start_s,
+            run=number,
+            travelled_rad=travelled_rad,
+        ).state(time_s)
 
     def _reference(self, plan: ReferencePlan) -> tuple[Reference, Float, TrueNoise]:
         plans = _mountings(plan)
@@ -231,17 +228,7 @@ class Bench:
         target_deg = np.concatenate([item.target_deg for item in plans])
         turned_faces = np.repeat([item.turned_faces for item in plans], sizes)
         wanted_rad = np.deg2rad(target_deg)
-        conditions = Conditions(
-            time_s,
-            wanted_rad,
-            speed,
-            np.full(time_s.size, USUAL_TEMPERATURE_C),
-            direction,
-            np.full(time_s.size, -1, dtype=np.int64),
-            np.full(time_s.size, np.inf),
-            np.zeros(time_s.size),
-            _since_reversal_rad(target_deg, direction),
-        )
+        conditions = stations(time_s, wanted_rad, direction, speed)
         # It reads the scale where the table is; what arrives late, arrives late for all heads.
         for _ in range(SERVO_ROUNDS):
             standing = replace(conditions, speed_rad_s=np.zeros_like(speed))
@@ -253,16 +240,16 @@ class Bench:
         deviation = reading - conditions.angle_rad
         face = np.round(target_deg * plan.faces / 360.0 - turned_faces).astype(np.int64)
         turned_rad = turned_faces * (2 * np.pi / plan.faces)
-        stations = Stations(conditions, face % plan.faces, turned_rad)
+        seen = Stations(conditions, face % plan.faces, turned_rad)
         instrument: Float | float = 0.0
         for cause in self.causes:
-            instrument = instrument + cause.instrument_error_rad(stations, deviation)
+            instrument = instrument + cause.instrument_error_rad(seen, deviation)
         exact_arcsec = (deviation + instrument) * ARCSEC_PER_RAD
         noise = self.random.normal(0.0, self.reference_noise_arcsec, time_s.size)
         processes = [Noise.white(self.reference_noise_arcsec / ARCSEC_PER_RAD, time_s.size)]
         struck = np.zeros(time_s.size, dtype=bool)
         for cause, random in zip(self.causes, self._cause_random, strict=True):
-            for process in (cause.head_noise(0, conditions), cause.instrument_noise(stations)):
+            for process in (cause.head_noise(0, conditions), cause.instrument_noise(seen)):
                 if process is not None:
                     processes.append(process)
                     noise = noise + process.draw(random) * ARCSEC_PER_RAD
@@ -291,20 +278,6 @@ def _joined(parts: Sequence[Conditions]) -> Conditions:
     """Runs one after another."""
     names = [field.name for field in fields(Conditions)]
     return Conditions(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def _since_reversal_rad(target_deg: Float, direction: Float) -> Float:
-    """Travel at each station since the direction changed: an overrun, then from target to target.
-
-    The first station after a change is driven past and approached anew, as the procedure asks.
-    """
-    steps_rad = np.deg2rad(np.abs(np.diff(target_deg, prepend=target_deg[0])))
-    # From the last face to the first one of the next pass it is one step on.
-    turns = np.minimum(steps_rad, np.abs(2 * np.pi - steps_rad))
-    changed = np.diff(direction, prepend=0.0) != 0
-    travel = np.cumsum(np.where(changed, 0.0, turns))
-    begun = np.maximum.accumulate(np.where(changed, np.arange(travel.size), 0))
-    return np.asarray(OVERRUN_RAD + travel - travel[begun])
 
 
 def _run_means(values: Float, run: NDArray[np.int64]) -> Float:

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arctrue.table.causes.registry import Occasion
+from arctrue.table.causes.cause import CAPTURE, REFERENCE, acts_on
+from arctrue.table.causes.registry import CAUSES, Occasion, Recipe
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
+from arctrue.table.motion import Motion
 from arctrue.table.temperature import TemperatureCourse
 
 
@@ -22,6 +24,17 @@ class CaptureRun:
     samples: int
     temperature_c: tuple[float, float] = (USUAL_TEMPERATURE_C, USUAL_TEMPERATURE_C)
     """At the first and the last sample; straight in between."""
+
+    profile: tuple[tuple[float, float], ...] = ()
+    """Any speed profile in place of the one speed: seconds since the start, signed speed at each,
+    straight in between; at the least to the last sample."""
+
+    def motion(self, start_rad: float) -> Motion:
+        """What the drive is asked for, from the angle ``start_rad`` on."""
+        if not self.profile:
+            return Motion.steady(self.speed_rad_s, self.duration_s, start_rad=start_rad)
+        times_s, speeds_rad_s = zip(*self.profile, strict=True)
+        return Motion(times_s, speeds_rad_s, start_rad)
 
     @property
     def last_sample_s(self) -> float:
@@ -63,6 +76,16 @@ class Experiment:
         return Experiment(
             self.name, tuple(replace(run, samples=samples) for run in self.runs), reference
         )
+
+    @property
+    def honoured(self) -> frozenset[str]:
+        """What a cause may act on to be seen in one of the channels."""
+        nothing: frozenset[str] = frozenset()
+        return (CAPTURE if self.runs else nothing) | (REFERENCE if self.reference else nothing)
+
+    def can_honour(self, recipe: Recipe) -> bool:
+        """Whether a cause acts on nothing that this experiment leaves out."""
+        return acts_on(CAUSES[recipe.cause].kind) <= self.honoured
 
     @property
     def occasion(self) -> Occasion:

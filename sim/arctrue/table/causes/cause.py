@@ -100,19 +100,32 @@ READING = frozenset(
     }
 )
 """What :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` honours."""
-REFERENCE = READING | {"instrument_error_rad"}
+SIGNALS = READING - {"gained_counts"}
+"""What stands before the counter: the edges of a head."""
+CAPTURE = READING | {
+    "head_noise",
+    "struck_rad",
+    "index_shift_counts",
+    "shown_temperature_c",
+    "kept_rows",
+    "driven",
+}
+"""What the recorded runs of two heads honour."""
+REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
+"""What a recorded reference run honours."""
 RECORD = frozenset(
     name for base in (PhysicalEffect, Cause) for name in vars(base) if not name.startswith("_")
 )
 """Everything that a cause can act on."""
 
 
-def acts_on(effect: PhysicalEffect) -> frozenset[str]:
+def acts_on(effect: PhysicalEffect | type[PhysicalEffect]) -> frozenset[str]:
     """The methods of :class:`PhysicalEffect` and :class:`Cause` that the cause overrides."""
+    kind = effect if isinstance(effect, type) else type(effect)
     return frozenset(
         name
         for name in RECORD
-        if getattr(type(effect), name, None)
+        if getattr(kind, name, None)
         not in (None, getattr(PhysicalEffect, name, None), getattr(Cause, name, None))
     ) - {"index_variance_counts2"}
 

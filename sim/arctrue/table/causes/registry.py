@@ -1,20 +1,19 @@
-"""Every cause that can be drawn: its name, its sizes, and what else chance decides about it.
+"""Every cause of the simulated table: by its name, and how it is drawn.
 
-Names of effects are those of the catalogue. Sizes are those that have been seen on real tables. An
-entry says what happens to the table, the counters or the instrument; it knows nothing of how the
-workbench describes the same effect. Draws are not made easier: a gear may look like a polygon
-error, an order may be one to which two heads are nearly blind.
+The one registry: captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the
+benchmark take their causes from here. What a consumer cannot honour it refuses, see
+:func:`arctrue.table.causes.cause.refuse_unhonoured`.
 """
 
 from __future__ import annotations
 
-import cmath
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from arctrue.table.causes import drawn, given
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.autoregressive_noise import AutoregressiveNoise
 from arctrue.table.causes.ball_pass import BallPass
@@ -24,8 +23,11 @@ from arctrue.table.causes.bracket_expansion import BracketExpansion
 from arctrue.table.causes.bracket_turn import BracketTurn
 from arctrue.table.causes.bracket_vibration import BracketVibration
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.disc_eccentricity import DiscEccentricity
+from arctrue.table.causes.drawn import Build, Occasion, Random
 from arctrue.table.causes.flat_track import FlatTrack
 from arctrue.table.causes.gear_mesh import GearMesh
+from arctrue.table.causes.given import Values
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.causes.index_scatter import IndexScatter
@@ -56,52 +58,32 @@ from arctrue.table.causes.warm_fast_lobes import WarmFastLobes
 from arctrue.table.causes.warm_lobes import WarmLobes
 from arctrue.table.causes.wearing_track import WearingTrack
 from arctrue.table.causes.white_noise import WhiteNoise
-from arctrue.table.measurement_set import GRATING_LINES
-from arctrue.table.rotary_table import two_heads
-from arctrue.units import RAD_PER_ARCSEC
 
-Random = np.random.Generator
+__all__ = [
+    "CAUSES",
+    "NOISES",
+    "RECIPES",
+    "REGISTRY",
+    "STRANGERS",
+    "NamedCause",
+    "Occasion",
+    "Recipe",
+]
 
-
-HEADS = two_heads()
-MICROMETRE_M = 1e-6
-GEAR_WOBBLE_RAD = 0.3
-DRIFT_HOURS, DRIFT_KNOT_S = 12.0, 60.0
-OUTLIER_ARCSEC = 2.0
-"""Scale of Student's t: some twenty times the usual noise."""
-POLYGON_FACES = 24
-POLYGON_OFFSET_M = 1e-6
-POLYGON_FLATNESS_M = 0.03e-6
-POLYGON_FACE_WIDTH_M = 10e-3
-AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
-GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)
-"""72 and 120 are multiples of the 24 faces: all stations stand at the same place of a tooth."""
+Given = Callable[[Values, int], PhysicalEffect]
+"""From named values and the lines of the disc."""
+Kind = Literal["catalogue", "parts", "stranger", "noise"]
+"""An effect of the catalogue; a product of parts; neither of both; noise, which is no effect."""
 
 
 @dataclass(frozen=True, slots=True)
-class Occasion:
-    """What an entry may know of the measurement: its runs."""
+class NamedCause:
+    """A cause by the name of its file."""
 
-    starts_s: tuple[float, ...]
-    durations_s: tuple[float, ...]
-    """Of each run of the capture."""
-    speeds_rad_s: tuple[float, ...]
-
-    @property
-    def turns(self) -> float:
-        """All runs together, in either direction."""
-        travel = zip(self.durations_s, self.speeds_rad_s, strict=True)
-        return sum(seconds * abs(speed) for seconds, speed in travel) / (2 * np.pi)
-
-    @property
-    def end_s(self) -> float:
-        """End of the last run; 0 without one."""
-        return self.starts_s[-1] + self.durations_s[-1] if self.starts_s else 0.0
-
-
-Build = Callable[[float, Random, Occasion], list[PhysicalEffect]]
-Kind = Literal["catalogue", "parts", "stranger", "noise"]
-"""An effect of the catalogue; a product of parts; neither of both; noise, which is no effect."""
+    name: str
+    kind: type[PhysicalEffect]
+    given: Given | None = None
+    """From values that somebody gives; None: it is only drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +91,9 @@ class Recipe:
     """One cause with its range of sizes."""
 
     name: str
+    """Of the effect, as the catalogue has it."""
+    cause: str
+    """Of the cause, a key of CAUSES."""
     unit: str
     """Of the size."""
     low: float
@@ -128,310 +113,143 @@ class Recipe:
         return float(np.exp(random.uniform(np.log(self.low), np.log(self.high))))
 
 
-def _angle(random: Random) -> float:
-    return float(random.uniform(0.0, 2 * np.pi))
-
-
-def _sign(random: Random) -> float:
-    return float(random.choice([-1.0, 1.0]))
-
-
-def _log_uniform(low: float, high: float, random: Random) -> float:
-    return float(np.exp(random.uniform(np.log(low), np.log(high))))
-
-
-def _vector(size: float, random: Random) -> complex:
-    return cmath.rect(size, _angle(random))
-
-
-def _high_order(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    order = int(random.integers(21, 240))
-    return [GraduationHarmonics((order,), (size * RAD_PER_ARCSEC,), (_angle(random),))]
-
-
-def _head_angle(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    # A larger α turns head 2 the other way: docs/architecture.md, "Head geometry".
-    return [BracketTurn(1, HEADS[1], -_sign(random) * size * RAD_PER_ARCSEC)]
-
-
-def _subdivision(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    # An offset of the share p of the amplitude errs by p of a radian of the signal period.
-    period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
-    found: list[PhysicalEffect] = []
-    for head in (0, 1):
-        offset = _vector(period_rad * random.uniform(0.6, 1.0), random)
-        second = _vector(2 * period_rad * random.uniform(0.2, 0.5), random)
-        found.append(
-            SignalDistortion(
-                head, GRATING_LINES, offset.real, offset.imag, second.real, second.imag
-            )
-        )
-    return found
-
-
-def _radial(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    order, share = int(random.integers(2, 9)), random.uniform(0.0, 1.0)
-    metres = size * MICROMETRE_M
-    return [
-        RadialMotion(order, _vector(metres * share, random), _vector(metres * (1 - share), random))
-    ]
-
-
-def _ball_pass(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    order = float(np.round(random.uniform(0.35, 14.0), 2))
-    share, metres = random.uniform(0.0, 1.0), size * MICROMETRE_M
-    return [BallPass(order, _vector(metres * share, random), _vector(metres * (1 - share), random))]
-
-
-def _vibration(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    phases = tuple(_angle(random) for _ in range(max(len(occasion.durations_s), 1)))
-    frequency, head = float(random.uniform(3.0, 120.0)), int(random.integers(2))
-    return [BracketVibration(head, HEADS[head], size * RAD_PER_ARCSEC, frequency, phases)]
-
-
-def _hysteresis(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    angle = _sign(random) * size / 2 * RAD_PER_ARCSEC
-    return [ShaftWindUp(angle, float(np.deg2rad(_log_uniform(0.2, 10.0, random))))]
-
-
-def _skew(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [SamplingSkew(_sign(random) * size * 1e-6)]
-
-
-def _latency(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [ReadingLatency(size * 1e-6)]
-
-
-def _head_drift(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [BracketExpansion(1, HEADS[1], _sign(random) * size * RAD_PER_ARCSEC)]
-
-
-def _thermal_centre(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [ThermalCentre(_vector(size * MICROMETRE_M, random))]
-
-
-def _slip(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    run = int(random.integers(max(len(occasion.durations_s), 1)))
-    instant = float(random.uniform(0.15, 0.85)) * occasion.durations_s[run]
-    counts = int(_sign(random)) * max(1, round(size))
-    return [LostCounts(int(random.integers(2)), run, instant, counts)]
-
-
-def _defect(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
-    height, place = _sign(random) * size * RAD_PER_ARCSEC, _angle(random)
-    power, skew = _log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))
-    return [GraduationBump(height, place, width, power, skew)]
-
-
-def _gear(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    teeth = int(random.choice(GEAR_TEETH))
-    phase, wobble = _angle(random), float(random.uniform(0.0, GEAR_WOBBLE_RAD))
-    return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (phase,), wobble, _angle(random))]
-
-
-def _faces(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    errors = random.normal(0.0, size * RAD_PER_ARCSEC, POLYGON_FACES)
-    return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
-
-
-def _polygon_mounting(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
-    return [
-        PolygonMounting(
-            POLYGON_OFFSET_M,
-            POLYGON_FLATNESS_M,
-            POLYGON_FACE_WIDTH_M,
-            float(tilt),
-            AUTOCOLLIMATOR_ROLL_RAD,
-            _angle(random),
-        )
-    ]
-
-
-def _gain(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [AutocollimatorScale(_sign(random) * size / 100)]
-
-
-def _drift(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    rate = _sign(random) * size * RAD_PER_ARCSEC / 3600
-    # The temperature walks: its steps scatter by a fifth of what the mean rate makes of them.
-    knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
-    steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
-    turns = np.concatenate([[0.0], np.cumsum(steps)])
-    return [InstrumentDrift(rate, tuple(knots_s.tolist()), tuple(turns.tolist()))]
-
-
-def _warm(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [WarmLobes(2, size * RAD_PER_ARCSEC, _angle(random))]
-
-
-def _centrifugal(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [CentrifugalLobes(3, size * RAD_PER_ARCSEC, _angle(random))]
-
-
-def _half_order(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    along = _sign(random) * float(random.uniform(0.0, np.pi))
-    order = float(random.choice([0.5, 1.5, 2.5]))
-    return [BeltPull(order, size * MICROMETRE_M, along, _angle(random))]
-
-
-def _settling(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    each_run = bool(random.integers(2))
-    tau_s = float(random.uniform(4.0, 15.0) if each_run else random.uniform(20.0, 60.0))
-    angle = _sign(random) * size * RAD_PER_ARCSEC
-    return [SettlingBracket(1, HEADS[1], angle, tau_s, each_run)]
-
-
-def _flat(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    width = float(np.deg2rad(random.uniform(3.0, 10.0)))
-    return [FlatTrack(size * MICROMETRE_M, _angle(random), _angle(random), width)]
-
-
-def _saw(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    order, rise = int(random.integers(2, 6)), float(random.uniform(0.8, 0.97))
-    return [SawToothMotion(order, size * MICROMETRE_M, _angle(random), _angle(random), rise)]
-
-
-def _warm_fast(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [WarmFastLobes(int(random.integers(2, 6)), size * RAD_PER_ARCSEC, _angle(random))]
-
-
-def _instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
-    """Instants of no rule from before the first run to behind the last."""
-    number = 3 + int(1.5 * occasion.end_s / mean_s)
-    waits_s = random.gamma(4.0, mean_s / 4.0, number)
-    instants = np.cumsum(waits_s) - 2.0 * mean_s
-    beyond = int(np.searchsorted(instants, occasion.end_s)) + 2
-    return tuple(instants[:beyond].tolist())
-
-
-def _sticking(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    head, mean_s = int(random.integers(2)), float(random.uniform(1.0, 6.0))
-    slips = _instants(mean_s, random, occasion)
-    return [StickingBracket(head, HEADS[head], size * RAD_PER_ARCSEC, slips)]
-
-
-def _loosening(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    head, mean_s = int(random.integers(2)), float(random.uniform(2.0, 8.0))
-    knocks = _instants(mean_s, random, occasion)
-    return [LooseningHead(head, HEADS[head], size * RAD_PER_ARCSEC, knocks)]
-
-
-def _wearing(size: float, random: Random, occasion: Occasion) -> list[PhysicalEffect]:
-    rate = size * MICROMETRE_M / max(occasion.turns, 1.0)
-    return [WearingTrack(int(random.integers(2, 7)), rate, _angle(random), _angle(random))]
-
-
-def _leaning(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    head, stroke = int(random.integers(2)), float(np.deg2rad(random.uniform(5.0, 60.0)))
-    return [LeaningBracket(head, HEADS[head], _sign(random) * size * RAD_PER_ARCSEC, stroke)]
-
-
-def _white(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
-    return [WhiteNoise(head_rad=size * RAD_PER_ARCSEC)]
-
-
-def _by_angle(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    angles = (HEADS[0].angle_rad, HEADS[1].angle_rad)
-    order, contrast = int(random.integers(1, 4)), float(random.uniform(0.6, 1.0))
-    return [NoiseByAngle(angles, size * RAD_PER_ARCSEC, order, contrast, _angle(random))]
-
-
-def _pink(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
-    return [PowerLawNoise(size * RAD_PER_ARCSEC)]
-
-
-def _power_law(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [PowerLawNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 1.8)))]
-
-
-def _relaxing(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    constant_s = _log_uniform(0.05, 30.0, random)
-    return [RelaxingNoise(size * RAD_PER_ARCSEC, constant_s)]
-
-
-def _autoregressive(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [AutoregressiveNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 0.98)))]
-
-
-def _outliers(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
-    return [Outliers(size / 100, OUTLIER_ARCSEC * RAD_PER_ARCSEC)]
-
-
-def _index(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
-    return [IndexScatter(round(size))]
-
-
-def _lag(size: float, _: Random, __: Occasion) -> list[PhysicalEffect]:
-    return [SensorLag(size * 60.0)]
-
-
-def _wander(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    constant_s = _log_uniform(30.0, 1200.0, random)
-    return [WanderingReference(size * RAD_PER_ARCSEC, constant_s)]
-
-
-def _gaps(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [TimeGaps(size / 100, _log_uniform(3.0, 100.0, random))]
-
-
-def _swing(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
-    return [SwingingSpeed(size / 100, int(random.integers(1, 9)), _angle(random))]
-
+_CAUSES = (
+    NamedCause("autocollimator_scale", AutocollimatorScale, given.gain),
+    NamedCause("autoregressive_noise", AutoregressiveNoise),
+    NamedCause("ball_pass", BallPass, given.balls),
+    NamedCause("belt_half_order", BeltPull, given.belt),
+    NamedCause("bracket_expansion", BracketExpansion, given.expansion),
+    NamedCause("bracket_turn", BracketTurn, given.bracket_turn),
+    NamedCause("bracket_vibration", BracketVibration, given.vibration),
+    NamedCause("centrifugal_lobes", CentrifugalLobes, given.centrifugal),
+    NamedCause("disc_eccentricity", DiscEccentricity, given.eccentric),
+    NamedCause("flat_track", FlatTrack, given.flat_track),
+    NamedCause("gear_mesh", GearMesh, given.gear),
+    NamedCause("graduation_bump", GraduationBump, given.bump),
+    NamedCause("graduation_harmonics", GraduationHarmonics, given.graduation),
+    NamedCause("index_scatter", IndexScatter),
+    NamedCause("instrument_drift", InstrumentDrift, given.drift),
+    NamedCause("leaning_bracket", LeaningBracket, given.leaning),
+    NamedCause("loosening_head", LooseningHead, given.loosening),
+    NamedCause("lost_counts", LostCounts),
+    NamedCause("noise_by_angle", NoiseByAngle),
+    NamedCause("outliers", Outliers),
+    NamedCause("polygon_faces", PolygonFaces, given.faces),
+    NamedCause("polygon_mounting", PolygonMounting, given.polygon_mounting),
+    NamedCause("power_law_noise", PowerLawNoise),
+    NamedCause("radial_motion", RadialMotion, given.radial),
+    NamedCause("reading_latency", ReadingLatency, given.latency),
+    NamedCause("relaxing_noise", RelaxingNoise),
+    NamedCause("sampling_skew", SamplingSkew, given.skew),
+    NamedCause("saw_tooth_motion", SawToothMotion, given.saw_tooth),
+    NamedCause("sensor_lag", SensorLag),
+    NamedCause("settling_bracket", SettlingBracket, given.settling),
+    NamedCause("shaft_wind_up", ShaftWindUp, given.wind_up),
+    NamedCause("signal_distortion", SignalDistortion, given.distortion),
+    NamedCause("sticking_bracket", StickingBracket, given.sticking),
+    NamedCause("swinging_speed", SwingingSpeed),
+    NamedCause("thermal_centre", ThermalCentre, given.thermal),
+    NamedCause("time_gaps", TimeGaps),
+    NamedCause("wandering_reference", WanderingReference),
+    NamedCause("warm_fast_lobes", WarmFastLobes, given.warm_fast),
+    NamedCause("warm_lobes", WarmLobes, given.warm),
+    NamedCause("wearing_track", WearingTrack, given.wearing),
+    NamedCause("white_noise", WhiteNoise),
+)
+
+CAUSES = {cause.name: cause for cause in _CAUSES}
+"""Every cause by the name of its file."""
 
 _ALL = (
-    Recipe("high_order_graduation", "arcsec", 0.1, 1.0, _high_order),
-    Recipe("head_angle_error", "arcsec", 2.0, 60.0, _head_angle),
-    Recipe("subdivision_error", "arcsec", 0.06, 2.4, _subdivision),
-    Recipe("radial_error_motion", "um", 0.1, 2.0, _radial),
-    Recipe("bearing_ball_pass", "um", 0.1, 1.0, _ball_pass),
-    Recipe("vibration", "arcsec", 0.1, 1.0, _vibration),
-    Recipe("hysteresis", "arcsec", 0.2, 5.0, _hysteresis),
-    Recipe("timing_skew", "us", 1.0, 20.0, _skew),
-    Recipe("latency", "us", 2.0, 50.0, _latency),
-    Recipe("thermal_head_drift", "arcsec/K", 0.1, 1.0, _head_drift),
-    Recipe("thermal_eccentricity", "um/K", 0.1, 0.9, _thermal_centre),
-    Recipe("count_slip", "counts", 4.0, 64.0, _slip),
-    Recipe("graduation_defect", "arcsec", 0.5, 5.0, _defect),
-    Recipe("drive_gear_error", "arcsec", 0.3, 3.0, _gear),
-    Recipe("polygon_face_error", "arcsec", 0.1, 0.5, _faces),
-    Recipe("polygon_eccentricity", "arcsec", 0.1, 1.0, _polygon_mounting),
-    Recipe("autocollimator_gain", "percent", 0.1, 1.0, _gain),
-    Recipe("reference_drift", "arcsec/h", 0.3, 3.0, _drift),
+    Recipe("high_order_graduation", "graduation_harmonics", "arcsec", 0.1, 1.0, drawn.high_order),
+    Recipe("head_angle_error", "bracket_turn", "arcsec", 2.0, 60.0, drawn.head_angle),
+    Recipe("subdivision_error", "signal_distortion", "arcsec", 0.06, 2.4, drawn.subdivision),
+    Recipe("radial_error_motion", "radial_motion", "um", 0.1, 2.0, drawn.radial),
+    Recipe("bearing_ball_pass", "ball_pass", "um", 0.1, 1.0, drawn.ball_pass),
+    Recipe("vibration", "bracket_vibration", "arcsec", 0.1, 1.0, drawn.vibration),
+    Recipe("hysteresis", "shaft_wind_up", "arcsec", 0.2, 5.0, drawn.hysteresis),
+    Recipe("timing_skew", "sampling_skew", "us", 1.0, 20.0, drawn.skew),
+    Recipe("latency", "reading_latency", "us", 2.0, 50.0, drawn.latency),
+    Recipe("thermal_head_drift", "bracket_expansion", "arcsec/K", 0.1, 1.0, drawn.head_drift),
+    Recipe("thermal_eccentricity", "thermal_centre", "um/K", 0.1, 0.9, drawn.thermal_centre),
+    Recipe("count_slip", "lost_counts", "counts", 4.0, 64.0, drawn.slip),
+    Recipe("graduation_defect", "graduation_bump", "arcsec", 0.5, 5.0, drawn.defect),
+    Recipe("drive_gear_error", "gear_mesh", "arcsec", 0.3, 3.0, drawn.gear),
+    Recipe("polygon_face_error", "polygon_faces", "arcsec", 0.1, 0.5, drawn.faces),
+    Recipe("polygon_eccentricity", "polygon_mounting", "arcsec", 0.1, 1.0, drawn.polygon_mounting),
+    Recipe("autocollimator_gain", "autocollimator_scale", "percent", 0.1, 1.0, drawn.gain),
+    Recipe("reference_drift", "instrument_drift", "arcsec/h", 0.3, 3.0, drawn.drift),
     Recipe(
-        "warm_ovality", "arcsec/K", 0.1, 0.5, _warm, "parts", ("temperature", "order:2", "disc")
+        "warm_ovality",
+        "warm_lobes",
+        "arcsec/K",
+        0.1,
+        0.5,
+        drawn.warm,
+        "parts",
+        ("temperature", "order:2", "disc"),
     ),
     Recipe(
+        "centrifugal_lobes",
         "centrifugal_lobes",
         "arcsec/(rad/s)^2",
         0.1,
         0.5,
-        _centrifugal,
+        drawn.centrifugal,
         "parts",
         ("speed^2", "order:3", "disc"),
     ),
-    Recipe("half_order", "um", 0.1, 1.0, _half_order, "parts", ("order:*", "stator")),
-    Recipe("settling_bracket", "arcsec", 0.5, 3.0, _settling, "parts", ("settling", "head2")),
-    Recipe("flat_track", "um", 0.2, 2.0, _flat, "stranger"),
-    Recipe("saw_tooth_motion", "um", 0.1, 1.0, _saw, "stranger"),
-    Recipe("warm_fast_lobes", "arcsec/K/(rad/s)^2", 0.1, 1.0, _warm_fast, "stranger"),
-    Recipe("sticking_bracket", "arcsec", 0.1, 1.0, _sticking, "stranger"),
-    Recipe("loosening_head", "arcsec", 0.3, 3.0, _loosening, "stranger"),
-    Recipe("wearing_track", "um", 0.2, 2.0, _wearing, "stranger"),
-    Recipe("leaning_bracket", "arcsec", 0.2, 3.0, _leaning, "stranger"),
-    Recipe("white", "arcsec", 0.02, 0.5, _white, "noise"),
-    Recipe("by_angle", "arcsec", 0.05, 0.3, _by_angle, "noise"),
-    Recipe("pink", "arcsec", 0.03, 0.3, _pink, "noise"),
-    Recipe("power_law", "arcsec", 0.03, 0.3, _power_law, "noise"),
-    Recipe("ornstein_uhlenbeck", "arcsec", 0.03, 0.3, _relaxing, "noise"),
-    Recipe("autoregressive", "arcsec", 0.03, 0.3, _autoregressive, "noise"),
-    Recipe("outliers", "percent", 0.01, 1.0, _outliers, "noise"),
-    Recipe("index_scatter", "counts", 1.0, 3.0, _index, "noise"),
-    Recipe("sensor_lag", "minutes", 0.5, 10.0, _lag, "noise"),
-    Recipe("wandering_reference", "arcsec", 0.05, 0.5, _wander, "noise"),
-    Recipe("gaps", "percent", 0.5, 20.0, _gaps, "noise"),
-    Recipe("swinging_speed", "percent", 0.5, 8.0, _swing, "noise"),
+    Recipe(
+        "half_order",
+        "belt_half_order",
+        "um",
+        0.1,
+        1.0,
+        drawn.half_order,
+        "parts",
+        ("order:*", "stator"),
+    ),
+    Recipe(
+        "settling_bracket",
+        "settling_bracket",
+        "arcsec",
+        0.5,
+        3.0,
+        drawn.settling,
+        "parts",
+        ("settling", "head2"),
+    ),
+    Recipe("flat_track", "flat_track", "um", 0.2, 2.0, drawn.flat, "stranger"),
+    Recipe("saw_tooth_motion", "saw_tooth_motion", "um", 0.1, 1.0, drawn.saw, "stranger"),
+    Recipe(
+        "warm_fast_lobes",
+        "warm_fast_lobes",
+        "arcsec/K/(rad/s)^2",
+        0.1,
+        1.0,
+        drawn.warm_fast,
+        "stranger",
+    ),
+    Recipe("sticking_bracket", "sticking_bracket", "arcsec", 0.1, 1.0, drawn.sticking, "stranger"),
+    Recipe("loosening_head", "loosening_head", "arcsec", 0.3, 3.0, drawn.loosening, "stranger"),
+    Recipe("wearing_track", "wearing_track", "um", 0.2, 2.0, drawn.wearing, "stranger"),
+    Recipe("leaning_bracket", "leaning_bracket", "arcsec", 0.2, 3.0, drawn.leaning, "stranger"),
+    Recipe("white", "white_noise", "arcsec", 0.02, 0.5, drawn.white, "noise"),
+    Recipe("by_angle", "noise_by_angle", "arcsec", 0.05, 0.3, drawn.by_angle, "noise"),
+    Recipe("pink", "power_law_noise", "arcsec", 0.03, 0.3, drawn.pink, "noise"),
+    Recipe("power_law", "power_law_noise", "arcsec", 0.03, 0.3, drawn.power_law, "noise"),
+    Recipe("ornstein_uhlenbeck", "relaxing_noise", "arcsec", 0.03, 0.3, drawn.relaxing, "noise"),
+    Recipe(
+        "autoregressive", "autoregressive_noise", "arcsec", 0.03, 0.3, drawn.autoregressive, "noise"
+    ),
+    Recipe("outliers", "outliers", "percent", 0.01, 1.0, drawn.outliers, "noise"),
+    Recipe("index_scatter", "index_scatter", "counts", 1.0, 3.0, drawn.index, "noise"),
+    Recipe("sensor_lag", "sensor_lag", "minutes", 0.5, 10.0, drawn.lag, "noise"),
+    Recipe(
+        "wandering_reference", "wandering_reference", "arcsec", 0.05, 0.5, drawn.wander, "noise"
+    ),
+    Recipe("gaps", "time_gaps", "percent", 0.5, 20.0, drawn.gaps, "noise"),
+    Recipe("swinging_speed", "swinging_speed", "percent", 0.5, 8.0, drawn.swing, "noise"),
 )
 
 REGISTRY = {recipe.name: recipe for recipe in _ALL}

@@ -20,7 +20,7 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     of the disc that is there at one speed only is a line in time, or its alias.
     """
     rows = base.observations.capture
-    if rows is None or rows.revolution.size == 0:
+    if rows is None or rows.revolution.size == 0 or not _acts_on_capture(item):
         return True
     before = base.capture_residual_arcsec()
     if before is None:
@@ -42,3 +42,12 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     if not local and height**2 * others < WOULD_SHOW * noise**2:
         return True
     return bool((gain.sum() - gain[strongest]) > LEAST_SHARE * height * others)
+
+
+def _acts_on_capture(item: Candidate) -> bool:
+    """It has columns in the capture: what only the reference shows moves the capture's prediction
+    by what it returns to the graduation, which is in every run as far as noise lets it."""
+    columns = item.solution.observations.capture
+    assert columns is not None
+    probe = columns.part(slice(0, 2))
+    return item.effect.capture_columns(probe, item.nonlinear, item.solution.context) is not None

@@ -112,6 +112,8 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "class_correlation": result.class_correlation,
         "description": result.description,
         "parts": parts,
+        "resembles": None if result.resembles is None else result.resembles.name,
+        "unlike": result.unlike,
         "next_measurement": result.next_measurement,
         "next_measurement_kind": result.next_measurement_kind,
         "data_faults": result.faults,
@@ -148,6 +150,8 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     elif result.verdict == "named" and result.named is not None:
         said = [f"Missing: {result.named.name}. {result.named.effect.physics}"]
+        told = result.named.effect.told(result.named.nonlinear, result.observations)
+        said += [told] if told else []
         if len(result.effect_class) > 1:
             larger = ", ".join(result.effect_class[1:])
             said.append(f"Larger effects would explain it too, with more freedom: {larger}.")
@@ -159,6 +163,13 @@ def sentences(result: Diagnosis) -> list[str]:
             )
     elif result.verdict == "ambiguous":
         said = _undecided(result)
+    elif result.resembles is not None:
+        said = [
+            f"None of the known effects fits. It resembles {result.resembles.name}, but: "
+            f"{result.unlike}."
+        ]
+        if result.description is not None:
+            said.append(f"Beside that, best description: {result.description}.")
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes what "

@@ -15,7 +15,8 @@ from click.testing import CliRunner
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
-from arctrue.studies.benchmark.answers import AnswersError, score_folders, set_name
+from arctrue.studies.benchmark.answers import AnswersError, score_folders
+from arctrue.studies.benchmark.frozen import differing, frozen_digests, set_name, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
     expected_calibration_error,
@@ -23,13 +24,13 @@ from arctrue.studies.benchmark.intervals import (
     reliability,
 )
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
-from arctrue.studies.benchmark.page import page
+from arctrue.studies.benchmark.page import INDEPENDENCE, page
 from arctrue.studies.benchmark.plan import TIERS, PlanError, make_plan, read_plan
-from arctrue.studies.benchmark.score import SCORES, scored
+from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import answer_of
 from arctrue.studies.benchmark.work import run_set
-from arctrue.studies.benchmark.worlds import WORLDS
+from arctrue.studies.benchmark.worlds import CATALOGUE, WORLDS
 from arctrue.studies.campaign import task_key
 from arctrue.studies.campaign.store import Store
 
@@ -328,3 +329,44 @@ def test_public_sets_tell_nothing_and_have_one_digest(tmp_path: Path) -> None:
     for folder in (tmp_path / "a").iterdir():
         text = (folder / "measurement.toml").read_text(encoding="utf-8")
         assert not any(str(task["seed"]) in text or task["world"] in text for task in tasks)
+
+
+def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
+    plan = make_plan("public", tmp_path / "plan")
+    tasks = plan.tasks("arctrue")
+    assert set(frozen_digests()) == {set_name(task) for task in tasks}
+    # One set of each world; all 200 by arctrue benchmark sets.
+    found = {set_name(task): task_digest(task) for task in tasks[6:12]}
+    assert differing(found) == [], "the generator has changed: python -m scripts.freeze_public_sets"
+    assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
+
+
+def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    make_plan("public", tmp_path / "plan")
+    arguments = ["benchmark", "sets", str(tmp_path / "plan"), str(tmp_path / "out"), "--first=1"]
+    assert "all of them are the frozen ones" in CliRunner().invoke(main, arguments).output
+    monkeypatch.setattr("arctrue.studies.benchmark.frozen.frozen_digests", dict)
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 1
+    assert "1 of 1 sets are not the frozen ones" in done.output
+
+
+def test_smallest_found_and_largest_missed_by_effect() -> None:
+    sets = [
+        judged("named", effect("latency", limits=2.0), named="latency"),
+        judged("named", effect("latency", limits=5.0), named="latency"),
+        judged("adequate", effect("latency", limits=3.0)),
+        judged("adequate", effect("vibration", limits=0.5)),
+        judged("unknown", effect("flat_track", "stranger", limits=9.0)),
+    ]
+    found = by_effect(sets)
+    assert list(found) == ["latency", "vibration"]
+    latency = found["latency"]
+    assert (latency["hits"], latency["of"]) == (2, 3)
+    assert latency["smallest_put_first"] == pytest.approx(2.0)
+    assert latency["largest_not_put_first"] == pytest.approx(3.0)
+    assert found["vibration"]["smallest_put_first"] is None
+
+
+def test_the_page_tells_the_independence_of_every_cause_of_the_catalogue() -> None:
+    assert set(INDEPENDENCE) == set(CATALOGUE)

@@ -87,6 +87,22 @@ def test_another_state_of_the_code_is_refused(tmp_path: Path, monkeypatch) -> No
         campaign(tmp_path).run(workers=1)
 
 
+def test_shards_of_two_states_are_not_merged(tmp_path: Path) -> None:
+    for name in "ab":
+        with Store(tmp_path / name, {"code": {"arctrue": name}}) as store:
+            store.add({"number": 1}, {"square": 1}, 0.1)
+    with pytest.raises(StoreError, match="different campaigns or states of code"):
+        merge([tmp_path / "a", tmp_path / "b"], tmp_path / "whole")
+
+
+def test_seconds_stand_apart_from_results(tmp_path: Path) -> None:
+    campaign(tmp_path, 3).run(workers=1)
+    results = [json.loads(line) for line in (tmp_path / "results.jsonl").open(encoding="utf-8")]
+    timings = [json.loads(line) for line in (tmp_path / "timings.jsonl").open(encoding="utf-8")]
+    assert {tuple(sorted(item)) for item in results} == {("key", "result", "task")}
+    assert {item["key"] for item in timings} == {item["key"] for item in results}
+
+
 def test_other_tasks_do_not_go_into_the_same_folder(tmp_path: Path) -> None:
     campaign(tmp_path, 3).run(workers=1)
     with pytest.raises(StoreError, match="tasks"):

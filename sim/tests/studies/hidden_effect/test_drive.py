@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
+from arctrue.studies.hidden_effect.cases import STROKE_RAD
 from arctrue.studies.hidden_effect.drive import over_stations, turning
+from arctrue.table.causes.shaft_wind_up import ShaftWindUp
 
 
 def test_a_turning_drive_passes_both_indices_and_its_turns() -> None:
@@ -35,13 +36,15 @@ def test_stations_are_reached_from_their_side_and_stood_at() -> None:
     assert np.all(np.sign(moved) == plan.direction)
 
 
-def test_the_side_changes_gradually_at_a_reversal() -> None:
+def test_the_wind_up_goes_over_within_its_stroke_at_a_reversal() -> None:
     plan = over_stations(0.5, 6, 1, stop_s=0.1)
     seconds = np.linspace(0.0, plan.drive.duration_s, 20_001)
-    side = plan.drive.state(seconds).direction
-    step = seconds[1] - seconds[0]
-    # Over a quarter of the run-up, from one side to the other.
-    run_up_s = plan.drive.knot_times_s[1]
-    assert np.max(np.abs(np.diff(side))) < 1.001 * 2 * step / (0.25 * run_up_s)
-    assert side.min() == pytest.approx(-1.0)
-    assert side.max() == pytest.approx(1.0)
+    state = plan.drive.state(seconds)
+    turn = np.asarray(ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(state))
+    # Dahl's slope is 2/stroke at the most, and the speed 0.5 rad/s.
+    most = 2.0 / STROKE_RAD * 0.5 * (seconds[1] - seconds[0])
+    assert np.max(np.abs(np.diff(turn))) < 1.001 * most
+    # At a station, 60 degrees from the last reversal, it is over: 2·exp(-60).
+    at = plan.drive.state(plan.station_s)
+    stood = ShaftWindUp(1.0, STROKE_RAD).disc_turn_rad(at)
+    np.testing.assert_allclose(stood, plan.direction, atol=1e-12)

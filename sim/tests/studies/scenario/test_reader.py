@@ -9,7 +9,8 @@ import pytest
 
 from arctrue.instrument import HEAD1_A, HEAD2_Z
 from arctrue.studies.scenario import ScenarioError, read_scenario
-from arctrue.studies.scenario.causes import CAUSES
+from arctrue.studies.scenario.reader import NAMES
+from arctrue.table.causes.registry import CAUSES, REGISTRY
 from arctrue.table.causes.thermal_centre import ThermalCentre
 from arctrue.workbench.effects.registry import ORDER
 
@@ -87,7 +88,7 @@ for_turns = 0.25
         ),
         (
             LEAST + '[[effect]]\ncause = "shaft_wind_up"\narcsec = 1\nteeth = 3',
-            ["effect[1].teeth: not a key here", "cause, arcsec"],
+            ["effect[1].teeth: not a key here", "cause, arcsec, stroke_deg"],
         ),
         (LEAST + "[[temperature]]\nat_turn = 3\ncelsius = 20", ["temperature[1].at_turn", "2"]),
         (
@@ -138,10 +139,25 @@ def test_every_effect_of_the_catalogue_has_a_file() -> None:
     names = {file.stem for file in SHIPPED}
     assert set(ORDER) - names == set()
     for file in SHIPPED:
-        named = {CAUSES[effect.cause].effect for effect in read_scenario(file).effects}
+        causes = {effect.cause for effect in read_scenario(file).effects}
+        named = {recipe.name for recipe in REGISTRY.values() if recipe.cause in causes}
         # A graduation error of any order is one cause of the simulator; lost counts are a fault.
         if file.stem in ORDER and file.stem not in ("graduation_harmonics", "count_slip"):
             assert file.stem in named
+
+
+@pytest.mark.parametrize("name", sorted(set(CAUSES) - set(NAMES)))
+def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ScenarioError, match=f"can honour \\({name} acts on"):
+        read_scenario(_file(tmp_path, LEAST + f'[[effect]]\ncause = "{name}"\n'))
+
+
+def test_every_physical_cause_can_stand_in_a_scenario() -> None:
+    # Noise, sampling faults and lost counts stand behind the pins; all others are in the table.
+    left = set(CAUSES) - set(NAMES)
+    assert left == {recipe.cause for recipe in REGISTRY.values() if recipe.kind == "noise"} | {
+        "lost_counts"
+    }
 
 
 def test_the_example_of_the_documentation(tmp_path: Path) -> None:
@@ -150,7 +166,7 @@ def test_the_example_of_the_documentation(tmp_path: Path) -> None:
     scenario = read_scenario(_file(tmp_path, example))
     assert len(scenario.legs) == 4
     # Of each cause its name stands in the table.
-    assert [name for name in CAUSES if f"| `{name}` |" not in text] == []
+    assert [name for name in NAMES if f"| `{name}` |" not in text] == []
     # And every shipped file by name.
     names = {file.stem for file in SHIPPED} - set(ORDER)
     assert [name for name in names if f"`{name}`" not in text] == []

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from arctrue.instrument import EdgeTrack
+from arctrue.instrument.turn_score import BINS, TurnScore, score_turns
 from arctrue.studies.scenario.course import Leg
 from arctrue.studies.scenario.scenario import NamedEffect, Scale, Scenario, TableErrors
 from arctrue.studies.scenario.seen import seen_by_reference
-from arctrue.studies.scenario.turns import BINS, TurnError, turn_errors
 from arctrue.table import RotaryTable, TableState, two_heads
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.base import PhysicalEffect
@@ -50,7 +50,7 @@ def _track(lost_counts: int) -> tuple[EdgeTrack, np.ndarray]:
 
 def test_amplitude_range_and_rms_of_a_wave() -> None:
     track, travel = _track(0)
-    turns = turn_errors(track, travel, 4)
+    turns = score_turns(track, travel, 4)
     assert turns[3] is None
     for turn in turns[:3]:
         assert turn is not None
@@ -64,7 +64,7 @@ def test_amplitude_range_and_rms_of_a_wave() -> None:
 
 def test_lost_counts_stay_in_the_mean() -> None:
     track, travel = _track(7)
-    first, second, third = turn_errors(track, travel, 3)
+    first, second, third = score_turns(track, travel, 3)
     assert first is not None
     assert second is not None
     assert third is not None
@@ -81,7 +81,7 @@ def test_a_part_of_a_turn_has_no_orders() -> None:
         position=track.position[: COUNTS // 2],
         true_angle_rad=track.true_angle_rad[: COUNTS // 2],
     )
-    (turn,) = turn_errors(half, travel[: COUNTS // 2], 1)
+    (turn,) = score_turns(half, travel[: COUNTS // 2], 1)
     assert turn is not None
     assert np.isnan(turn.amplitude_arcsec).all()
     assert np.isfinite(turn.rms_arcsec)
@@ -93,9 +93,9 @@ def _scenario(*causes: PhysicalEffect) -> Scenario:
     return Scenario("", "", Scale(), TableErrors(), legs, effects=effects)
 
 
-def _wave(amplitude_arcsec: float, order: int) -> TurnError:
+def _wave(amplitude_arcsec: float, order: int) -> TurnScore:
     angle = (np.arange(BINS) + 0.5) * (2 * np.pi / BINS)
-    return TurnError(amplitude_arcsec * np.cos(order * angle), 0.0, 0.0)
+    return TurnScore.of_means(amplitude_arcsec * np.cos(order * angle), 0.0, 0.0)
 
 
 def test_a_gain_of_the_autocollimator() -> None:
@@ -104,7 +104,7 @@ def test_a_gain_of_the_autocollimator() -> None:
     assert seen is not None
     # 24 faces see a whole wave: its RMS, and 5 % more.
     assert seen.rms_arcsec == pytest.approx(1.05 * 10 / np.sqrt(2), rel=1e-6)
-    assert np.isfinite(seen.bins_arcsec).sum() == 24
+    assert np.isfinite(seen.error_arcsec).sum() == 24
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.experiment import EXPERIMENTS, full, lean
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table.causes.cause import UnhonouredCauseError
 from arctrue.table.causes.registry import RECIPES, STRANGERS
 
 Float = NDArray[np.float64]
@@ -166,6 +167,12 @@ def test_latency_is_seen_on_the_move_only() -> None:
 def test_every_recipe_can_be_measured(name: str, experiment: str) -> None:
     planned = EXPERIMENTS[experiment]().smaller(120, 1)
     recipe = RECIPES[name]
+    if not planned.can_honour(recipe):
+        # What only a reference instrument shows cannot be hidden in a set without one.
+        assert planned.reference is None
+        with pytest.raises(UnhonouredCauseError, match=f"experiment {experiment} cannot honour"):
+            simulate_set([Wanted(name)], planned, 11)
+        return
     made = simulate_set([Wanted(name)], planned, 11)
     assert recipe.low <= made.truth["effects"][0]["size"] <= recipe.high
     assert made.truth["hidden"] == name

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from arctrue.workbench.effects.base import (
+    CONTRADICTED_P,
     Candidate,
     Columns,
     Effect,
@@ -56,6 +58,24 @@ class CountSlip(Effect):
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
         return step_scan(self, residuals)
+
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """A counter loses whole counts: a step of 7.4 ± 0.1 counts is none of its own."""
+        count = observations.count_arcsec
+        if count is None:
+            return None
+        counts = float(coefficients[0]) / count
+        sigma = float(np.sqrt(max(covariance[0, 0], 0.0))) / count
+        away = abs(counts - round(counts))
+        if sigma <= 0.0 or 2.0 * float(norm.sf(away / sigma)) > CONTRADICTED_P:
+            return None
+        return f"the step of {counts:.2f} ± {sigma:.2f} counts is no whole number of counts"
 
     def parameters(
         self,

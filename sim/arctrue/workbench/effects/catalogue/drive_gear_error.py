@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,17 +18,32 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import harmonic_columns, harmonic_names
+from arctrue.workbench.effects.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 if TYPE_CHECKING:
     from arctrue.workbench.inference.residuals import Residuals
 
 HIGHEST_MULTIPLE = 3
+WHOLE_TURN = 0.9
+"""Share of a turn that the stations must go round to show lines one order apart."""
+LEAST_VARIANCE = 0.1
+"""Of cos and sin of a line over the stations; 1 where the stations show it whole."""
+AS_GOOD = 6.0
+"""Gain by which a line must be ahead of a lower one: odds of 20 to 1."""
+LISTS = {"multiples": 0, "below": -1, "above": 1}
+"""Settings that list multiples of the tooth count, and how many orders beside them they lie."""
+
+Line = tuple[int, int]
+"""A multiple of the tooth count, and the orders beside it."""
 
 
 class DriveGearError(Effect):
-    """cos, sin of the tooth count and its multiple, in the reference run only."""
+    """cos, sin of the tooth count and its multiples, in the reference run only.
+
+    A gear off its centre meshes a little early and late once a turn, which puts a line one order
+    below and one above each multiple: those are listed in ``below`` and ``above``.
+    """
 
     name = "drive_gear_error"
     physics = (
@@ -35,17 +51,36 @@ class DriveGearError(Effect):
         "follows with as many periods a turn as the wheel has teeth. The disc on the axis does not "
         "move against its heads, so the two heads do not see it."
     )
-    equation = "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth"
+    equation = (
+        "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0); with side "
+        "lines kG ± 1 too"
+    )
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing when the disc sits on the axis"
-    reference_sees = "order G; an alias at G mod faces on a polygon"
+    reference_sees = (
+        "order G; an alias at G mod faces on a polygon. Where the faces divide G, all that is left "
+        "of it is the alias of its side lines, at order 1"
+    )
     told_apart_by = "the order is the tooth count"
     next_measurement = "reference stations closer than half a tooth"
     plausible = "0.5 to 30″"
-    parameter_units = {"multiple_K_amplitude": "arcsec", "multiple_K_phase": "deg"}
+    parameter_units = {
+        "multiple_K_amplitude": "arcsec",
+        "multiple_K_phase": "deg",
+        "multiple_K_below_amplitude": "arcsec",
+        "multiple_K_below_phase": "deg",
+        "multiple_K_above_amplitude": "arcsec",
+        "multiple_K_above_phase": "deg",
+    }
     compensation = "lanes"
-    compensation_note = "lanes at the tooth count, when the reference run has given its size"
-    defaults = {"multiples": [1]}
+    compensation_note = (
+        "lanes at the tooth count, when it is whole and the reference run has given its size"
+    )
+    defaults = {"multiples": [1], "below": [], "above": []}
+
+    @property
+    def _lines(self) -> list[Line]:
+        return [(multiple, away) for key, away in LISTS.items() for multiple in self.integers(key)]
 
     def missing(self, observations: Observations) -> list[str]:
         lacking = []
@@ -56,31 +91,67 @@ class DriveGearError(Effect):
         return lacking
 
     def column_names(self, observations: Observations) -> list[str]:
-        return harmonic_names(self.integers("multiples"), "tooth ")
+        return [
+            f"tooth {kind} {multiple}{away:+d}" if away else f"tooth {kind} {multiple}"
+            for multiple, away in self._lines
+            for kind in ("cos", "sin")
+        ]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         if rows.teeth is None:
             return None
-        return harmonic_columns(rows.angle_rad * rows.teeth, self.integers("multiples"))
+        return harmonic_columns(rows.angle_rad, self._orders(rows.teeth))
+
+    def _orders(self, teeth: float) -> list[float]:
+        return [teeth * multiple + away for multiple, away in self._lines]
 
     def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
-        """With further multiples of the tooth count, if they are worth their columns."""
+        """With the lines that are there, each worth its two columns; the first by itself if none.
+
+        The multiples of the tooth count and, where the stations go round the turn, what a gear
+        off its centre puts beside them.
+        """
         reference = residuals.observations.reference
-        worth = 2.0 * float(np.log(max(2, 0 if reference is None else reference.run.size)))
-        kept = self.integers("multiples")
-        gain = residuals.score(self, {}).gain
-        for multiple in range(1, HIGHEST_MULTIPLE + 1):
-            if multiple in kept:
-                continue
-            more = tuple(sorted((*kept, multiple)))
-            larger = residuals.score(DriveGearError(multiples=list(more)), {}).gain
-            if larger > gain + worth:
-                kept, gain = more, larger
-        if kept == self.integers("multiples"):
+        assert reference is not None
+        worth = 2.0 * float(np.log(max(2, reference.run.size)))
+        whole = float(np.ptp(reference.target_rad)) > WHOLE_TURN * 2.0 * np.pi
+        lines = [
+            (multiple, away)
+            for multiple in range(1, HIGHEST_MULTIPLE + 1)
+            for away in (LISTS.values() if whole else (0,))
+            if self._varies((multiple, away), reference)
+        ]
+        kept: list[Line] = []
+        gain = 0.0
+        while waiting := [line for line in lines if line not in kept]:
+            found = [self._gain(residuals, [*kept, line]) for line in waiting]
+            if max(found) < gain + worth:
+                break
+            # Lines may be aliases of each other at the faces: the first that is about the best.
+            place = next(at for at, value in enumerate(found) if value > max(found) - AS_GOOD)
+            kept.append(waiting[place])
+            gain = found[place]
+        if not kept or set(kept) == set(self._lines):
             return self, 1.0
-        return DriveGearError(multiples=list(kept)), float(2**HIGHEST_MULTIPLE)
+        return self._of(kept), float(comb(len(lines), len(kept)))
+
+    def _varies(self, line: Line, reference: ReferenceRows) -> bool:
+        """It is no constant at the stations, as one that the faces divide is."""
+        columns = self._of([line]).reference_columns(reference, {}, FitContext())
+        return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
+
+    @staticmethod
+    def _of(lines: list[Line]) -> DriveGearError:
+        settings: dict[str, object] = {
+            key: sorted(multiple for multiple, there in lines if there == away)
+            for key, away in LISTS.items()
+        }
+        return DriveGearError(**settings)
+
+    def _gain(self, residuals: Residuals, lines: list[Line]) -> float:
+        return residuals.score(self._of(lines), {}).gain
 
     def lanes(
         self,
@@ -91,7 +162,9 @@ class DriveGearError(Effect):
     ) -> list[Lane]:
         teeth = observations.drive_gear_teeth
         assert teeth is not None
-        return paired_lanes([teeth * k for k in self.integers("multiples")], coefficients)
+        if teeth != round(teeth):
+            return []
+        return paired_lanes([round(order) for order in self._orders(teeth)], coefficients)
 
     def parameters(
         self,
@@ -101,10 +174,11 @@ class DriveGearError(Effect):
         observations: Observations,
     ) -> dict[str, Parameter]:
         found: dict[str, Parameter] = {}
-        for index, multiple in enumerate(self.integers("multiples")):
+        names = {0: "", -1: "below_", 1: "above_"}
+        for index, (multiple, away) in enumerate(self._lines):
             pair = slice(2 * index, 2 * index + 2)
             cosine, sine = coefficients[pair]
             found |= amplitude_and_phase(
-                cosine, sine, covariance[pair, pair], f"multiple_{multiple}_"
+                cosine, sine, covariance[pair, pair], f"multiple_{multiple}_{names[away]}"
             )
         return found

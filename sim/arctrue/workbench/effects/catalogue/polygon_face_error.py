@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
-from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear, Parameter
+from arctrue.workbench.effects.base import (
+    CONTRADICTED_P,
+    Columns,
+    Effect,
+    FitContext,
+    Nonlinear,
+    Parameter,
+)
 from arctrue.workbench.observations import Observations, ReferenceRows
+
+LEAST_FACES = 8
+"""With fewer a wave and independent faces look alike."""
 
 
 class PolygonFaceError(Effect):
@@ -49,6 +60,42 @@ class PolygonFaceError(Effect):
         columns[np.arange(rows.face.size), rows.face] = 1.0
         # Σ f_i = 0: the constant belongs to a₀.
         return columns - 1.0 / rows.faces
+
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """Faces are lapped one by one: their errors are draws without an order.
+
+        A wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125 (1929) 54), or
+        one face that is off alone among the others (Grubbs, Ann. Math. Stat. 21 (1950) 27), is a
+        shape of the table's own motion, which a polygon on the table shows as well.
+        """
+        values = coefficients - coefficients.mean()
+        size, level = values.size, 0.5 * CONTRADICTED_P
+        square = float(values @ values)
+        if size < LEAST_FACES or square <= 0.0:
+            return None
+        power = np.abs(np.fft.rfft(values)[1 : (size + 1) // 2]) ** 2
+        order, share = int(np.argmax(power)) + 1, float(power.max() / power.sum())
+        if power.size * (1.0 - share) ** (power.size - 1) < level:
+            return (
+                f"the faces follow a wave of order {order} that is {100.0 * share:.0f} % of it; "
+                "the errors of a polygon's faces are independent of each other"
+            )
+        face = int(np.argmax(np.abs(values)))
+        largest = float(values[face] ** 2) * (size - 1) / square
+        left = max((size - 1) ** 2 - size * largest, 1e-300)
+        ratio = float(np.sqrt(size * (size - 2) * largest / left))
+        if 2.0 * size * float(student.sf(ratio, size - 2)) < level:
+            return (
+                f"face {face} is off alone by {values[face]:.2g}″: a place of the table looks the "
+                "same as one bad face"
+            )
+        return None
 
     def parameters(
         self,

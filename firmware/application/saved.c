@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "saved.h"
+
+#include <string.h>
+
+#include "arctrue_number_formats.h"
+#include "crc32.h"
+
+enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
+enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, SWITCHES = 7 };
+enum { OF_CALIBRATION = 0, OF_OPERATOR = 1 };
+#define ERASED 0xFFFFFFFFU
+
+struct words {
+    uint32_t *word;
+    uint32_t place;
+};
+
+/* Reads 0 beyond the end; `place` tells that it was there. */
+struct source {
+    const uint32_t *word;
+    uint32_t place;
+    uint32_t end;
+};
+
+const char *saved_answer_name(enum saved_answer answer) {
+    static const char *const names[SAVED_ANSWERS] = {
+        [SAVED_READ] = "read",
+        [SAVED_EMPTY] = "none",
+        [SAVED_DAMAGED] = "damaged",
+        [SAVED_OTHER_VERSION] = "other_version",
+        [SAVED_OUT_OF_RANGE] = "out_of_range",
+    };
+    return (unsigned)answer < SAVED_ANSWERS ? names[answer] : "unknown";
+}
+
+static void put(struct words *words, uint32_t word) {
+    words->word[words->place++] = word;
+}
+
+static uint32_t take(struct source *source) {
+    uint32_t place = source->place++;
+    return place < source->end ? source->word[place] : 0U;
+}
+
+static uint32_t crc_of(const uint32_t *words, uint32_t number) {
+    uint32_t crc = 0;
+    for (uint32_t word = 0; word < number; word++) {
+        crc = crc32_add_word(crc, words[word]);
+    }
+    return crc;
+}
+
+static uint32_t name_sum(const char *name) {
+    uint32_t crc = 0;
+    for (; *name != '\0'; name++) {
+        crc = crc32_add_word(crc, (uint32_t)(unsigned char)*name);
+    }
+    return crc;
+}
+
+static void put_parameters(struct words *words, const struct parameters *parameters) {
+    put(words, parameters_number());
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        double value = parameters_value(parameters, place);
+        uint64_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        put(words, name_sum(parameters_description(place)->name));
+        put(words, (uint32_t)bits);
+        put(words, (uint32_t)(bits >> 32));
+    }
+}
+
+static void put_lanes(struct words *words, const struct coefficients *coefficients,
+                      uint32_t owner) {
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        const struct lane *word = &coefficients->lane[lane];
+        if (word->order != 0) {
+            put(words, word->order);
+            put(words, word->phase_offset);
+            put(words, (uint32_t)word->amplitude);
+            put(words, owner);
+        }
+    }
+}
+
+static uint32_t used(const struct coefficients *coefficients) {
+    uint32_t number = 0;
+    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+        number += coefficients->lane[lane].order != 0;
+    }
+    return number;
+}
+
+uint32_t saved_lanes(const struct saved *saved) {
+    return used(&saved->own) + used(&saved->loaded);
+}
+
+uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words) {
+    const struct settings *settings = &saved->settings;
+    struct words to = {words, 0};
+    put(&to, SAVED_MAGIC);
+    put(&to, SAVED_VERSION);
+    put(&to, sequence);
+    put(&to, 0);
+    put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
+                 (settings->telemetry ? TELEMETRY : 0U));
+    put_parameters(&to, &settings->parameters);
+    put(&to, (uint32_t)settings->parameters.counts_per_rev);
+    put(&to, saved_lanes(saved));
+    put_lanes(&to, &saved->own, OF_CALIBRATION);
+    put_lanes(&to, &saved->loaded, OF_OPERATOR);
+    words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
+    put(&to, crc_of(words, to.place));
+    return to.place;
+}
+
+static void take_parameter(struct source *from, struct parameters *parameters) {
+    uint32_t sum = take(from);
+    uint64_t bits = take(from);
+    bits |= (uint64_t)take(from) << 32;
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        const struct parameter_description *description = parameters_description(place);
+        if (name_sum(description->name) == sum) {
+            /* Out of its range it fails parameters_are_valid(). */
+            *(double *)(void *)((unsigned char *)parameters + description->offset) = value;
+        }
+    }
+}
+
+static bool take_settings(struct source *from, struct settings *settings) {
+    uint32_t switches = take(from);
+    uint32_t number = take(from);
+    *settings = (struct settings){
+        .frozen = (switches & FROZEN) != 0,
+        .bypassed = (switches & BYPASSED) != 0,
+        .telemetry = (switches & TELEMETRY) != 0,
+    };
+    parameters_preset(&settings->parameters);
+    if (switches > SWITCHES || number > SAVED_PARAMETERS_MOST) {
+        return false;
+    }
+    for (uint32_t parameter = 0; parameter < number; parameter++) {
+        take_parameter(from, &settings->parameters);
+    }
+    return parameters_are_valid(&settings->parameters);
+}
+
+static bool take_lane(struct source *from, uint32_t counts_per_rev, struct saved *saved) {
+    struct lane lane;
+    lane.order = take(from);
+    lane.phase_offset = take(from);
+    lane.amplitude = (int32_t)take(from);
+    uint32_t owner = take(from);
+    if (owner > OF_OPERATOR || !coefficients_lane_is_valid(&lane) ||
+        coefficients_have(&saved->own, lane.order) ||
+        coefficients_have(&saved->loaded, lane.order)) {
+        return false;
+    }
+    struct coefficients *to = owner == OF_OPERATOR ? &saved->loaded : &saved->own;
+    lane.phase_step = coefficients_phase_step(lane.order, counts_per_rev);
+    to->lane[to->lanes++] = lane;
+    return true;
+}
+
+static bool take_coefficients(struct source *from, struct saved *saved) {
+    uint32_t counts_per_rev = take(from);
+    uint32_t number = take(from);
+    saved->own = (struct coefficients){.counts_per_rev = counts_per_rev};
+    saved->loaded = (struct coefficients){.counts_per_rev = counts_per_rev};
+    bool valid = counts_per_rev == saved->settings.parameters.counts_per_rev &&
+                 number <= LANES_LIMIT;
+    for (uint32_t lane = 0; valid && lane < number; lane++) {
+        valid = take_lane(from, counts_per_rev, saved);
+    }
+    return valid;
+}
+
+enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence) {
+    uint32_t length = words[LENGTH_WORD];
+    if (words[MAGIC_WORD] == ERASED) {
+        return SAVED_EMPTY;
+    }
+    if (words[MAGIC_WORD] != SAVED_MAGIC ||
+        length > SAVED_WORDS_MOST - SAVED_HEAD_WORDS - 1) {
+        return SAVED_DAMAGED;
+    }
+    uint32_t end = SAVED_HEAD_WORDS + length;
+    if (crc_of(words, end) != words[end]) {
+        return SAVED_DAMAGED;
+    }
+    if (words[VERSION_WORD] != SAVED_VERSION) {
+        return SAVED_OTHER_VERSION;
+    }
+    struct source from = {words, SAVED_HEAD_WORDS, end};
+    *sequence = words[SEQUENCE_WORD];
+    bool valid = take_settings(&from, &saved->settings) && take_coefficients(&from, saved);
+    return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
+}

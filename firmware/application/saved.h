@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* What `save` keeps: settings and coefficients, and their form as words of a record.
+
+   Little-endian words:
+     0  magic, "ATSV"
+     1  version of this form, 1
+     2  sequence number; the later record has one more, modulo 2^32
+     3  number of words of the content
+     4  switches: frozen 1, bypassed 2, telemetry 4
+     then the number of parameters, and for each: check sum of its name, value as a double in two
+     words, the lower first
+     then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
+     (0 the calibration, 1 loaded)
+     last  CRC-32 of all words before */
+
+#ifndef ARCTRUE_SAVED_H
+#define ARCTRUE_SAVED_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "coefficients.h"
+#include "kept_settings.h"
+
+#define SAVED_MAGIC 0x56535441U
+#define SAVED_VERSION 1U
+enum { SAVED_HEAD_WORDS = 4, SAVED_PARAMETERS_MOST = 64 };
+enum {
+    SAVED_LANE_WORDS = 4,
+    SAVED_PARAMETER_WORDS = 3,
+    SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
+                       LANES_LIMIT * SAVED_LANE_WORDS + 1,
+};
+
+struct saved {
+    struct settings settings;
+    /* Of the calibration, and of the operator. */
+    struct coefficients own;
+    struct coefficients loaded;
+};
+
+enum saved_answer {
+    SAVED_READ,
+    /* Nothing was ever written there. */
+    SAVED_EMPTY,
+    /* Written, but not to the end, or changed since. */
+    SAVED_DAMAGED,
+    SAVED_OTHER_VERSION,
+    SAVED_OUT_OF_RANGE,
+    SAVED_ANSWERS,
+};
+
+const char *saved_answer_name(enum saved_answer answer);
+
+/* The record's words, at most SAVED_WORDS_MOST; their number. */
+uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
+
+/* Of words that were read, of which SAVED_WORDS_MOST are there. A parameter that the record does
+   not have is at its preset, one that this firmware does not know is left out. `saved` is changed
+   even where the record is refused. */
+enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);
+
+/* The lanes that are used, of both owners. */
+uint32_t saved_lanes(const struct saved *saved);
+
+#endif

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "save_command.h"
+
+#include <stddef.h>
+
+const char save_use[] = "save: parameters, switches and coefficients into the flash, for power-on";
+
+static void refuse(const struct console *console, enum save_answer answer) {
+    text_word(&console->sink, "error: save ");
+    text_word(&console->sink, save_answer_name(answer));
+    text_word(&console->sink, "\r\n");
+}
+
+void save_command(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    enum save_answer answer = application_save(console->application);
+    if (answer != SAVE_DONE) {
+        refuse(console, answer);
+    }
+}
+
+void save_step_told(struct console *console) {
+    struct save *save = console->application->save;
+    if (save == NULL || !save->fresh) {
+        return;
+    }
+    save->fresh = false;
+    if (save->answer != SAVE_DONE) {
+        refuse(console, save->answer);
+        return;
+    }
+    text_word(&console->sink, "ok, record ");
+    text_unsigned(&console->sink, save->sequence);
+    text_word(&console->sink, ": parameters and ");
+    text_unsigned(&console->sink, saved_lanes(&save->content));
+    text_word(&console->sink, " orders\r\n");
+}

@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* What lies where in the flash, bytes from its beginning. */
+
+#ifndef ARCTRUE_FLASH_MAP_H
+#define ARCTRUE_FLASH_MAP_H
+
+/* The boot image, and behind it the bitstream; fabric_image.h. */
+#define FLASH_MAP_BITSTREAM 0x00100000U
+#define FLASH_MAP_BITSTREAM_BYTES 0x00E00000U
+/* Two records of what was saved. Each has 256 KB, the largest sector of the flashes that are known,
+   for itself; both stay away from both ends, where some flashes have small sectors. */
+#define FLASH_MAP_RECORDS 0x00F00000U
+#define FLASH_MAP_RECORD_BYTES 0x00040000U
+
+#endif

@@ -1,0 +1,162 @@
+"""How campaigns scale: CPU time of the tasks and of everything around them, for 1 and 2 processes.
+
+Run ``python -m scripts.bench_campaign``; ``--write`` puts the table into docs/campaigns.md. CPU
+time is measured, as other work on the machine does not change it much; seconds on the wall are
+told beside it with the load under which they were measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from arctrue.studies.benchmark.plan import TIERS, Plan
+from arctrue.studies.campaign import Campaign, Task, read_results
+from arctrue.studies.campaign.task import find_work
+from arctrue.studies.monte_carlo.plan import Plan as MonteCarlo
+from arctrue.whole_file import write_whole_text
+
+PAGE = Path("docs/campaigns.md")
+BEGIN, END = "<!-- scaling: python -m scripts.bench_campaign --write -->\n", "<!-- end -->\n"
+WORKERS = (1, 2)
+CLUSTER_CORES, CLUSTER_SETS = 64, 10_000
+WORKS = {
+    "nothing": "",
+    "trial of Monte Carlo": "arctrue.studies.monte_carlo.trial:run_trial",
+    "set of the benchmark, made and diagnosed": "arctrue.studies.benchmark.work:run_set",
+}
+
+
+def timed(task: Mapping[str, Any]) -> dict[str, Any]:
+    """Do the work of a task; how much CPU time it took."""
+    begin = time.process_time()
+    if task["work"]:
+        find_work(task["work"])(task["task"])
+    return {"cpu_s": time.process_time() - begin}
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One campaign."""
+
+    name: str
+    workers: int
+    tasks: int
+    task_cpu_s: float
+    """Of the tasks alone."""
+    whole_cpu_s: float
+    """Of all processes, from their start to their end."""
+    wall_s: float
+
+    @property
+    def share(self) -> float:
+        """Part of the CPU time that is the tasks' own."""
+        return self.task_cpu_s / self.whole_cpu_s
+
+
+def cpu_s() -> float:
+    """CPU time of this process and of its children that have ended."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(item.ru_utime + item.ru_stime for item in used)
+
+
+def measure(name: str, tasks: Sequence[Task], workers: int, batch: int) -> Measured:
+    """Run a campaign in a folder that is thrown away."""
+    work = "scripts.bench_campaign:timed"
+    timed_tasks = [{"work": WORKS[name], "task": dict(task)} for task in tasks]
+    with tempfile.TemporaryDirectory() as place:
+        begin, wall = cpu_s(), time.monotonic()
+        Campaign(work, timed_tasks, Path(place), {}, batch).run(workers=workers)
+        whole, seconds = cpu_s() - begin, time.monotonic() - wall
+        own = sum(float(item.result["cpu_s"]) for item in read_results([Path(place)]))
+    return Measured(name, workers, len(tasks), own, whole, seconds)
+
+
+HEADINGS = (
+    "task",
+    "processes",
+    "tasks",
+    "CPU s a task",
+    "CPU s of all processes",
+    "of that the tasks' own %",
+    "tasks a second on free cores",
+    "on the wall",
+)
+
+
+def table(found: Sequence[Measured], load: float) -> list[str]:
+    """Lines of Markdown; the first entry of ``found`` is a campaign of a few empty tasks."""
+    lines = [f"| {' | '.join(HEADINGS)} |", "|" + "---|" * len(HEADINGS)]
+    for item in found[1:]:
+        cells = (
+            item.name,
+            str(item.workers),
+            f"{item.tasks:,}",
+            f"{item.task_cpu_s / item.tasks:.3g}",
+            f"{item.whole_cpu_s:.3g}",
+            f"{100 * item.share:.0f}",
+            f"{item.tasks * item.workers / item.whole_cpu_s:.3g}",
+            f"{item.tasks / item.wall_s:.3g}",
+        )
+        lines.append(f"| {' | '.join(cells)} |")
+    few, many = found[0], found[1]
+    message_s = (many.whole_cpu_s - few.whole_cpu_s) / (many.tasks - few.tasks)
+    sets = found[-1]
+    own_s = sets.task_cpu_s / sets.tasks
+    around_s = sets.whole_cpu_s - sets.task_cpu_s - message_s * sets.tasks
+    start_s = max(0.0, around_s) / sets.workers
+    whole_s = CLUSTER_SETS * own_s / CLUSTER_CORES + start_s
+    lines += [
+        "",
+        f"Measured while the load of the machine's {os.cpu_count()} cores was {load:.0f}: *on the "
+        "wall* is shared with other work. The rate on free cores supposes that the CPU time stays, "
+        "which holds for one process a core (one BLAS thread each). A task's message and lines "
+        f"cost {1e3 * message_s:.2g} ms, start and imports {start_s:.2g} s a process.",
+        "",
+        f"On paper, {CLUSTER_SETS:,} sets on {CLUSTER_CORES} cores: {CLUSTER_SETS:,} · "
+        f"{own_s:.2f} s / {CLUSTER_CORES} + {start_s:.2g} s = {whole_s / 60:.0f} min. One process "
+        f"hands out and writes, {CLUSTER_SETS * message_s:.0f} s in all "
+        f"({CLUSTER_SETS / 1000:.0f} s more with Dask, at its 1 ms a task), so it holds none up.",
+    ]
+    return lines
+
+
+def main() -> None:
+    """Measure, print, and write the page where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=12, help="of the benchmark, a run")
+    parser.add_argument("--trials", type=int, default=25, help="of Monte Carlo, each in 8 cases")
+    parser.add_argument("--empty", type=int, default=2000, help="tasks that do nothing")
+    parser.add_argument("--write", action="store_true", help=f"into {PAGE}")
+    given = parser.parse_args()
+    tier = TIERS["dev"]
+    plan = Plan("dev", tier.sets, tier.samples, tier.seed or 0, "", "")
+    works: dict[str, tuple[Sequence[Task], int]] = {
+        "nothing": ([{"number": number} for number in range(given.empty)], 1),
+        "trial of Monte Carlo": (MonteCarlo(given.trials, 1).tasks(), 10),
+        "set of the benchmark, made and diagnosed": (plan.tasks("arctrue")[: given.sets], 1),
+    }
+    found = [measure("nothing", works["nothing"][0][:20], 1, 1)]
+    for name, (tasks, batch) in works.items():
+        for workers in WORKERS:
+            found.append(measure(name, tasks, workers, batch))
+            print(found[-1], flush=True)
+    lines = table(found, os.getloadavg()[1])
+    print("\n".join(lines))
+    if given.write:
+        before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+        after = rest.split(END)[1]
+        write_whole_text(PAGE, before + BEGIN + "\n".join(lines) + "\n" + END + after)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""Takes the picture of the page for README.md and docs/page.md: docs/images/page.png.
+
+Run ``python -m scripts.page_screenshot``. It generates a table with a hidden effect in the page
+itself and waits for the diagnosis. Needs Chromium.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Page, sync_playwright
+
+from scripts.browser import INSTALL, arguments, chromium
+from scripts.page_server import page_server
+
+IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
+SEED = 12
+"""A hub that warms: the tutorial's table."""
+PATIENCE_MS = 600_000
+WIDTH, HEIGHT = 1440, 1000
+
+
+def all_drawn(page: Page) -> None:
+    """Wait for the diagnosis and for every figure."""
+    page.wait_for_selector("main[data-state=done]")
+    page.locator(".plot:not([data-drawn])").first.wait_for(state="detached")
+
+
+def take(page: Page, address: str) -> None:
+    """From the first page to the picture."""
+    page.goto(address)
+    page.get_by_label("Measured").select_option("short")
+    page.get_by_label("Seed").fill(str(SEED))
+    page.get_by_role("button", name="Generate").click()
+    all_drawn(page)
+    page.evaluate("document.getElementById('finding').scrollIntoView()")
+    page.wait_for_timeout(500)
+    page.screenshot(path=IMAGE)
+
+
+def main() -> None:
+    """Write the picture; without a browser the one that is there stays."""
+    program = chromium()
+    if program is None:
+        print(f"{IMAGE} stays as it is: no browser: {INSTALL}", file=sys.stderr)
+        return
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=arguments())
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
+        page.set_default_timeout(PATIENCE_MS)
+        with page_server(Path(folder), Path(folder) / "state") as address:
+            take(page, address)
+        browser.close()
+    print(f"wrote {IMAGE}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,40 @@
+"""``arctrue serve`` as a process of its own, for screenshots and tests."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+END_S = 20.0
+PROGRAM = "from arctrue.cli import main; main()"
+
+
+@contextmanager
+def page_server(folder: Path, state: Path, *options: str) -> Iterator[str]:
+    """The address without its path. Raises RuntimeError where the server does not start."""
+    command = [sys.executable, "-c", PROGRAM, "serve", str(folder), "--state", str(state)]
+    process = subprocess.Popen(
+        [*command, "--http-port", "0", *options],
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        assert process.stderr is not None
+        said = ""
+        for line in process.stderr:
+            said += line
+            found = re.search(r"serving (http://[^/\s]+)", line)
+            if found is not None:
+                yield found[1]
+                return
+        raise RuntimeError(f"arctrue serve ended: {said}")
+    finally:
+        process.terminate()
+        process.wait(END_S)

@@ -1,0 +1,65 @@
+"""arctrue error-sources: the budget of the calibration, every source simulated alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from arctrue.cli._numbers import SEED
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._progress import Progress
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.report.numbers import plain
+from arctrue.whole_file import write_whole_text
+
+
+@click.command("error-sources", short_help="Budget of the calibration, source by source.")
+@click.option(
+    "--draws", type=click.IntRange(2, 1000), default=16, show_default=True, help="Of each source."
+)
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the draws.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
+@for_people
+def error_sources(
+    draws: int, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
+) -> None:
+    """Simulate every source of error of the calibration alone, then all together.
+
+    Beside it the budget of the paper's experiment with a polygon that is put on anew in every
+    cycle, and E_n between it and the calibration by two heads.
+    """
+    from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
+    from arctrue.studies.error_budget.experiment import experiment_budget
+    from arctrue.studies.error_budget.sources import error_budget
+
+    with Progress("simulating") as step:
+        found = error_budget(draws, seed, step.now)
+        step.now("polygon and two heads")
+        found["experiment"] = experiment_budget()
+    found = plain(found)
+    table = Table(title="Left of the error of head 1, RMS over the turn, ″", title_justify="left")
+    table.add_column("source")
+    for heading in ("least squares", "the paper's method"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for title, own, paper in summary(found):
+        table.add_row(title, f"{own:.4f}", f"{paper:.4f}")
+    table.add_section()
+    both = [found["methods"][name] for name in ("least_squares", "paper")]
+    table.add_row("root of the sum of squares", *(f"{one['sum_arcsec']:.4f}" for one in both))
+    table.add_row("all together", *(f"{one['whole']['rms_arcsec']:.4f}" for one in both))
+    console.print(table)
+    for name, one in found["experiment"]["compared"].items():
+        console.print(
+            f"{name}: two heads and polygon, largest |E_n| {max(map(abs, one['e_n'])):.2f}",
+            soft_wrap=True,
+        )
+    write_json(json_file, found)
+    if page_file is not None:
+        write_whole_text(page_file, error_budget_page(found))
+        console.print(f"wrote {page_file}", soft_wrap=True)
+    if out is not None:
+        console.print(f"wrote {plot_error_budget(found, out)}", soft_wrap=True)

@@ -1,0 +1,35 @@
+"""``arctrue save PORT``: a device keeps what it works with for the next power-on."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from arctrue.cli._terminal import say, tell_error
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.save import SaveRefusedError, save_settings
+
+REFUSED = 1
+NO_DEVICE = 2
+
+
+@click.command(short_help="Keep a device's coefficients over power-off.")
+@click.argument("port")
+def save(port: str) -> None:
+    """Save what the device at PORT works with: parameters, switches and active coefficients.
+
+    They go into the board's flash. At power-on the device takes the parameters at once, and the
+    coefficients when a captured turn has confirmed them. What was saved before stays until the new
+    record has been read back.
+
+    Exit code 1: the flash did not take it. 2: the device does not answer.
+    """
+    try:
+        say(f"{port}: {save_settings(Console(port))}")
+    except SaveRefusedError as error:
+        tell_error(f"{port}: {error}")
+        sys.exit(REFUSED)
+    except ConsoleError as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)

@@ -1,0 +1,22 @@
+"""Errors that are told in a sentence beside what caused them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from arctrue.measurement import MeasurementError
+from arctrue.workbench.effects.guarded import EffectFileError
+from arctrue.workbench.effects.registry import EffectNotFoundError
+
+PEOPLE_ERRORS = (MeasurementError, EffectFileError, EffectNotFoundError, ValueError, OSError)
+
+
+def sentence(error: Exception, *folders: Path) -> str:
+    """What is wrong, without the paths of the server's own ``folders``."""
+    if isinstance(error, OSError) and error.filename is not None and error.strerror:
+        said = f"{error.filename}: cannot be read or written: {error.strerror}"
+    else:
+        said = str(error) or type(error).__name__
+    for folder in folders:
+        said = said.replace(f"{folder}/", "").replace(str(folder), folder.name)
+    return said

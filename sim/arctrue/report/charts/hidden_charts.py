@@ -1,0 +1,65 @@
+"""A hidden effect in the gateware's output: over a turn, and over a period of the signal."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.report.charts.chart import ARCSEC, Axis, Band, Chart, Curve, Dash, Panel, angle_axis
+from arctrue.report.svg import AFTER, BEFORE
+from arctrue.studies.hidden_effect.experiment import HiddenResult
+from arctrue.studies.hidden_effect.score import SignalScore
+
+PAPER = "#d0932b"
+_NAMES = ("raw", "paper's model", "with the effect")
+
+
+def three_curves(result: HiddenResult) -> Chart:
+    """Raw, the paper's model and with the effect over one turn, the two last enlarged below."""
+    bands = [
+        _band(curve, colour, name)
+        for curve, colour, name in zip(
+            (result.raw, result.paper, result.corrected),
+            (BEFORE, PAPER, AFTER),
+            _NAMES,
+            strict=True,
+        )
+    ]
+    x, y = angle_axis("true angle of the table"), Axis("error", ARCSEC)
+    return Chart(
+        "three_curves",
+        f"Error of the output over a turn: {result.raw.rms_arcsec:.1f}″ RMS raw, "
+        f"{result.paper.rms_arcsec:.3f}″ with the paper's model, "
+        f"{result.corrected.rms_arcsec:.3f}″ with the effect.",
+        [
+            Panel(x, y, bands, "Output against the true angle, every edge"),
+            Panel(x, y, bands[1:], "The two corrected turns, enlarged"),
+        ],
+    )
+
+
+def _band(curve: SignalScore, colour: str, name: str) -> Band:
+    return Band(
+        np.rad2deg(curve.angle_rad),
+        curve.bin_lowest_arcsec,
+        curve.bin_highest_arcsec,
+        name,
+        colour,
+        opacity=1.0,
+    )
+
+
+def signal_period(result: HiddenResult) -> Chart:
+    """Mean error over one period of the signal, the slow errors removed."""
+    curves = []
+    for curve, colour, name in (
+        (result.raw, BEFORE, _NAMES[0]),
+        (result.paper, PAPER, _NAMES[1]),
+        (result.corrected, AFTER, _NAMES[2]),
+    ):
+        bins = curve.phase_arcsec.size
+        middle_deg = (np.arange(bins) + 0.5) * (360 / bins)
+        dash: Dash = "dash" if name == _NAMES[0] else "solid"
+        curves.append(Curve(middle_deg, curve.phase_arcsec, name, colour, dash=dash))
+    title = "Mean error over a period of the grating, slow errors removed"
+    panel = Panel(angle_axis("electrical phase of head 1"), Axis("error", ARCSEC), curves, title)
+    return Chart("signal_period", f"{title}.", [panel], panel_height=2.8)

@@ -1,0 +1,46 @@
+"""Amplitude of every order of the demo's output, before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.report.charts.chart import QUIET, Axis, Bars, Chart, Layer, Level, Panel
+from arctrue.report.svg import AFTER, BEFORE
+from arctrue.studies.demo.result import DemoResult
+
+_ORDERS = 24
+_FLOOR_COUNTS = 1e-3
+"""Where the logarithmic axis begins."""
+
+
+def orders_before_after(result: DemoResult) -> Chart:
+    """Bars side by side on a logarithmic axis, with the limit of one order."""
+    limit = result.settings.order_limit_counts
+    layers: list[Layer] = []
+    for turn, shift, colour, name in (
+        (result.before, -0.2, BEFORE, "before"),
+        (result.after, 0.2, AFTER, "after"),
+    ):
+        shown = turn.order <= _ORDERS
+        layers.append(
+            Bars(
+                turn.order[shown] + shift,
+                np.maximum(turn.amplitude_counts[shown], _FLOOR_COUNTS) - _FLOOR_COUNTS,
+                name,
+                colour,
+                base=_FLOOR_COUNTS,
+                width=0.38,
+            )
+        )
+    layers.append(Level(limit, f"limit {limit:g} count an order", QUIET))
+    x = Axis(
+        "order n, cycles a turn",
+        reach=(0.4, _ORDERS + 0.6),
+        ticks=[(float(order), str(order)) for order in range(1, _ORDERS + 1)],
+    )
+    top = 2.0 * float(result.before.amplitude_counts.max())
+    y = Axis("amplitude", "counts", logarithmic=True, reach=(_FLOOR_COUNTS, top))
+    words = f"Amplitude of orders 1 to {_ORDERS}, before and after."
+    return Chart(
+        "orders_before_after", words, [Panel(x, y, layers, "Orders of the error")], panel_height=3.1
+    )

@@ -1,0 +1,128 @@
+"""Lines in what the model leaves: by order of the turn, by frequency, by period."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    CHANNEL_COLOUR,
+    QUIET,
+    Axis,
+    Chart,
+    Curve,
+    Layer,
+    Panel,
+)
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum, speed_turns_s
+from arctrue.workbench.inference.residuals import Residuals
+
+Float = NDArray[np.float64]
+Along = Literal["order", "hz", "s"]
+ALONG: dict[Along, str] = {"order": "order of the turn", "hz": "frequency", "s": "period"}
+_UNITS = {"order": "1", "hz": "Hz", "s": "s"}
+_LABELS = {"order": "order, cycles a turn", "hz": "frequency", "s": "period"}
+
+CHANCE_P = 0.01
+_MARKED = 3
+"""Lines whose place is written beside them."""
+_HEADROOM = 1.25
+"""Above the highest line, for its place."""
+_MOST_POINTS = 2000
+"""Of a curve; of more, the highest of each group is drawn."""
+
+
+def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
+    """Amplitude of a line at every place, each channel that shows any; see :func:`all_spectra`."""
+    panels = [_panel(residuals, channel, along) for channel in _channels(residuals)]
+    words = f"Amplitude of lines in what the model leaves, by {ALONG[along]}."
+    return Chart("spectrum", words, panels, panel_height=2.5)
+
+
+def all_spectra(residuals: Residuals) -> Chart:
+    """Orders, frequencies and periods side by side, a row a channel.
+
+    Above the dashed line an amplitude is rarer than one in a hundred draws of the fitted noise,
+    over all places of its panel.
+    """
+    panels = [
+        _panel(residuals, channel, along) for channel in _channels(residuals) for along in ALONG
+    ]
+    words = "Amplitude of lines in what the model leaves, by order, frequency and period."
+    return Chart("spectra", words, panels, columns=len(ALONG), panel_height=2.6)
+
+
+def _channels(residuals: Residuals) -> list[str]:
+    there = (residuals.observations.capture, residuals.observations.reference)
+    return [name for name, rows in zip(CHANNEL_COLOUR, there, strict=True) if rows is not None]
+
+
+def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
+    is_capture = channel == "capture"
+    found = line_spectrum(residuals, capture=is_capture, in_time=along != "order")
+    title = f"{channel.capitalize()}: lines by {ALONG[along]}"
+    y = Axis("amplitude", ARCSEC)
+    if found is None or found.rates.size == 0:
+        return Panel(Axis(_LABELS[along], _UNITS[along]), y, [], f"{title}: not known here")
+    rows = residuals.observations.capture if is_capture else residuals.observations.reference
+    if along == "order" and rows is not None:
+        speed = speed_turns_s(rows, float(found.rates[-1]))
+        title += "" if speed is None else f" (one speed: order 1 is {speed:.4g} Hz too)"
+    places = 1.0 / found.rates if along == "s" else found.rates
+    # Of two coefficients over all places; an amplitude's noise is that of its own rate.
+    limit = 2.0 * np.log(max(found.trials, 1.0) / CHANCE_P)
+    chance = found.amplitude_arcsec * np.sqrt(limit / np.maximum(found.gain, 1e-30))
+    shown = _highest(found.amplitude_arcsec)
+    layers: list[Layer] = [
+        Curve(
+            places[shown],
+            found.amplitude_arcsec[shown],
+            "what is left",
+            CHANNEL_COLOUR[channel],
+            width=1.0,
+        ),
+        Curve(
+            places[shown],
+            chance[shown],
+            f"noise alone: {CHANCE_P:.0%} of sets",
+            QUIET,
+            dash="dash",
+            width=1.2,
+        ),
+    ]
+    marked = _strongest(found, limit)
+    if marked:
+        names = [f"{places[index]:.4g}" for index in marked]
+        heights = found.amplitude_arcsec[marked]
+        layers.append(
+            Curve(places[marked], heights, "", CHANNEL_COLOUR[channel], kind="points", labels=names)
+        )
+    x = Axis(_LABELS[along], _UNITS[along], logarithmic=True)
+    top = float(max(found.amplitude_arcsec.max(), np.median(chance)))
+    y = Axis("amplitude", ARCSEC, reach=(0.0, _HEADROOM * top))
+    return Panel(x, y, layers, title)
+
+
+def _highest(amplitude: Float) -> NDArray[np.int64]:
+    """Place of the highest of each group of neighbours: no line is lost."""
+    group = max(amplitude.size // _MOST_POINTS, 1)
+    whole = amplitude.size // group * group
+    shaped = amplitude[:whole].reshape(-1, group)
+    return np.asarray(np.argmax(shaped, axis=1) + group * np.arange(shaped.shape[0]))
+
+
+def _strongest(found: LineSpectrum, limit: float) -> list[int]:
+    """The highest lines above chance, each at its own place."""
+    gain = found.gain.copy()
+    strongest: list[int] = []
+    width = 2.0 / found.span
+    while len(strongest) < _MARKED:
+        index = int(np.argmax(gain))
+        if gain[index] < limit:
+            break
+        strongest.append(index)
+        gain[np.abs(found.rates - found.rates[index]) < width] = 0.0
+    return strongest

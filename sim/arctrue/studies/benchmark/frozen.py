@@ -1,0 +1,63 @@
+"""The frozen public sets: made from seeds, and checked by their digests."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.plan import TIERS, Plan
+from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.campaign import Task
+from arctrue.studies.campaign.task import digest
+from arctrue.studies.simulate.truth import fingerprint
+
+TIER = "public"
+FILE = Path(__file__).with_name("public_sets.json")
+
+
+def set_name(task: Task) -> str:
+    """The name of a set's folder: it tells nothing of what is in it."""
+    return digest({name: value for name, value in task.items() if name != "subject"})[:12]
+
+
+def folder_digest(folder: Path) -> str:
+    """The first 16 hex digits of SHA-256 over the names and digests of a set's files."""
+    files = sorted(fingerprint(folder).items())
+    return hashlib.sha256(
+        "".join(f"{name} {found}\n" for name, found in files).encode()
+    ).hexdigest()[:16]
+
+
+def task_digest(task: Task) -> str:
+    """The digest of the set of a task, which is made and thrown away."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "set"
+        write_measurement_set(folder, make_set(task).measurement)
+        return folder_digest(folder)
+
+
+def frozen_digests() -> dict[str, str]:
+    """The digest of each frozen set by its name."""
+    found: dict[str, str] = json.loads(FILE.read_text(encoding="utf-8"))["sets"]
+    return found
+
+
+def is_public(plan: Plan) -> bool:
+    """Whether a plan's sets are the public ones."""
+    tier = TIERS[TIER]
+    return (plan.tier, plan.sets, plan.samples, plan.seed) == (
+        TIER,
+        tier.sets,
+        tier.samples,
+        tier.seed,
+    )
+
+
+def differing(digests: Mapping[str, str]) -> list[str]:
+    """Names of the sets that are not the frozen ones."""
+    frozen = frozen_digests()
+    return sorted(name for name, found in digests.items() if frozen.get(name) != found)

@@ -1,0 +1,361 @@
+"""Every effect and every product of parts, tried beside one model and judged by the same tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
+from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.evidence import Evidence, evidence, restricted_likelihood
+from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
+from arctrue.workbench.diagnose.heldout import (
+    HeldOut,
+    Improvement,
+    held_out_with,
+    holds_out,
+    improvement,
+)
+from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.observations import Observations
+
+Progress = Callable[[str], None]
+
+SIGNIFICANCE = 0.01
+"""Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
+MOVED_SHARE = 0.02
+"""A channel counts when it is moved by more than this share of its noise."""
+NEAR_P = 0.3
+"""A first p below this is near to a name: the noise is estimated anew beside it."""
+MOST_WEIGHED = 6
+"""So many candidates at most are weighed with the noise free on both sides."""
+FAR_BEHIND = 60.0
+"""BIC by which a candidate that is not weighed yet cannot come before one that is real."""
+RUNS_ARE_THE_SAMPLE = 0.5
+"""Share of the index in the variance of an effect's size."""
+
+
+@dataclass
+class Survey:
+    """What was tried beside one model, best first, and how well that model fits by itself."""
+
+    residuals: Residuals
+    matters_arcsec: float
+    """An effect that moves the prediction by less than this is negligible."""
+    absent: int
+    """Effects of the catalogue that the model lacks: its p pays for so many."""
+    candidates: list[Candidate] = field(default_factory=list)
+    parts: list[Candidate] = field(default_factory=list)
+    untestable: dict[str, list[str]] = field(default_factory=dict)
+    noise_arcsec: dict[str, float] = field(default_factory=dict)
+    residual_rms_arcsec: dict[str, float] = field(default_factory=dict)
+    lack_of_fit: dict[str, float] = field(default_factory=dict)
+    held_out_before: HeldOut | None = None
+
+    @property
+    def base(self) -> Solution:
+        """The model beside which everything was tried."""
+        return self.residuals.solution
+
+    def significant(self) -> list[Candidate]:
+        """Effects of the catalogue that pass the first test."""
+        return [item for item in self.candidates if item.p_corrected < SIGNIFICANCE]
+
+    def matters(self, item: Candidate) -> bool:
+        """It moves the prediction by more than what is negligible."""
+        return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
+
+    def confirmed(self, item: Candidate) -> bool:
+        """It matters, held-out rows show it, and so does every pass over its place."""
+        return self.matters(item) and _holds_out(item) and on_every_pass(item, self.base)
+
+
+def survey(
+    residuals: Residuals,
+    effects: Mapping[str, type[Effect]],
+    matters_arcsec: float,
+    progress: Progress,
+) -> Survey:
+    """Try everything beside the model of ``residuals``.
+
+    An effect with a search is tried again beside itself: it may be there at another place.
+    """
+    base = residuals.solution
+    present = {term.effect.name for term in base.terms}
+    absent = {name: effect for name, effect in effects.items() if name not in present}
+    repeatable = {
+        name: effect for name, effect in effects.items() if name in present and effect.search
+    }
+    found = Survey(residuals, matters_arcsec, len(absent))
+    _judge_fit(found)
+    for name, kind in [*absent.items(), *repeatable.items()]:
+        effect = kind()
+        lacking = effect.missing(base.observations) or _on_an_arc(effect, base.observations)
+        if lacking:
+            found.untestable[name] = lacking
+            continue
+        progress(f"trying {name}")
+        candidate = _try_effect(effect, residuals, found.absent)
+        if candidate is not None:
+            found.candidates.append(candidate)
+    progress("trying products of parts")
+    found.parts = _try_parts(residuals)
+    _weigh(found, progress)
+    found.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
+    return found
+
+
+def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
+    """What lacks to orders of which not one goes through a period on the arc of the reference.
+
+    They are then a slow curve, as a drift is, and say nothing of the disc.
+    """
+    rows = observations.reference
+    if observations.capture is not None or rows is None or effect.search:
+        return []
+    orders = effect.disc_orders({})
+    arc_rad = float(np.ptp(rows.target_rad))
+    if not orders or max(orders) * arc_rad >= 2.0 * np.pi:
+        return []
+    return ["stations over one period of its orders"]
+
+
+def _try_effect(effect: Effect, residuals: Residuals, candidates: int) -> Candidate | None:
+    observations = residuals.observations
+    nonlinear: dict[str, float] = {}
+    effect, trials = effect.narrowed(residuals)
+    if effect.search:
+        places = effect.scan(residuals)
+        if not places:
+            return None
+        nonlinear, trials = places[0].nonlinear, places[0].trials
+    score = residuals.score(effect, nonlinear)
+    if score.rank == 0:
+        return None
+    return _candidate(
+        effect,
+        nonlinear,
+        score.gain,
+        score.rank,
+        trials,
+        residuals,
+        candidates,
+        effect.variety(observations),
+    )
+
+
+def _candidate(
+    effect: Effect,
+    nonlinear: dict[str, float],
+    gain: float,
+    rank: int,
+    trials: float,
+    residuals: Residuals,
+    candidates: int,
+    lacking_variety: list[str],
+) -> Candidate:
+    base = residuals.solution
+    score = residuals.score(effect, nonlinear)
+    solution = residuals.solution_with(effect, nonlinear, score)
+    size_arcsec = sizes_arcsec(base, solution)
+    return Candidate(
+        effect=effect,
+        nonlinear=nonlinear,
+        gain=gain,
+        rank=rank,
+        trials=trials,
+        solution=solution,
+        delta_bic=_delta_bic(gain, rank, trials, size_arcsec, base),
+        size_arcsec=size_arcsec,
+        p_corrected=corrected_p_value(gain, rank, trials, candidates),
+        lacking_variety=lacking_variety,
+    )
+
+
+def _delta_bic(
+    gain: float, rank: int, trials: float, size_arcsec: Mapping[str, float], base: Solution
+) -> float:
+    rows = _rows_moved(size_arcsec, base) or base.observations.rows
+    return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))
+
+
+def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
+    """Rows of the channels that the effect moves: the others say nothing of it.
+
+    A polygon's faces are known from the 480 reference rows, however long the capture.
+    """
+    channels = (
+        ("capture", base.observations.capture, base.capture_sigma_arcsec),
+        ("reference", base.observations.reference, base.reference_sigma_arcsec),
+    )
+    return sum(
+        rows.run.size
+        for name, rows, sigma in channels
+        if rows is not None
+        and sigma is not None
+        and size_arcsec.get(name, 0.0) > MOVED_SHARE * sigma
+    )
+
+
+def _try_parts(residuals: Residuals) -> list[Candidate]:
+    found = []
+    for item in best_parts(residuals):
+        if item.rank == 0:
+            continue
+        tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, residuals, 1, [])
+        tried.level_trials = item.level_trials
+        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, 1)
+        found.append(tried)
+    return sorted(found, key=lambda item: -item.delta_bic)
+
+
+def _weigh(result: Survey, progress: Progress) -> None:
+    """Evidence with the noise free on both sides, for whatever may be named.
+
+    That is the catalogue's candidates, best first, until those that follow have no chance to come
+    before one that is real, and the product of parts that stands first if it has.
+    """
+    residuals = result.residuals
+    null = restricted_likelihood(residuals)
+    waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
+    waiting = [item for item in waiting if item.p_corrected < NEAR_P or item.effect.step_at]
+    real: Candidate | None = None
+    for _ in range(MOST_WEIGHED):
+        if real is not None:
+            beside = real
+            waiting = [item for item in waiting if _may_come_before(item, beside)]
+        if not waiting:
+            break
+        item = waiting.pop(0)
+        _judge(item, residuals, null, result.absent, progress)
+        if (
+            item.p_corrected < SIGNIFICANCE
+            and result.confirmed(item)
+            and at_other_speeds(item)
+            and (real is None or item.delta_bic > real.delta_bic)
+        ):
+            real = item
+            beside = real
+            waiting.sort(key=lambda item: -_bic_beside(item, beside))
+    for item in result.parts[:1]:
+        ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
+        if item.p_corrected < NEAR_P and ahead:
+            _judge(item, residuals, null, 1, progress)
+    if real is not None:
+        _same_noise(result, real)
+    result.held_out_before = next(
+        (item.held_out_before for item in waiting if item.held_out_before is not None), None
+    )
+
+
+def _gain_beside(item: Candidate, real: Candidate) -> float:
+    """Gain with the noise of one that is real, on the scale of that one's likelihoods."""
+    assert real.evidence is not None
+    scale = real.gain / max(real.evidence.score.gain, 1e-300)
+    return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
+
+
+def _bic_beside(item: Candidate, real: Candidate) -> float:
+    """By how much an effect is ahead of one that is real, both with that one's noise."""
+    assert real.evidence is not None
+    base = real.evidence.base.solution
+    gain = _gain_beside(item, real)
+    return _delta_bic(gain, item.rank, item.trials, item.size_arcsec, base) - real.delta_bic
+
+
+def _may_come_before(item: Candidate, real: Candidate) -> bool:
+    """It is not far behind, or takes more: then it may be the larger effect around the other."""
+    return _bic_beside(item, real) > -FAR_BEHIND or _gain_beside(item, real) > real.gain
+
+
+def _same_noise(result: Survey, real: Candidate) -> None:
+    """What was not weighed for itself is compared with the noise of the one that is real."""
+    assert real.evidence is not None
+    base = real.evidence.base
+    for item in (*result.candidates, *result.parts):
+        if item.evidence is not None:
+            continue
+        score = base.score(item.effect, item.nonlinear)
+        gain = _gain_beside(item, real)
+        if gain > item.gain:
+            item.gain, item.rank = gain, score.rank
+            item.solution = base.solution_with(item.effect, item.nonlinear, score)
+            item.delta_bic = _delta_bic(
+                item.gain, item.rank, item.trials, item.size_arcsec, base.solution
+            )
+
+
+def _judge(
+    item: Candidate, residuals: Residuals, null: float, candidates: int, progress: Progress
+) -> None:
+    """Evidence, and rows that the fit never saw where that is significant."""
+    progress(f"the noise beside {item.name}")
+    found = item.evidence = evidence(residuals, null, item.effect, item.nonlinear)
+    item.gain, item.rank = found.gain, found.score.rank
+    item.solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
+    item.size_arcsec = sizes_arcsec(found.base.solution, item.solution)
+    trials = item.trials if item.level_trials is None else item.level_trials
+    item.p_corrected = corrected_p_value(item.gain, item.rank, trials, candidates, found.freedom)
+    item.delta_bic = _delta_bic(
+        item.gain, item.rank, item.trials, item.size_arcsec, residuals.solution
+    )
+    if item.p_corrected < SIGNIFICANCE and found.index_share < RUNS_ARE_THE_SAMPLE:
+        progress(f"held-out rows for {item.name}")
+        _hold_out(item, found)
+
+
+def _hold_out(item: Candidate, found: Evidence) -> None:
+    base = found.base.solution
+    before, after = held_out_with(
+        base.terms, item.term, base.observations, base.context, base.noise
+    )
+    item.held_out, item.held_out_before = after, before
+    item.improvement = _falls(before, after, base)
+
+
+def _falls(before: HeldOut, after: HeldOut, base: Solution) -> dict[str, Improvement]:
+    """By channel."""
+    found = {}
+    for channel, of_rows in (("capture", base.noise.capture), ("reference", base.noise.reference)):
+        if of_rows is None:
+            continue
+        fall = improvement(
+            getattr(before, f"{channel}_arcsec"), getattr(after, f"{channel}_arcsec"), of_rows.scale
+        )
+        if fall is not None:
+            found[channel] = fall
+    return found
+
+
+def _holds_out(item: Candidate) -> bool:
+    """The error on held-out rows falls by more than two standard errors.
+
+    What is known from run to run only is free in every run's offset, so that rows of the same run
+    cannot show it; there the runs are the sample, and the index's scatter among them decides.
+    """
+    if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
+        return True
+    return bool(item.improvement) and holds_out(item.improvement.values())
+
+
+def _judge_fit(result: Survey) -> None:
+    residuals, observations = result.residuals, result.base.observations
+    for channel, values, noise, lack in (
+        ("capture", residuals.capture_arcsec, capture_noise_arcsec, capture_lack_of_fit),
+        ("reference", residuals.reference_arcsec, reference_noise_arcsec, reference_lack_of_fit),
+    ):
+        if values is None:
+            continue
+        result.noise_arcsec[channel] = noise(observations, values)
+        result.residual_rms_arcsec[channel] = float(np.sqrt(np.mean(values**2)))
+        p_value = lack(residuals)
+        if p_value is not None:
+            result.lack_of_fit[channel] = p_value

@@ -1,0 +1,170 @@
+"""A serial flash and the controller of the Zynq that reaches it, as they behave.
+
+Written from UG585 (quad-SPI controller, I/O mode) and the data sheets of S25FL128S and N25Q128, not
+from the C code: only the addresses' names are looked up in its header.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.zynq_model import (
+    AT,
+    QSPI_LEFT,
+    QSPI_LINEAR,
+    QSPI_MOST_MHZ,
+    QSPI_REFERENCE_MHZ,
+)
+
+CHIPS = {
+    "s25fl128s_256k": (bytes.fromhex("0120184d0080"), 256 << 10),
+    "s25fl128s_64k": (bytes.fromhex("0120184d0180"), 64 << 10),
+    "n25q128": (bytes.fromhex("20ba18100000"), 64 << 10),
+    "w25q128": (bytes.fromhex("ef4018ef4018"), 64 << 10),
+}
+"""JEDEC ID and what D8h erases: S25FL128S, table "device ID"; N25Q128, W25Q128, "RDID"."""
+FLASH_BYTES = 16 << 20
+PAGE_BYTES = 256
+WORKS, ENABLED = 1, 2
+NOT_SELECTED, MANUAL_SELECT, MANUAL_START, START = 1 << 10, 1 << 14, 1 << 15, 1 << 16
+RECEIVED = 1 << 4
+READ_US = 1
+ERASE_US, PROGRAM_US = 520_000, 750
+
+
+class Chip:
+    """Bytes, of which programming clears bits and erasing sets those of a sector.
+
+    ``fault``: silent, stuck (what was begun never ends), protected, or a bit that cannot be set.
+    """
+
+    def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:
+        self.id, self.sector = CHIPS[kind]
+        self.content = bytearray(b"\xff" * FLASH_BYTES)
+        self.fault = fault
+        self.enabled = False
+        self.busy_until_us = 0.0
+        self.received = bytearray()
+        self.erased: list[int] = []
+        self.programmed: list[tuple[int, bytes]] = []
+
+    def select(self) -> None:
+        self.received.clear()
+
+    def exchange(self, byte: int, now_us: int) -> int:
+        """One byte in; the one that comes out in the same clocks."""
+        place = len(self.received)
+        self.received.append(byte)
+        command = self.received[0]
+        working = now_us < self.busy_until_us
+        if self.fault == "silent" or place == 0:
+            return 0xFF
+        if command == 0x05:
+            return (WORKS if working else 0) | (ENABLED if self.enabled else 0)
+        assert not working, f"{command:#x} while something is under way"
+        if command == 0x9F:
+            return self.id[place - 1] if place <= len(self.id) else 0
+        if command == 0x03 and place >= 4:
+            return self.content[(self.address() + place - 4) % FLASH_BYTES]
+        return 0xFF
+
+    def address(self) -> int:
+        return int.from_bytes(self.received[1:4], "big")
+
+    def deselect(self, now_us: int) -> None:
+        """What is to be written begins when the select line goes."""
+        command = self.received[0] if self.received else None
+        if command == 0x06 and len(self.received) == 1:
+            self.enabled = True
+        elif command == 0xD8 and len(self.received) == 4:
+            self.erase(now_us)
+        elif command == 0x02:
+            self.program(now_us)
+        else:
+            assert command in (None, 0x03, 0x05, 0x9F, 0x30), self.received.hex()
+        self.received.clear()
+
+    def erase(self, now_us: int) -> None:
+        assert self.enabled, "no write enable"
+        first = self.address() // self.sector * self.sector
+        if self.fault != "protected":
+            self.content[first : first + self.sector] = b"\xff" * self.sector
+        self.erased.append(first)
+        self.finish(now_us + ERASE_US)
+
+    def program(self, now_us: int) -> None:
+        assert self.enabled, "no write enable"
+        address, data = self.address(), bytes(self.received[4:])
+        assert address % PAGE_BYTES + len(data) <= PAGE_BYTES, "it would wrap within the page"
+        for place, byte in enumerate(data, start=address):
+            self.content[place] &= byte
+        if self.fault == "bad_bit":
+            self.content[address + 8] &= 0xFE
+            self.content[address + 8] |= ~data[8] & 1
+        self.programmed.append((address, data))
+        self.finish(now_us + PROGRAM_US)
+
+    def finish(self, until_us: int) -> None:
+        self.enabled = False
+        self.busy_until_us = math.inf if self.fault == "stuck" else until_us
+
+
+class Controller:
+    """The registers, over a chip; ``access`` is what the C code takes."""
+
+    def __init__(self, chip: Chip, fault: str = "") -> None:
+        self.chip = chip
+        self.fault = fault
+        self.now_us = 0
+        self.words = {AT["QSPI_CONFIG"]: QSPI_LEFT, AT["QSPI_LQSPI_CFG"]: 0x8000_010B}
+        self.queue: deque[int] = deque([0xDEAD_BEEF] * 3)
+        self.selected = False
+        ffi, _ = firmware()
+        self._calls = (
+            ffi.callback("register_access_read", self.read),
+            ffi.callback("register_access_write", self.write),
+            ffi.callback("register_access_microseconds", lambda _: self.now_us & 0xFFFF_FFFF),
+        )
+        self.access = ffi.new("struct register_access *", list(self._calls))
+
+    def read(self, _: Any, address: int) -> int:
+        self.now_us += READ_US
+        if address == AT["QSPI_STATUS"]:
+            return RECEIVED if len(self.queue) >= self.words[AT["QSPI_RX_THRESHOLD"]] else 0
+        if address == AT["QSPI_RXD"]:
+            return self.queue.popleft()
+        return self.words.get(address, 0)
+
+    def write(self, _: Any, address: int, word: int) -> None:
+        if address in (AT["QSPI_TXD0"], AT["QSPI_TXD1"]):
+            self.send(word, 4 if address == AT["QSPI_TXD0"] else 1)
+            return
+        self.words[address] = word
+        if address == AT["QSPI_CONFIG"]:
+            assert word & MANUAL_SELECT, "the controller would let the line go between two words"
+            self.follow_select(selected=not word & NOT_SELECTED)
+
+    def follow_select(self, *, selected: bool) -> None:
+        if selected and not self.selected:
+            self.chip.select()
+        elif self.selected and not selected:
+            self.chip.deselect(self.now_us)
+        self.selected = selected
+
+    def send(self, word: int, number: int) -> None:
+        config = self.words[AT["QSPI_CONFIG"]]
+        assert self.selected
+        assert self.words[AT["QSPI_EN"]] == 1
+        assert not self.words[AT["QSPI_LQSPI_CFG"]] >> 31, "linear mode"
+        assert config & QSPI_LINEAR == QSPI_LINEAR
+        assert not config & (MANUAL_START | START)
+        assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
+        answer = bytes(
+            self.chip.exchange(byte, self.now_us) for byte in word.to_bytes(4, "little")[:number]
+        )
+        if self.fault != "silent":
+            # Less than four bytes come in the upper end of the word.
+            self.queue.append(int.from_bytes(answer.rjust(4, b"\0"), "little"))

@@ -1,0 +1,97 @@
+"""The serial flash through the controller's registers: what is sent is what the data sheets say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from sim.tests.firmware.flash_model import CHIPS, ERASE_US, Chip, Controller
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.zynq_model import AT
+
+RECORD = 0xF0_0000
+
+
+def opened(controller: Controller) -> tuple[Any, int]:
+    """(driver, bytes of a sector)."""
+    ffi, library = firmware()
+    flash = ffi.new("struct flash *")
+    library.flash_prepare(flash, controller.access)
+    return flash, library.flash_open(flash)
+
+
+def words_of(flash: Any, address: int, number: int) -> list[int]:
+    ffi, library = firmware()
+    words = ffi.new("uint32_t[]", number)
+    assert library.flash_read(flash, address, words, number)
+    return list(words)
+
+
+def wait(controller: Controller, flash: Any) -> int:
+    """Microseconds until it is idle."""
+    _, library = firmware()
+    start = controller.now_us
+    while (activity := library.flash_activity(flash)) == library.FLASH_AT_WORK:
+        controller.now_us += 1000
+    assert activity == library.FLASH_IDLE
+    return controller.now_us - start
+
+
+@pytest.mark.parametrize("kind", CHIPS)
+def test_a_sector_is_erased_and_a_page_programmed(kind: str) -> None:
+    _, library = firmware()
+    ffi, _ = firmware()
+    chip = Chip(kind)
+    controller = Controller(chip)
+    chip.content[RECORD - 4 : RECORD + chip.sector + 4] = bytes(chip.sector + 8)
+    flash, sector = opened(controller)
+    assert (sector, flash.id) == (chip.sector, int.from_bytes(chip.id[:3], "big"))
+    assert library.flash_erase(flash, RECORD)
+    assert wait(controller, flash) >= ERASE_US
+    assert words_of(flash, RECORD - 4, 2) == [0, 0xFFFF_FFFF]
+    assert words_of(flash, RECORD + sector - 4, 2) == [0xFFFF_FFFF, 0]
+    page = [0x9E37_79B9 * i & 0xFFFF_FFFF for i in range(64)]
+    assert library.flash_program(flash, RECORD + 256, ffi.new("uint32_t[]", page), 64)
+    wait(controller, flash)
+    assert words_of(flash, RECORD + 256, 64) == page
+    first = chip.content[RECORD + 256 : RECORD + 260]
+    assert first == page[0].to_bytes(4, "little"), "the lower byte first, as linear reading has it"
+    assert words_of(flash, RECORD + 252, 1) == [0xFFFF_FFFF]
+
+
+def test_a_chip_that_is_not_known_is_not_written() -> None:
+    chip = Chip()
+    chip.id = bytes.fromhex("1f4700000000")
+    flash, sector = opened(Controller(chip))
+    assert (sector, flash.id) == (0, 0x1F4700)
+
+
+@pytest.mark.parametrize("where", ["chip", "controller"])
+def test_what_does_not_answer(where: str) -> None:
+    silent = Chip(fault="silent" if where == "chip" else "")
+    controller = Controller(silent, fault="silent" if where == "controller" else "")
+    flash, sector = opened(controller)
+    assert sector == 0
+    ffi, library = firmware()
+    words = ffi.new("uint32_t[]", 1)
+    assert library.flash_read(flash, 0, words, 1) == (where == "chip")
+    assert controller.now_us < 1_000_000
+
+
+def test_what_does_not_end() -> None:
+    _, library = firmware()
+    controller = Controller(Chip(fault="stuck"))
+    flash, _ = opened(controller)
+    assert library.flash_erase(flash, RECORD)
+    while (activity := library.flash_activity(flash)) == library.FLASH_AT_WORK:
+        controller.now_us += 100_000
+    assert activity == library.FLASH_STUCK
+    assert 3_000_000 < controller.now_us < 10_000_000, "the longest of the data sheets is 3 s"
+
+
+def test_linear_reading_afterwards_finds_what_it_needs() -> None:
+    """fabric.c sets what it needs beside what it finds in the controller's register."""
+    controller = Controller(Chip())
+    opened(controller)
+    assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0
+    assert controller.words[AT["QSPI_LPBK_DLY_ADJ"]] == 0

@@ -1,0 +1,383 @@
+"""Parameters and coefficients in the flash: power lost at any byte of a write loses nothing."""
+
+from __future__ import annotations
+
+import zlib
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sim.tests.calibration.synthetic import COUNTS, Disc
+from sim.tests.firmware.flash_model import Chip, Controller
+from sim.tests.firmware.library import firmware as c_library
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_application import active_coefficients, controls
+from sim.tests.firmware.test_load import (
+    DISC,
+    HIGH,
+    LEFT_ARCSEC,
+    SUBDIVISION,
+    file_of,
+    left,
+    load,
+    state,
+    turn,
+)
+
+RECORDS = 0xF0_0000, 0xF4_0000
+STEPS_MOST = 1_000
+"""Of 10 ms: an erase takes 0.5 s and is given up after 8 s."""
+
+
+class Board:
+    """What outlives a power cycle is the chip; ``power_on`` begins as main() does."""
+
+    def __init__(self, chip: Chip | None = None) -> None:
+        self.chip = chip or Chip()
+        self.power_on()
+
+    def power_on(self, after_fault: bool = False) -> None:
+        ffi, library = c_library()
+        self.core = ModelCore()
+        self.controller = Controller(self.chip)
+        self.chip.busy_until_us = 0
+        self.firmware = Firmware(self.core)
+        self.flash = ffi.new("struct flash *")
+        library.flash_prepare(self.flash, self.controller.access)
+        self.save = ffi.new("struct save *")
+        access = ffi.new("struct flash_access *", library.flash_access_to(self.flash))
+        library.save_prepare(self.save, access, RECORDS[0], RECORDS[1] - RECORDS[0])
+        application = self.firmware.application
+        library.application_use_flash(application, self.save)
+        library.application_recover(application, after_fault)
+        library.application_begin(application)
+        self.core.see_index()
+        self.firmware.step()
+
+    def order(self, line: str) -> str:
+        """The answer of ``save`` comes when the record has been read back."""
+        said = self.firmware.send(line)
+        for _ in range(STEPS_MOST):
+            if said:
+                return said
+            self.controller.now_us += 10_000
+            said = self.firmware.step()
+        raise AssertionError("no answer")
+
+    def status(self, name: str) -> list[str]:
+        lines = self.firmware.send("status").splitlines()
+        return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
+
+    def work(self, turns: range, disc: Disc = DISC) -> None:
+        for seed in turns:
+            self.firmware.turn(turn(seed, disc=disc))
+
+
+@pytest.fixture
+def working() -> Board:
+    """Calibrated, with a subdivision error loaded."""
+    board = Board()
+    board.firmware.send("set orders 8")
+    board.work(range(1, 5))
+    load(board.firmware, file_of(SUBDIVISION))
+    board.work(range(5, 7))
+    assert left(board.firmware) < LEFT_ARCSEC
+    return board
+
+
+def parameters(board: Board) -> dict[str, str]:
+    lines = board.firmware.send("show parameters").splitlines()
+    return dict(line.split() for line in lines[:-1])
+
+
+def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
+    working.firmware.send("set keep 0.5")
+    ordered = parameters(working)
+    assert working.order("save").startswith("ok, record 1: parameters and ")
+    bank = active_coefficients(working.core)
+    working.power_on()
+    assert parameters(working) == ordered
+    assert working.status("settings") == ["saved"]
+    assert working.status("saved") == ["waiting"]
+    assert not controls(working.core)["compensate"], "no turn has confirmed them yet"
+    told = working.firmware.turn(turn(seed=9))
+    assert (told["result"], told["alarms"]) == ("applied", [])
+    assert working.status("saved") == ["confirmed"]
+    assert controls(working.core)["compensate"]
+    assert left(working.firmware) < LEFT_ARCSEC
+    again = active_coefficients(working.core)
+    order = np.argsort(again.phase_steps[again.amplitudes != 0])
+    before = np.argsort(bank.phase_steps[bank.amplitudes != 0])
+    assert (
+        (again.amplitudes[again.amplitudes != 0][order]).tolist()
+        == (bank.amplitudes[bank.amplitudes != 0][before]).tolist()
+    )
+    assert state(working.firmware) == "load active"
+    # The calibration goes on, and leaves the loaded order alone.
+    moved = Disc({**DISC.orders, 1: (155.0, 0.4)})
+    working.work(range(10, 34), disc=moved)
+    assert left(working.firmware, moved) < 2 * LEFT_ARCSEC
+
+
+def test_without_the_record_one_turn_does_not_correct_what_was_loaded(working: Board) -> None:
+    """The same power cycle with nothing saved: what the test above owes to the record."""
+    working.power_on()
+    working.firmware.turn(turn(seed=9))
+    assert left(working.firmware) > 0.4
+
+
+def test_another_table_does_not_get_them(working: Board) -> None:
+    """The disc was turned on its hub: order 1 has another phase."""
+    working.order("save")
+    working.power_on()
+    other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
+    told = working.firmware.turn(turn(seed=9, disc=other))
+    assert told["alarms"] == ["not_confirmed"]
+    assert working.status("saved") == ["not_confirmed"]
+    assert any("not explained better" in advice for advice in working.status("advice"))
+    assert left(working.firmware, other) < 0.7, "its own calibration went on in the same turn"
+    bank = active_coefficients(working.core)
+    assert bank.amplitudes[bank.phase_steps == HIGH * 2**48 // COUNTS].size == 0
+    # The disc is put back.
+    working.firmware.send("rearm")
+    working.core.see_index()
+    working.firmware.step()
+    working.work(range(10, 11))
+    assert working.status("saved") == ["confirmed"]
+    assert left(working.firmware) < LEFT_ARCSEC
+
+
+def test_a_turn_that_cannot_be_used_decides_nothing(working: Board) -> None:
+    working.order("save")
+    working.power_on()
+    bad = turn(seed=5)
+    bad[0, 500:] += 50_000
+    assert working.firmware.turn(bad)["reason"] == "jump"
+    assert working.status("saved") == ["waiting"]
+    assert not controls(working.core)["compensate"]
+
+
+def test_a_set_that_is_loaded_meanwhile_comes_after_it(working: Board) -> None:
+    working.order("save")
+    working.power_on()
+    load(working.firmware, file_of({HIGH: (0.45, 1.3)}))
+    working.work(range(9, 10))
+    assert (working.status("saved"), state(working.firmware)) == (["confirmed"], "load waiting")
+    working.work(range(10, 11))
+    assert state(working.firmware) == "load active"
+    assert 0.04 < left(working.firmware) < 0.04 + 2 * LEFT_ARCSEC
+
+
+def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
+    for line in ("bypass on", "freeze on", "save"):
+        assert working.order(line).startswith("ok")
+    working.power_on()
+    working.work(range(9, 10))
+    assert working.status("saved") == ["confirmed"]
+    assert not controls(working.core)["compensate"]
+    assert working.status("compensation") == ["bypassed"]
+    assert working.status("coefficients") == ["frozen"]
+
+
+def test_after_a_fault_that_lost_the_settings_the_saved_ones_and_bypass(working: Board) -> None:
+    working.firmware.send("set separation_deg 33.5")
+    working.order("save")
+    working.power_on(after_fault=True)
+    assert working.status("settings") == ["lost"]
+    assert parameters(working)["separation_deg"] == "33.500000000"
+    assert working.status("compensation") == ["bypassed"]
+
+
+def test_forget_then_save_forgets_in_the_flash_too(working: Board) -> None:
+    working.order("save")
+    working.firmware.send("forget")
+    assert working.order("save") == "ok, record 2: parameters and 0 orders\r\n"
+    working.power_on()
+    assert (working.status("saved"), working.status("saved_record")) == (["none"], ["2"])
+
+
+def test_records_are_written_in_turn_and_nothing_else(working: Board) -> None:
+    for number in range(1, 4):
+        working.order("save")
+        assert working.status("saved_record") == [str(number)]
+    assert working.chip.erased == [RECORDS[0], RECORDS[1], RECORDS[0]]
+    for address, data in working.chip.programmed:
+        assert any(r <= address and address + len(data) <= r + (4 << 10) for r in RECORDS)
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [
+        ("silent", "flash_unknown"),
+        ("protected", "flash_not_erased"),
+        ("bad_bit", "flash_not_read_back"),
+        ("stuck", "flash_stuck"),
+    ],
+)
+def test_a_flash_that_does_not_take_it(working: Board, fault: str, reason: str) -> None:
+    working.order("save")
+    working.order("save")
+    working.chip.fault = fault
+    assert working.order("save") == f"error: save {reason}\r\n"
+    assert len(working.firmware.send(f"help {reason}").splitlines()[0].split()) > 5
+    working.chip.fault = ""
+    working.power_on()
+    assert working.status("saved_record") == ["2"], "what was saved before stays"
+
+
+def test_one_at_a_time(working: Board) -> None:
+    assert working.firmware.send("save") == ""
+    assert working.firmware.send("save") == "error: save under_way\r\n"
+
+
+def test_the_turns_go_on_while_the_flash_is_erased(working: Board) -> None:
+    working.firmware.send("save")
+    assert working.firmware.turn(turn(seed=9))["result"] in ("applied", "kept")
+
+
+class Memory:
+    """A flash as bytes, for what reads many of them."""
+
+    def __init__(self, content: bytes) -> None:
+        ffi, library = c_library()
+        self.content = content
+        self._calls = (
+            ffi.callback("flash_access_open", lambda _: 4096),
+            ffi.callback("flash_access_read", self.read),
+        )
+        access = ffi.new("struct flash_access *", [*self._calls, ffi.NULL, ffi.NULL, ffi.NULL])
+        self.save = ffi.new("struct save *")
+        library.save_prepare(self.save, access, 0, len(content) // 2)
+
+    def read(self, _: Any, address: int, words: Any, number: int) -> bool:
+        data = self.content[address : address + 4 * number].ljust(4 * number, b"\xff")
+        c_library()[0].buffer(words, 4 * number)[:] = data
+        return True
+
+    def found(self) -> int | None:
+        """The sequence number of what a power-on finds."""
+        if not c_library()[1].save_find(self.save):
+            return None
+        return int(self.save.sequence)
+
+
+def records(working: Board) -> tuple[bytes, bytes]:
+    """Two records that follow each other, as the flash holds them."""
+    working.order("save")
+    working.firmware.send("set keep 0.25")
+    working.work(range(20, 22))
+    working.order("save")
+    length = max(a + len(d) for a, d in working.chip.programmed if a >= RECORDS[1]) - RECORDS[1]
+    first, second = (bytes(working.chip.content[r : r + length]) for r in RECORDS)
+    return first, second
+
+
+def flash_of(first: bytes, second: bytes) -> Memory:
+    return Memory(first.ljust(4096, b"\xff") + second.ljust(4096, b"\xff"))
+
+
+def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
+    """Record 3 goes where record 1 was: erased in part, erased, or written up to any byte."""
+    first, second = records(working)
+    working.order("save")
+    length = max(a + len(d) for a, d in working.chip.programmed if a < RECORDS[1]) - RECORDS[0]
+    third = bytes(working.chip.content[RECORDS[0] : RECORDS[0] + length])
+    draw = np.random.default_rng(1)
+    for cut in range(length):
+        # The byte under way has any of its bits.
+        torn = bytes([third[cut] | int(draw.integers(256))])
+        found = flash_of(third[:cut] + (torn if torn != third[cut : cut + 1] else b""), second)
+        assert found.found() == 2, cut
+        erased = np.frombuffer(first, dtype=np.uint8) | draw.integers(
+            0, 256, length, dtype=np.uint8
+        )
+        assert flash_of(first[:cut] + erased[cut:].tobytes(), second).found() == 2, cut
+    assert flash_of(third, second).found() == 3
+    assert flash_of(first, second).found() == 2
+
+
+def test_the_first_save_that_is_cut_off_is_no_record(working: Board) -> None:
+    first, _ = records(working)
+    for cut in range(0, len(first) - 1, 7):
+        assert flash_of(first[:cut], b"").found() is None
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_no_changed_bit_is_taken(data: Any) -> None:
+    first = record_of_presets()
+    memory = bytearray(first)
+    for place in data.draw(st.lists(st.integers(0, 8 * len(first) - 1), min_size=1, max_size=3)):
+        memory[place // 8] ^= 1 << place % 8
+    if bytes(memory) != first:
+        assert flash_of(bytes(memory), b"").found() is None
+
+
+def record_of_presets(**parameters: float) -> bytes:
+    ffi, library = c_library()
+    saved = ffi.new("struct saved *")
+    library.parameters_preset(ffi.addressof(saved.settings, "parameters"))
+    for name, value in parameters.items():
+        setattr(saved.settings.parameters, name, value)
+    saved.own.counts_per_rev = saved.loaded.counts_per_rev = int(
+        saved.settings.parameters.counts_per_rev
+    )
+    words = ffi.new("uint32_t[]", library.SAVED_WORDS_MOST)
+    number = library.saved_write(saved, 5, words)
+    return bytes(ffi.buffer(words, 4 * number))
+
+
+def with_words(record: bytes, **words: int) -> bytes:
+    """Changed, and with the right sum: as another firmware would leave it."""
+    places = {"magic": 0, "version": 1, "sequence": 2, "length": 3, "switches": 4, "parameters": 5}
+    changed = bytearray(record[:-4])
+    for name, word in words.items():
+        changed[4 * places[name] : 4 * places[name] + 4] = word.to_bytes(4, "little")
+    return bytes(changed) + zlib.crc32(changed).to_bytes(4, "little")
+
+
+@pytest.mark.parametrize(
+    ("record", "answer"),
+    [
+        (lambda r: r, "read"),
+        (lambda _: b"", "none"),
+        (lambda r: with_words(r, magic=0x12345678), "damaged"),
+        (lambda r: with_words(r, length=0x7FFF_FFFF), "damaged"),
+        (lambda r: with_words(r, version=2), "other_version"),
+        (lambda r: with_words(r, switches=8), "out_of_range"),
+        (lambda r: with_words(r, parameters=65), "out_of_range"),
+        (lambda r: with_words(r, parameters=3), "out_of_range"),
+        (lambda _: record_of_presets(keep=float("nan")), "out_of_range"),
+        (lambda _: record_of_presets(orders=3.5), "out_of_range"),
+    ],
+)
+def test_what_a_record_can_be(record: Any, answer: str) -> None:
+    ffi, library = c_library()
+    memory = flash_of(record(record_of_presets()), b"")
+    assert memory.found() == (5 if answer == "read" else None)
+    assert ffi.string(library.saved_answer_name(memory.save.found)).decode() == answer
+
+
+def test_the_sequence_number_wraps() -> None:
+    old = with_words(record_of_presets(), sequence=0xFFFF_FFFF)
+    new = with_words(record_of_presets(), sequence=0)
+    assert flash_of(old, new).found() == 0
+    assert flash_of(new, old).found() == 0
+
+
+def test_a_parameter_that_the_record_does_not_have_is_preset() -> None:
+    """An older firmware's record: one parameter less, and one that nobody knows any more."""
+    record = record_of_presets(keep=0.25, noise_limit=7.0)
+    words = np.frombuffer(record, dtype="<u4").copy()
+    ffi, library = c_library()
+    names = [
+        ffi.string(library.parameters_description(i).name).decode()
+        for i in range(library.parameters_number())
+    ]
+    words[6 + 3 * names.index("keep")] ^= 1
+    memory = flash_of(with_words(words.tobytes()), b"")
+    assert memory.found() == 5
+    found = memory.save.content.settings.parameters
+    assert (found.keep, found.noise_limit) == (0.8, 7.0)

@@ -1,0 +1,183 @@
+"""The page in a real browser: the whole story, a bad upload, cancel, two tabs, a phone.
+
+Screenshots stay in build/page for people to look at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+from scripts.browser import INSTALL, arguments, chromium
+from scripts.page_server import page_server
+
+from arctrue.studies.simulate.hidden import hidden_effect
+
+PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
+SEED = 2
+"""One run of 18,000 samples is enough to name what is hidden in this table."""
+PATIENCE_MS = 240_000
+"""Longer than anything takes on a busy machine; nothing here is timed."""
+expect.set_options(timeout=PATIENCE_MS)
+PROGRAM = chromium()
+
+pytestmark = pytest.mark.skipif(
+    PROGRAM is None, reason=f"no browser for the page's tests: {INSTALL}"
+)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("served")
+    with page_server(folder, folder / "state", "--most-megabytes", "1") as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=PROGRAM, args=arguments())
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """A tab; whatever the browser reports as an error fails the test."""
+    context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
+    context.set_default_timeout(PATIENCE_MS)
+    found = context.new_page()
+    errors: list[str] = []
+    found.on("pageerror", lambda error: errors.append(str(error)))
+    found.on(
+        "console",
+        lambda said: (
+            errors.append(said.text) if said.type == "error" and "422" not in said.text else None
+        ),
+    )
+    yield found
+    context.close()
+    assert errors == []
+
+
+def picture(page: Page, name: str) -> None:
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
+
+
+def all_drawn(page: Page) -> None:
+    """Every figure has been drawn, none with a message in its place."""
+    expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)
+
+
+def rms_on_the_ladder(page: Page) -> list[float]:
+    """RMS of the capture at each step."""
+    rows = page.locator("#ladder tbody tr", has_text="capture").all()
+    return [float(row.locator("td").nth(4).inner_text().removesuffix("″")) for row in rows]
+
+
+@pytest.mark.slow
+def test_the_whole_story(server: str, page: Page) -> None:
+    page.goto(server)
+    picture(page, "start")
+    page.get_by_label("Measured").select_option("lean")
+    page.get_by_label("Seed").fill(str(SEED))
+    page.get_by_role("button", name="Generate").click()
+
+    # The set and its misfit are there at once; the ranking follows, with progress.
+    page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
+    start = page.url
+    expect(page.locator("#set")).to_contain_text("18,000")
+    all_drawn(page)
+    page.wait_for_selector("main[data-state=done]")
+    all_drawn(page)
+    picture(page, "diagnosed")
+    named = page.locator(".candidate.named")
+    name = named.locator("button").get_attribute("value")
+    assert name is not None
+    expect(named).to_contain_text("held out")
+    expect(named.locator("code")).to_have_text(
+        re.compile(rf"^arctrue add {name} table --model model\.toml$")
+    )
+    expect(page.locator("#plot-finding .main-svg").first).to_be_visible()
+
+    # Add it: the error falls.
+    named.get_by_role("button").click()
+    page.wait_for_url(re.compile(r"/2/"))
+    # The new ranking, which takes seconds at the least, is cancelled at once.
+    page.locator("#cancel").click()
+    expect(page.locator("#ranking")).to_contain_text("was cancelled")
+    expect(page.locator("#rank")).to_be_visible()
+    all_drawn(page)
+    before, after = rms_on_the_ladder(page)
+    # What was hidden is most of what the first model leaves on this table.
+    assert after < 0.7 * before
+    picture(page, "added")
+
+    # A second tab on the first step goes its own way.
+    other = page.context.new_page()
+    other.goto(start)
+    other.locator("#ladder select").first.select_option("timing_skew")
+    other.locator("#ladder").get_by_role("button", name="Add").click()
+    other.wait_for_url(re.compile(r"/3/"))
+    other.locator("#cancel").click()
+    expect(other.locator("#ladder tbody")).to_contain_text("timing skew")
+    page.reload()
+    assert rms_on_the_ladder(page) == [before, after]
+    expect(page.locator("#ladder tbody")).not_to_contain_text("timing skew")
+    other.close()
+
+    # Undo is an address, and so is back.
+    page.locator("#undo").click()
+    page.wait_for_url(start)
+    assert rms_on_the_ladder(page) == [before]
+    page.go_back()
+    page.wait_for_url(re.compile(r"/2/"))
+    assert rms_on_the_ladder(page) == [before, after]
+
+    # At the end, the truth.
+    page.locator("#reveal").click()
+    expect(page.locator("#truth")).to_contain_text(hidden_effect(SEED).replace("_", " "))
+    assert name == hidden_effect(SEED)
+
+    # By the keyboard alone: dark, and the other unit.
+    page.locator("#theme").focus()
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("Enter")
+    page.wait_for_url(re.compile(r"unit=urad"))
+    all_drawn(page)
+    expect(page.locator("#summary")).to_contain_text("µrad")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.reload()
+    all_drawn(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    picture(page, "phone_dark")
+
+
+def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path) -> None:
+    page.goto(server)
+    bad = tmp_path / "capture.csv"
+    bad.write_text("run,time_s,head1_counts,head2_counts\n0,0.0,five,6\n", encoding="utf-8")
+    (tmp_path / "measurement.toml").write_text(
+        "schema = 1\n[table]\ncounts_per_rev = 4096\nhead_separation_deg = 33\n", encoding="utf-8"
+    )
+    page.get_by_label("Files").set_input_files([bad, tmp_path / "measurement.toml"])
+    page.get_by_role("button", name="Read them").click()
+    problem = page.locator("#dropin [data-problem]")
+    expect(problem).to_contain_text("capture.csv, row 2, column head1_counts")
+    picture(page, "bad_upload")
+
+    # Too large: nothing is sent.
+    (tmp_path / "huge.csv").write_bytes(bytes(1_000_001))
+    address = page.url
+    page.get_by_label("Files").set_input_files(tmp_path / "huge.csv")
+    page.get_by_role("button", name="Read them").click()
+    expect(problem).to_contain_text("the limit is 1 MB")
+    assert page.url == address

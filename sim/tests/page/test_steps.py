@@ -1,0 +1,221 @@
+"""Steps of a model: kept on the server, each with its address; tabs do not meet."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Thread
+
+import pytest
+from flask.testing import FlaskClient
+
+from arctrue.measurement import write_measurement_set
+from arctrue.page.app import make_page
+from arctrue.page.jobs import CANCELLED, Jobs
+from arctrue.page.session import NoSuchSessionError, Session, Sessions
+from arctrue.page.settings import PageSettings
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.model.model_file import read_model
+from tests.workbench.small_sets import measurement_set, paper_error
+
+EFFECT = "hysteresis"
+START = Jobs.start
+"""Before a fixture replaces it."""
+
+
+@pytest.fixture(scope="module")
+def settings(tmp_path_factory: pytest.TempPathFactory) -> PageSettings:
+    folder = tmp_path_factory.mktemp("page")
+    made = measurement_set(paper_error, runs=2, cycles=2, turns=1)
+    write_measurement_set(folder / "sets" / "one", made)
+    return PageSettings(folder / "sets", folder / "state")
+
+
+@pytest.fixture(scope="module")
+def client(settings: PageSettings) -> Iterator[FlaskClient]:
+    """Of a page that ranks nothing by itself."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Jobs, "start", lambda *_: None)
+        with make_page(settings).app.test_client() as made:
+            yield made
+
+
+@pytest.fixture(scope="module")
+def opened(client: FlaskClient) -> str:
+    """Address of the first step of a session that many tests use."""
+    return str(client.post("/open", data={"set": "one"}).location)
+
+
+@pytest.fixture
+def first(client: FlaskClient) -> str:
+    """Address of the first step of a new session."""
+    return str(client.post("/open", data={"set": "one"}).location)
+
+
+def names(client: FlaskClient, address: str, tmp_path: Path) -> list[str]:
+    """Effects of the model of a step."""
+    file = tmp_path / "downloaded.toml"
+    file.write_bytes(client.get(f"{address}model.toml").data)
+    return read_model(file).names()
+
+
+def step(location: str) -> str:
+    return location.split("#")[0].split("?")[0]
+
+
+def test_adding_gives_a_new_address_and_leaves_the_old_one(
+    client: FlaskClient, first: str, tmp_path: Path
+) -> None:
+    answer = client.post(f"{first}add?unit=urad", data={"effect": EFFECT})
+    assert answer.status_code == 303
+    assert answer.location.endswith("/2/?unit=urad#ladder")
+    assert names(client, first, tmp_path) == ["graduation_harmonics"]
+    assert names(client, step(answer.location), tmp_path) == ["graduation_harmonics", EFFECT]
+    html = client.get(answer.location).get_data(as_text=True)
+    assert re.search(r'id="undo" href="[^"]*/1/\?unit=urad"', html)
+    assert f"arctrue add {EFFECT} " in html
+
+
+def test_two_tabs_go_their_own_ways(client: FlaskClient, opened: str, tmp_path: Path) -> None:
+    one = step(client.post(f"{opened}add", data={"effect": EFFECT}).location)
+    other = step(client.post(f"{opened}add", data={"effect": "timing_skew"}).location)
+    third = step(client.post(f"{one}drop", data={"effect": EFFECT}).location)
+    assert names(client, one, tmp_path)[1:] == [EFFECT]
+    assert names(client, other, tmp_path)[1:] == ["timing_skew"]
+    assert names(client, third, tmp_path)[1:] == []
+    history = read_model(tmp_path / "downloaded.toml").history
+    assert [item.action for item in history] == ["fit", "add", "drop"]
+    assert all(item.date and item.measurement_sha256 for item in history)
+
+
+def test_steps_outlive_the_server(client: FlaskClient, opened: str, settings: PageSettings) -> None:
+    after = step(client.post(f"{opened}add", data={"effect": EFFECT}).location)
+    before = client.get(f"{after}figure/ladder.json").json
+    with make_page(settings).app.test_client() as again:
+        assert again.get(f"{after}figure/ladder.json").json == before
+
+
+def test_what_cannot_be_done_is_said_beside_its_button(client: FlaskClient, opened: str) -> None:
+    for action, effect, said in (
+        ("add", "graduation_harmonics", "the model has graduation_harmonics already"),
+        ("add", "drive_gear_error", "cannot be tested with this set: it lacks"),
+        ("add", "__import__('os')", "no effect is named"),
+        ("drop", "graduation_harmonics", "nothing would be left"),
+    ):
+        answer = client.post(f"{opened}{action}", data={"effect": effect})
+        assert answer.status_code == 422
+        assert said in answer.get_data(as_text=True).replace("&#39;", "'")
+
+
+def test_a_model_is_downloaded_and_loaded(client: FlaskClient, opened: str, tmp_path: Path) -> None:
+    after = step(client.post(f"{opened}add", data={"effect": EFFECT}).location)
+    file = client.get(f"{after}model.toml").data
+    other = str(client.post("/open", data={"set": "one"}).location)
+    answer = client.post(f"{other}model", data={"model": (io.BytesIO(file), "m.toml")})
+    assert names(client, step(answer.location), tmp_path) == ["graduation_harmonics", EFFECT]
+    assert len(read_model(tmp_path / "downloaded.toml").history) == 2
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("schema = 1\n", "expected at least one [[effect]]"),
+        ("\x00", "m"),
+        ('schema = 1\n[[effect]]\nname = "nothing_known"\n', "no effect is named"),
+        (
+            'schema = 1\n[table]\ncounts_per_rev = 4096\n[[effect]]\nname = "hysteresis"\n',
+            "of another table: 4096 counts a turn, the set 16777216",
+        ),
+    ],
+)
+def test_a_bad_model_file_says_why(
+    client: FlaskClient, opened: str, content: str, said: str
+) -> None:
+    answer = client.post(f"{opened}model", data={"model": (io.BytesIO(content.encode()), "m.toml")})
+    assert answer.status_code == 422
+    assert said in answer.get_data(as_text=True).replace("&#39;", "'")
+
+
+def test_a_model_file_brings_no_code(client: FlaskClient, opened: str, tmp_path: Path) -> None:
+    """Effect files are code: only those of a folder of the command line are run."""
+    trap = tmp_path / "effects"
+    trap.mkdir()
+    (trap / "trap.py").write_text(
+        f"open({str(tmp_path / 'was_run')!r}, 'w').close()\n", encoding="utf-8"
+    )
+    text = f'schema = 1\neffect_folders = ["{trap}"]\n[[effect]]\nname = "graduation_harmonics"\n'
+    answer = client.post(f"{opened}model", data={"model": (io.BytesIO(text.encode()), "m.toml")})
+    assert answer.status_code == 303
+    assert not (tmp_path / "was_run").exists()
+    assert "effect_folders" not in client.get(f"{step(answer.location)}model.toml").text
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["/s/0123456789abcdef/1/", "/s/../1/", "/s/..%2f..%2fetc/1/", "{}99/", "{}figure/x.json",
+     "{}figure/..%2f..%2fsession.json", "{}diagnosis.json", "{}coefficients.toml"],
+)  # fmt: skip
+def test_what_is_not_there_is_said(client: FlaskClient, opened: str, address: str) -> None:
+    answer = client.get(address.format(opened.removesuffix("1/") if "99" in address else opened))
+    assert answer.status_code == 404
+    assert "problem" in answer.text
+
+
+def test_a_session_can_be_deleted(client: FlaskClient, first: str) -> None:
+    name = first.split("/")[2]
+    assert client.post(f"/forget/{name}").status_code == 200
+    assert client.get(first).status_code == 404
+
+
+def test_numbers_of_steps_are_given_once(tmp_path: Path) -> None:
+    folder = Sessions(tmp_path).make()
+    session = Session(folder)
+
+    def grow() -> None:
+        session.grow(
+            default_model(), parent=None, action="add", effect="x", command="", seconds=0.0
+        )
+
+    threads = [Thread(target=grow) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [step.number for step in session.steps()] == list(range(1, 9))
+    with pytest.raises(NoSuchSessionError):
+        session.step(9)
+
+
+def test_a_ranking_is_ended_and_says_so(settings: PageSettings, first: str) -> None:
+    session = Sessions(settings.state)[first.split("/")[2]]
+    jobs = Jobs(())
+    START(jobs, session, 1)
+    assert jobs.state(session, 1)["state"] == "running"
+    jobs.cancel(session, 1)
+    jobs.wait()
+    assert jobs.state(session, 1)["state"] == "cancelled"
+    assert (session.step_folder(1) / CANCELLED).exists()
+
+
+def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> None:
+    session = Sessions(settings.state)[first.split("/")[2]]
+    (session.step_folder(1) / "model.toml").write_text("schema = 7\n", encoding="utf-8")
+    jobs = Jobs(())
+    START(jobs, session, 1)
+    jobs.wait()
+    state = jobs.state(session, 1)
+    assert state["state"] == "failed"
+    assert "expected 1, found 7" in state["doing"]
+
+
+def test_the_view_is_in_the_address(client: FlaskClient, opened: str) -> None:
+    html = client.get(f"{opened}?unit=urad&whitened=1&against=time").get_data(as_text=True)
+    assert "µrad" in html
+    urls = re.findall(r'data-url="([^"]+)"', html)
+    assert len(urls) >= 6
+    assert all("unit=urad" in url and "against=time" in url for url in urls)
+    chart = client.get(urls[0].replace("&amp;", "&")).json
+    assert "standard deviations" in json.dumps(chart["layout"]["yaxis"])

@@ -1,0 +1,153 @@
+"""The sources beside what their equations say, the covariance beside drawn calibrations."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.least_squares import least_squares
+from arctrue.calibration.transfer_function import noise_gain
+from arctrue.metrology.budget import Contribution
+from arctrue.report.error_budget_page import error_budget_page, plot_error_budget
+from arctrue.studies.error_budget.chain import (
+    HEAD_SEPARATION_RAD,
+    NOISE_ARCSEC,
+    ORDERS,
+    SAMPLES,
+    Method,
+    Source,
+    run_chain,
+)
+from arctrue.studies.error_budget.experiment import closure_budget
+from arctrue.studies.methods.polygon_closure import Closure
+from arctrue.table import DiscEccentricity, RotaryTable, TableState, two_heads
+from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
+
+ROOT = Path(__file__).resolve().parents[4]
+FOUND = json.loads((ROOT / "docs" / "data" / "calibration-budget.json").read_text(encoding="utf-8"))
+COUNTS = 1 << 24
+
+
+def rms(source: Source | None, method: Method = "least_squares", draw: int = 1) -> float:
+    sources = () if source is None else (source,)
+    return run_chain(sources, method, np.random.default_rng(draw)).rms_arcsec
+
+
+def test_without_a_source_nothing_is_left() -> None:
+    assert rms(None) < 1e-4
+    assert rms(None, "paper") < 1e-4
+
+
+def test_the_approximation_leaves_half_the_square_of_the_eccentricity() -> None:
+    """(a²/2) sin 2θ of a = 144″: 0.036″ RMS; the other orders add a tenth of it."""
+    amplitude = 144.1
+    expected = amplitude**2 / 2.0 / ARCSEC_PER_RAD / math.sqrt(2.0)
+    assert rms("approximation", "paper") == pytest.approx(expected, rel=0.1)
+    assert rms("approximation") < 1e-4
+
+
+def test_uneven_steps_hurt_the_dft_alone() -> None:
+    """The ripple r of order 7 carries order 1 into orders 6 and 8, r·7… of 144″ through TF."""
+    assert 0.05 < rms("uneven", "paper") < 0.15
+    assert rms("uneven") < 1e-4
+
+
+def test_two_roundings_of_a_count() -> None:
+    """A count over √12, once in the reading and once in the output: 0.0315″."""
+    expected = arcsec_per_count(COUNTS) * math.sqrt(2.0 / 12.0)
+    assert rms("quantisation") == pytest.approx(expected, rel=0.05)
+
+
+def test_the_latency_is_the_angle_travelled() -> None:
+    """290 ns at 30°/s are 0.0313″."""
+    assert rms("latency") == pytest.approx(290e-9 * 30.0 * 3600.0, rel=1e-2)
+
+
+def test_heat_is_the_centre_that_moved() -> None:
+    """0.9 µm/K · 2 K/h · 12 s over the radius of 53.975 mm, as RMS of an order 1."""
+    moved = 0.9e-6 * 2.0 / 3600.0 * 12.0
+    expected = moved / 53.975e-3 * ARCSEC_PER_RAD / math.sqrt(2.0)
+    assert rms("heat") == pytest.approx(expected, rel=1e-2)
+
+
+def test_subdivision_is_that_of_its_harmonics() -> None:
+    """Offsets p: p of a signal period's radian once a period; gain and phase p/2 twice."""
+    radian = 1_296_000 / (2.0 * math.pi * 16384)
+    once, twice = 0.01 * math.sqrt(2.0), 0.005 * math.sqrt(2.0)
+    expected = radian * math.hypot(once, twice) / math.sqrt(2.0)
+    assert rms("subdivision") == pytest.approx(expected, rel=0.02)
+
+
+def test_noise_is_that_of_the_transfer_function() -> None:
+    """8 draws: 4 standard deviations of the mean of squares; two thirds of it is order 11."""
+    gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
+    expected = NOISE_ARCSEC**2 * 4.0 / SAMPLES * np.sum(gain**2)
+    found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
+    scatter = np.sqrt(2.0 * np.sum(gain**4) / 2.0) / np.sum(gain**2) * expected
+    assert np.mean(found) == pytest.approx(expected, abs=4.0 * scatter / math.sqrt(8.0))
+
+
+def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
+    """150 draws of noise and index: scatter at each angle over u, within 5 of its deviations."""
+    table = RotaryTable(
+        two_heads(), (DiscEccentricity(30e-6, 1.0),), noise_rad=0.5 * RAD_PER_ARCSEC
+    )
+    samples, orders, detection = 600, np.arange(1, 5), 20.0
+    state = TableState.at_rest(np.arange(samples) * (2.0 * np.pi / samples))
+    angle = np.radians(np.arange(0.0, 360.0, 30.0))
+    random = np.random.default_rng(7)
+    curves, stated = [], []
+    for _ in range(150):
+        counts = [table.counts(head, state, random) for head in (0, 1)]
+        off = round(random.normal(0.0, detection) / arcsec_per_count(COUNTS))
+        turn = WholeTurns(0, 1, counts[0], counts[1] + off, COUNTS / samples)
+        estimate, _ = least_squares(
+            [turn], COUNTS, HEAD_SEPARATION_RAD, orders, "measured",
+            index_detection_arcsec=detection,
+        )  # fmt: skip
+        curves.append(estimate.error_arcsec(angle))
+        stated.append(estimate.u_error_arcsec(angle))
+    ratio = np.std(curves, axis=0, ddof=1) / np.sqrt(np.mean(np.square(stated), axis=0))
+    np.testing.assert_allclose(ratio, 1.0, atol=5.0 / math.sqrt(2.0 * 149))
+    # The applied orders alone: none is none.
+    assert estimate.u_error_arcsec(angle, np.zeros(4, dtype=bool)).max() == 0.0
+
+
+def test_the_sources_add_up_to_the_whole() -> None:
+    """Independent sources: within 4 standard errors of the whole, and 5 % for what couples."""
+    for one in FOUND["methods"].values():
+        whole = one["whole"]
+        assert one["sum_arcsec"] == pytest.approx(
+            whole["rms_arcsec"], abs=4.0 * whole["u_rms_arcsec"] + 0.05 * whole["rms_arcsec"]
+        )
+        squares = sum(row["rms_arcsec"] ** 2 for row in one["sources"])
+        assert one["sum_arcsec"] == pytest.approx(math.sqrt(squares))
+
+
+def test_the_polygon_shows_the_axis_and_agrees_without_it() -> None:
+    still, moves = (FOUND["experiment"]["compared"][name]["e_n"] for name in
+                    ("axis at rest", "axis moves"))  # fmt: skip
+    # P(more than 4 of 24 outside at 4.55 %) is 0.4 %.
+    assert sum(abs(value) > 1.0 for value in still) <= 4
+    assert max(map(abs, moves)) > 2.0
+
+
+def test_closure_budget_is_the_root_of_its_lines() -> None:
+    closed = Closure(np.zeros(24), np.zeros(24), np.full(24, 0.03), 0.09, 100)
+    budget = closure_budget(closed, COUNTS)
+    first = budget.contributions[0]
+    assert isinstance(first, Contribution)
+    assert first.u_arcsec == pytest.approx(0.03)
+    half = arcsec_per_count(COUNTS) / 2.0 / math.sqrt(3.0)
+    assert budget.u_arcsec == pytest.approx(math.sqrt(0.03**2 + 0.05**2 + half**2), rel=1e-4)
+
+
+def test_page_and_json_agree(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "calibration-budget.md").read_text(encoding="utf-8")
+    assert page == error_budget_page(FOUND), "arctrue error-sources --page ..."
+    assert plot_error_budget(FOUND, tmp_path).stat().st_size > 10_000

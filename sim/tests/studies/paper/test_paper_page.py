@@ -1,0 +1,77 @@
+"""The page, its JSON and the equations say the same, and the drawings are made."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from arctrue.cli import main
+from arctrue.report.paper_drawings import DRAWINGS, draw_figures, drawing_name
+from arctrue.report.paper_page import paper_page
+from arctrue.studies.paper.equations import EQUATIONS
+
+ROOT = Path(__file__).resolve().parents[4]
+DOCS = ROOT / "docs"
+FOUND = json.loads((DOCS / "data" / "paper.json").read_text(encoding="utf-8"))
+
+
+def test_page_and_json_agree() -> None:
+    page = (DOCS / "paper.md").read_text(encoding="utf-8")
+    assert page == paper_page(FOUND), "arctrue paper --from docs/data/paper.json --page ..."
+
+
+@pytest.mark.parametrize("make", EQUATIONS, ids=lambda make: make.__name__)
+def test_equations_give_what_the_json_has(make) -> None:  # type: ignore[no-untyped-def]
+    """Rounding errors differ from one machine to the next; figures do not."""
+    item = make()
+    stored = {one["label"]: one for one in FOUND["items"]}[item.label]
+    for name, value in item.values.items():
+        assert value == pytest.approx(stored["values"][name], rel=1e-6, abs=1e-9)
+
+
+def test_every_equation_and_table_of_the_paper_is_there() -> None:
+    labels = " ".join(one["label"] for one in FOUND["items"])
+    numbers = {int(n) for n in re.findall(r"\((\d+)\)", labels)}
+    assert numbers == set(range(1, 18))
+    assert {int(n) for n in re.findall(r"\(A\.(\d)\)", labels)} == {1, 2, 3, 4, 5}
+    page = paper_page(FOUND)
+    assert all(f"Table {number}" in page for number in (1, 2, 3))
+
+
+def test_figures_of_the_experiment_come_from_its_stations() -> None:
+    """Span, largest σ, u₃ and U again from the 24 stored faces."""
+    for one in FOUND["experiments"]:
+        mean = np.array(one["after"]["mean_arcsec"])
+        deviation = np.array(one["after"]["deviation_arcsec"])
+        assert one["after"]["span_arcsec"] == pytest.approx([mean.min(), mean.max()])
+        budget = one["budget"]
+        assert budget["repeatability_arcsec"] == pytest.approx(deviation.mean())
+        parts = [v for k, v in budget.items() if k not in ("combined_arcsec", "expanded_arcsec")]
+        assert budget["expanded_arcsec"] == pytest.approx(2.0 * float(np.linalg.norm(parts)))
+
+
+def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:
+    for path in draw_figures(tmp_path):
+        text = path.read_text(encoding="utf-8")
+        assert text == (DOCS / "images" / path.name).read_text(encoding="utf-8"), path.name
+
+
+def test_drawn_square_waves_are_those_of_the_paper() -> None:
+    """Fig. 4: 00, 10, 11, 01 while the readings rise."""
+    text = (DOCS / "images" / drawing_name("4")).read_text(encoding="utf-8")
+    levels = re.findall(r">([01]{2})</text>", text)
+    assert levels[0:8:2] == ["00", "10", "11", "01"]
+    assert set(DRAWINGS) == {"1", "3", "4", "5", "6", "7", "8", "9", "A1", "A2"}
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text('{"schema": 1}', encoding="utf-8")
+    answer = CliRunner().invoke(main, ["paper", "--from", str(other)])
+    assert answer.exit_code == 2
+    assert "expected the JSON of arctrue paper" in answer.output

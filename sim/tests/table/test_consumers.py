@@ -1,0 +1,145 @@
+"""Every consumer honours a cause whole or refuses it by name: nothing is dropped unsaid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.instrument.curves import TableCurves
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.studies.simulate.bench import Bench
+from arctrue.studies.simulate.experiment import Experiment, full, lean
+from arctrue.table import Motion, PhysicalEffect, RotaryTable, count_edges, sample, two_heads
+from arctrue.table.capture import measure_with_polygon
+from arctrue.table.causes import cause as cause_module
+from arctrue.table.causes.cause import (
+    CAPTURE,
+    READING,
+    RECORD,
+    REFERENCE,
+    SIGNALS,
+    UnhonouredCauseError,
+    acts_on,
+)
+from arctrue.table.causes.registry import CAUSES, REGISTRY
+
+MOTION = Motion.steady(2.0, 0.5)
+
+
+def drawn(name: str) -> tuple[PhysicalEffect, ...]:
+    recipe = REGISTRY[name]
+    return tuple(recipe.build(recipe.low, np.random.default_rng(1), full().occasion))
+
+
+def table(*effects: PhysicalEffect) -> RotaryTable:
+    return RotaryTable(two_heads(), effects, counts_per_rev=4096)
+
+
+def edges(*effects: PhysicalEffect) -> None:
+    count_edges(table(*effects), 0, MOTION)
+
+
+def sampled(*effects: PhysicalEffect) -> None:
+    sample(table(*effects), MOTION, 0.1)
+
+
+def polygon(*effects: PhysicalEffect) -> None:
+    measure_with_polygon(table(*effects), faces=4, cycles=1, random=np.random.default_rng(1))
+
+
+def virtual_instrument(*effects: PhysicalEffect) -> None:
+    TableCurves(table(*effects), MOTION, 1e6)
+
+
+def hidden_effect(*effects: PhysicalEffect) -> None:
+    # The rig puts this table before the heads of the compiled gateware.
+    settings = HiddenSettings.of_lines(64, 4, 400)
+    TableCurves(settings.table(effects), MOTION, 1e6)
+
+
+def measured(experiment: Experiment, *effects: PhysicalEffect) -> None:
+    bench = Bench(
+        table(*effects),
+        reference_noise_arcsec=0.1,
+        index_scatter_counts=0,
+        random=np.random.default_rng(1),
+    )
+    bench.measure(experiment.smaller(50, 1), title="")
+
+
+def heads_only(*effects: PhysicalEffect) -> None:
+    measured(lean(), *effects)
+
+
+def polygon_only(*effects: PhysicalEffect) -> None:
+    measured(Experiment("polygon", (), full().reference), *effects)
+
+
+def both(*effects: PhysicalEffect) -> None:
+    measured(full(), *effects)
+
+
+CONSUMERS = {
+    edges: SIGNALS,
+    sampled: READING,
+    polygon: READING,
+    virtual_instrument: SIGNALS,
+    hidden_effect: SIGNALS,
+    heads_only: CAPTURE,
+    polygon_only: REFERENCE,
+    both: RECORD,
+}
+
+
+@pytest.mark.parametrize("consumer", CONSUMERS, ids=lambda consumer: consumer.__name__)
+def test_a_consumer_takes_what_it_honours_and_refuses_the_rest(consumer) -> None:  # type: ignore[no-untyped-def]
+    refused, taken = [], []
+    for name, recipe in REGISTRY.items():
+        kind = CAUSES[recipe.cause].kind
+        if acts_on(kind) <= CONSUMERS[consumer]:
+            consumer(*drawn(name))
+            taken.append(name)
+        else:
+            with pytest.raises(UnhonouredCauseError, match=kind.__name__):
+                consumer(*drawn(name))
+            refused.append(name)
+    assert taken
+    assert refused or consumer is both
+
+
+def test_all_that_a_cause_can_act_on_is_honoured_by_a_whole_set() -> None:
+    assert full().honoured | {"index_variance_counts2"} == RECORD
+
+
+def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
+    assert all(acts_on(cause.kind) for cause in CAUSES.values())
+    for recipe in REGISTRY.values():
+        assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
+    files = {recipe.cause for recipe in REGISTRY.values()}
+    assert set(CAUSES) - files == {"disc_eccentricity"}
+
+
+@pytest.mark.parametrize(
+    "name", ["hysteresis", "settling_bracket", "sticking_bracket", "wearing_track", "vibration"]
+)
+def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> None:
+    # Side, time since the start, time and travel: what a bare angle does not know.
+    recipe = REGISTRY[name]
+    effects = recipe.build(recipe.high, np.random.default_rng(3), full().occasion)
+    fine = [
+        RotaryTable(two_heads(), tuple(causes), counts_per_rev=1 << 24) for causes in ((), effects)
+    ]
+    back = Motion((0.0, 8.0, 16.0), (1.0, -1.0, 1.0))
+    counts = [sample(one, back, 0.05).counts for one in fine]
+    assert np.ptp(counts[1] - counts[0], axis=1).max() >= 4
+    if name in ("hysteresis", "wearing_track"):
+        runs = [
+            measure_with_polygon(one, cycles=4, random=np.random.default_rng(1)) for one in fine
+        ]
+        off = runs[1].error_arcsec - runs[0].error_arcsec
+        # At least the count of 0.08″ that rounding can hide.
+        assert np.ptp(off) > 0.16
+
+
+def test_the_module_names_every_method_of_a_cause() -> None:
+    assert CAPTURE | REFERENCE | {"index_variance_counts2"} == cause_module.RECORD

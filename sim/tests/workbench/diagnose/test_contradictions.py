@@ -1,0 +1,76 @@
+"""What an effect's own physics asks of its values, beyond the shape of its columns."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from arctrue.workbench.effects.base import CONTRADICTED_P
+from arctrue.workbench.effects.registry import built_in
+
+EFFECTS = built_in()
+FACES = 24
+ARCSEC_A_COUNT = 0.08
+
+
+def _of_faces(values):  # type: ignore[no-untyped-def]
+    effect = EFFECTS["polygon_face_error"]()
+    covariance = np.eye(FACES) * 0.03**2
+    return effect.contradiction(values, covariance, {}, SimpleNamespace())
+
+
+def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_COUNT):  # type: ignore[no-untyped-def]
+    scale = 1.0 if count_arcsec is None else count_arcsec
+    return EFFECTS["count_slip"]().contradiction(
+        np.array([counts * scale]),
+        np.array([[(sigma * scale) ** 2]]),
+        {"run": 0.0, "instant": 1.0},
+        SimpleNamespace(count_arcsec=count_arcsec),
+    )
+
+
+def test_faces_lapped_one_by_one_are_not_refused() -> None:
+    """Of 2,000 polygons of independent faces no more than CONTRADICTED_P (99.9 % bound)."""
+    random = np.random.default_rng(3)
+    refused = sum(_of_faces(random.normal(0.0, 0.2, FACES)) is not None for _ in range(2000))
+    assert refused <= binom.isf(0.001, 2000, CONTRADICTED_P)
+
+
+@pytest.mark.parametrize("order", [2, 5, 11])
+def test_a_wave_over_the_faces_is_no_polygon(order: int) -> None:
+    random = np.random.default_rng(order)
+    angle = np.arange(FACES) * 2.0 * np.pi / FACES
+    told = _of_faces(0.2 * np.cos(order * angle + 1.0) + random.normal(0.0, 0.03, FACES))
+    assert told is not None
+    assert f"order {order}" in told
+
+
+def test_one_face_alone_may_be_a_place_of_the_table() -> None:
+    values = np.random.default_rng(1).normal(0.0, 0.03, FACES)
+    values[7] += 0.4
+    told = _of_faces(values)
+    assert told is not None
+    assert "face 7" in told
+
+
+def test_few_faces_are_not_judged() -> None:
+    effect = EFFECTS["polygon_face_error"]()
+    assert effect.contradiction(np.array([1.0, -1.0, 1.0, -1.0]), np.eye(4), {}, None) is None  # type: ignore[arg-type]
+
+
+def test_a_counter_loses_whole_counts() -> None:
+    assert _of_step(12.1, 0.1) is None
+    told = _of_step(12.4, 0.1)
+    assert told is not None
+    assert "12.40" in told
+    # Where the step is not known to a part of a count, nothing is said against it.
+    assert _of_step(12.4, 0.3) is None
+    assert _of_step(12.4, 0.1, count_arcsec=None) is None
+
+
+def test_an_effect_without_such_a_rule_is_never_refused() -> None:
+    effect = EFFECTS["hysteresis"]()
+    assert effect.contradiction(np.array([1.0]), np.eye(1), {}, None) is None  # type: ignore[arg-type]

@@ -1,0 +1,97 @@
+"""The ordered rules of the verdict, on sets that are made to need each."""
+
+from __future__ import annotations
+
+import numpy as np
+from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set, paper_error
+
+from arctrue.workbench.diagnose.decision import OF_THE_SAME_KIND
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
+
+
+def _diagnosis(measurement) -> Diagnosis:  # type: ignore[no-untyped-def]
+    base = [Term(EFFECTS["graduation_harmonics"](), {})]
+    return diagnose(observations_of(measurement), base, EFFECTS)
+
+
+def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
+    """Whole counts and a step each time: only what is left beside the first one tells."""
+    counts = 12
+    instants = np.array([3.1, 9.7, 15.2, 22.8, 29.9])
+
+    def knocks(time, speed):  # type: ignore[no-untyped-def]
+        return counts * COUNT_ARCSEC * (np.searchsorted(instants, time) % 2)
+
+    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=knocks))
+    assert found.verdict == "unknown"
+    assert found.named is None
+    assert found.resembles is not None
+    told = diagnosis_data(found, ["graduation_harmonics"])
+    assert told["resembles"] == found.resembles.name
+    assert told["unlike"]
+    assert any("resembles" in sentence for sentence in sentences(found))
+    assert found.probability["unknown"] == max(found.probability.values())
+
+
+def test_one_slip_of_whole_counts_keeps_its_name() -> None:
+    def slip(time, speed):  # type: ignore[no-untyped-def]
+        return 12 * COUNT_ARCSEC * ((time > 15.2) & (time < 60.0))
+
+    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=slip))
+    assert found.named is not None
+    assert found.named.name == "count_slip"
+    assert found.beside == []
+
+
+def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
+    def slip(time, speed):  # type: ignore[no-untyped-def]
+        return 12.5 * COUNT_ARCSEC * ((time > 18.2) & (time < 60.0))
+
+    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=slip))
+    assert found.verdict == "unknown"
+    assert found.resembles is not None
+    assert found.resembles.name == "count_slip"
+    assert "12.5" in str(found.unlike) or "12.4" in str(found.unlike)
+
+
+def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
+    """1.6″ of reversal; beside it a warm order 2 of a tenth of its gain's root and less."""
+    share = 0.3 * np.sqrt(OF_THE_SAME_KIND)
+
+    def error(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + 0.2 * share * (temperature - 20.0) * np.cos(
+            2 * disc + 0.7
+        )
+
+    found = _diagnosis(measurement_set(error, reversal_arcsec=1.6))
+    assert found.named is not None
+    assert found.named.name == "hysteresis"
+
+
+def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture() -> None:
+    """A lean of the polygon moves the capture's order 1 by what is returned to the graduation."""
+    measurement = measurement_set()
+    assert measurement.reference is not None
+    target = np.radians(measurement.reference.target_deg)
+    measurement.reference.error_arcsec[:] += 0.5 * np.cos(target + 2.0)
+    found = _diagnosis(measurement)
+    assert found.base is not None
+    lean = next(item for item in found.candidates if item.name == "polygon_eccentricity")
+    rows = found.base.observations.capture
+    assert rows is not None
+    assert on_every_pass(lean, found.base)
+    assert found.named is lean
+    # What noise makes of that return may differ from run to run; it speaks neither for nor against.
+    change = lean.solution.capture_prediction_arcsec(False) - found.base.capture_prediction_arcsec(
+        False
+    )
+    rows.difference_arcsec[:] += np.where(rows.run == 0, 50.0, -50.0) * change
+    assert on_every_pass(lean, found.base)

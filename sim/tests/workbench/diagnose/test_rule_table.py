@@ -1,0 +1,129 @@
+"""Single rules on made-up surveys, and the evidence of a family of coefficients."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from arctrue.workbench.diagnose.classes import family_gain
+from arctrue.workbench.diagnose.decision import (
+    AGAIN,
+    OF_THE_SAME_KIND,
+    PARTS_ADVANTAGE,
+    REFUSED_P,
+    Case,
+    Decision,
+    comes_again_and_again,
+    leaves_its_own_kind,
+    refused_is_ahead,
+)
+
+
+def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
+    """A candidate as the rules see it; ``real``: held-out rows and every pass show it."""
+    effect = SimpleNamespace(unspecific=False, step_at=("run", "instant") if step else None)
+    return SimpleNamespace(
+        name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
+        effect=effect, solution=SimpleNamespace(observations=SimpleNamespace(capture=None)),
+    )  # fmt: skip
+
+
+def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-untyped-def]
+    survey = SimpleNamespace(
+        significant=lambda: list(items),
+        matters=lambda item: True,
+        confirmed=lambda item: item.real,
+        parts=[],
+    )
+    case = Case(survey, {}, lambda item: survey)  # type: ignore[arg-type]
+    case.__dict__["beside"] = beside
+    return case
+
+
+def test_what_fits_best_and_is_refused_leaves_no_adequate_model() -> None:
+    found = refused_is_ahead(_case(_item("count_slip", 150.0, real=False)))
+    assert found is not None
+    assert found.verdict == "unknown"
+    assert found.resembles is not None
+    assert found.resembles.name == "count_slip"
+    assert found.unlike
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        _item("count_slip", 150.0, real=True),
+        _item("count_slip", 150.0, real=False, p=2.0 * REFUSED_P),
+        _item("count_slip", PARTS_ADVANTAGE - 1.0, real=False),
+    ],
+)
+def test_what_is_real_or_faint_is_not_spoken_of_as_refused(item) -> None:  # type: ignore[no-untyped-def]
+    assert refused_is_ahead(_case(item)) is None
+
+
+def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
+    real, refused = _item("hysteresis", 145.0), _item("count_slip", 150.0, real=False)
+    assert refused_is_ahead(_case(refused, real)) is None
+
+
+def _unknown(gain: float) -> Decision:
+    return Decision("unknown", resembles=_item("bearing_ball_pass", gain))  # type: ignore[arg-type]
+
+
+def test_an_unknown_of_about_its_size_takes_the_name() -> None:
+    best = _item("polygon_face_error", 100.0)
+    large, small = (share * OF_THE_SAME_KIND * 100.0 for share in (1.5, 0.5))
+    found = leaves_its_own_kind(_case(best, beside=_unknown(large)))
+    assert found is not None
+    assert found.resembles is best
+    assert leaves_its_own_kind(_case(best, beside=_unknown(small))) is None
+    # What is not described at all is large, or it would not be a lack of fit.
+    assert leaves_its_own_kind(_case(best, beside=Decision("unknown"))) is not None
+    # Behind a second effect as well.
+    second = Decision("named", first=best, beside=_unknown(large))  # type: ignore[arg-type]
+    assert leaves_its_own_kind(_case(best, beside=second)) is not None
+    assert leaves_its_own_kind(_case(best, beside=Decision("adequate"))) is None
+
+
+def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
+    def chain(gains, step=True):  # type: ignore[no-untyped-def]
+        left = None
+        for gain in reversed(gains[1:]):
+            left = Decision("named", first=_item("count_slip", gain, step=step), beside=left)  # type: ignore[arg-type]
+        return _case(_item("count_slip", gains[0], step=step), beside=left)
+
+    assert AGAIN == 3
+    assert comes_again_and_again(chain([100.0, 80.0, 60.0])) is not None
+    assert comes_again_and_again(chain([100.0, 80.0])) is None
+    # Two small ones after a large one are another matter; a line may have as many others.
+    assert comes_again_and_again(chain([100.0, 5.0, 5.0])) is None
+    assert comes_again_and_again(chain([100.0, 80.0, 60.0], step=False)) is None
+
+
+def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:
+    """y ~ N(0, 1) against y ~ N(0, 1 + s²·XXᵀ), s on a dense grid."""
+    random = np.random.default_rng(4)
+    design = random.normal(size=(30, 5))
+    measured = design @ random.normal(0.0, 0.6, 5) + random.normal(size=30)
+    score = SimpleNamespace(information=design.T @ design, moment=design.T @ measured)
+    null = multivariate_normal.logpdf(measured, cov=np.eye(30))
+    expected = max(
+        multivariate_normal.logpdf(measured, cov=np.eye(30) + square * design @ design.T)
+        for square in np.geomspace(1e-3, 1e2, 400)
+    )
+    assert family_gain(score) == pytest.approx(2.0 * (expected - null), abs=1e-3)  # type: ignore[arg-type]
+
+
+def test_many_equal_coefficients_are_one_family_and_one_large_one_is_none() -> None:
+    """The same gain: spread over 23 columns it speaks for the family, in one column for that."""
+    spread = SimpleNamespace(information=np.eye(23), moment=np.full(23, np.sqrt(6.0)))
+    alone = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(0.6 * 138.0)]))
+    single = SimpleNamespace(information=np.eye(23), moment=np.r_[np.sqrt(138.0), np.zeros(22)])
+    one = SimpleNamespace(information=np.eye(1), moment=np.array([np.sqrt(138.0)]))
+    assert family_gain(single) < family_gain(one)  # type: ignore[arg-type]
+    # Σ z² − 1 − log z² of 23 directions of 6 each.
+    assert family_gain(spread) == pytest.approx(23.0 * (5.0 - np.log(6.0)), rel=1e-3)  # type: ignore[arg-type]
+    assert family_gain(alone) == pytest.approx(81.8 - np.log(82.8), rel=1e-2)  # type: ignore[arg-type]

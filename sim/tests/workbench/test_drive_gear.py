@@ -1,0 +1,64 @@
+"""Lines of a gear on the faces of a polygon, their orders counted by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import CAPTURE_NOISE, REFERENCE_NOISE, measurement_set
+
+from arctrue.measurement import MeasurementSet
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.noise_fit import white_noise
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _with_lines(teeth: int, lines: dict[int, float]) -> MeasurementSet:
+    measurement = measurement_set(runs=1)
+    reference = measurement.reference
+    assert reference is not None
+    target = np.radians(reference.target_deg)
+    for order, size in lines.items():
+        reference.error_arcsec[:] += size * np.cos(order * target + 0.5)
+    return replace(measurement, table=replace(measurement.table, drive_gear_teeth=teeth))
+
+
+def _narrowed(measurement: MeasurementSet):  # type: ignore[no-untyped-def]
+    observations = observations_of(measurement)
+    term = Term(EFFECTS["graduation_harmonics"](), {})
+    noise = white_noise(observations, (CAPTURE_NOISE * np.sqrt(2.0), REFERENCE_NOISE))
+    base = fit([term], observations, noise=noise)
+    return EFFECTS["drive_gear_error"]().narrowed(Residuals(base))
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        ({90: 1.0}, {"multiples": [1], "below": [], "above": []}),
+        # 89 and 91 are orders 7 and 5 on 24 faces, 90 is order 6.
+        ({90: 1.0, 89: 0.4, 91: 0.4}, {"multiples": [1], "below": [1], "above": [1]}),
+    ],
+)
+def test_lines_beside_the_tooth_count_are_taken_where_they_are_there(lines, expected) -> None:  # type: ignore[no-untyped-def]
+    effect, _ = _narrowed(_with_lines(90, lines))
+    assert effect.settings == expected
+
+
+def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
+    """72 is 3 × 24, a constant; 71 and 73 are both order 1, as a lean of the polygon is."""
+    effect, trials = _narrowed(_with_lines(72, {72: 1.0, 71: 0.3}))
+    assert effect.settings["multiples"] == []
+    assert sorted([effect.settings["below"], effect.settings["above"]]) == [[], [1]]
+    assert trials > 1.0
+
+
+def test_nothing_there_leaves_the_effect_as_it_is() -> None:
+    effect, trials = _narrowed(_with_lines(90, {}))
+    assert effect.settings == {"multiples": [1], "below": [], "above": []}
+    assert trials == 1.0
