@@ -75,12 +75,11 @@ def stop_and_go_page(found: Mapping[str, Any]) -> str:
             "the mean of the reading to the target.",
             "- The correction changes by less than 0.0003° in a degree, so that the servo does not "
             "notice it: following error and settling are those of head 1's signal.",
-            "- All moves go the same way, and the table creeps after a move while the loop's "
-            "integral "
-            "lets go of the friction: an offset common to all",
-            "  faces, which the autocollimator's zero takes off. Of head 1's own signal it "
-            "also has "
-            "the mean of ε.",
+            "- The offset common to all faces is the zero: the error at the index mark, a₀ of (9), "
+            "which two heads cannot see and the",
+            "  autocollimator's zero takes off. All moves go the same way, so that what the table "
+            "creeps after a move, while the loop's integral",
+            "  lets go of the friction, is in it too.",
             "- Latency is nothing here: 0.4 µs beside a controller's sample of "
             f"{1e6 / controller['rate_hz']:.0f} µs, and the table stands.",
             "- Gains, friction and inertia are of no particular table. Every move begins at "
