@@ -22,7 +22,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -126,6 +126,10 @@ fuzz: generate ## fuzz the firmware's console and its check of captures with cla
 
 mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
+
+site: generate ## the documentation site: build/site/index.html
+	@NO_MKDOCS_2_WARNING=1 $(VENV)/mkdocs build --quiet
+	@echo "build/site/index.html"
 
 # One version of a package for every Python, not the newest for each: types and figures are the
 # same on all systems.

@@ -19,7 +19,7 @@ from arctrue.table import (
 )
 from arctrue.table.causes.signal_distortion import SignalDistortion
 from arctrue.table.causes.thermal_centre import ThermalCentre
-from arctrue.table.conditions import Conditions, conditions_of
+from arctrue.table.temperature import TemperatureCourse
 
 COUNTS = 1 << 20
 CLOCK_HZ = 1e6
@@ -74,12 +74,9 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
 def test_conditions_reach_the_table() -> None:
     """A disc whose centre moves with heat: 20 K are 20 µm of eccentricity at the head's radius."""
     warm_disc = replace(TABLE, effects=(ThermalCentre(1e-6),))
-
-    def warm(state: TableState) -> Conditions:
-        return replace(conditions_of(state), temperature_c=np.full_like(state.angle_rad, 40.0))
-
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
-    heated = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16, warm)
+    warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))
+    heated = TableCurves(warm_disc, warm, CLOCK_HZ, 16)
     for clock in (0, 25_000):
         _, at_20, _, angle = cold.piece(clock, 64)
         _, at_40, _, _ = heated.piece(clock, 64)
