@@ -106,11 +106,9 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-bench: generate ## how long diagnosis, the firmware's calibration and the instrument take, and how that grows
-	$(VENV)/python -m scripts.bench_workbench
-	$(VENV)/python -m scripts.bench_firmware
+bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.bench_instrument
+	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
 blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
