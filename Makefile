@@ -119,7 +119,7 @@ blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
+mutate: generate ## break VHDL and C on purpose, one mutation a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
 
 # One version of a package for every Python, not the newest for each: types and figures are the

@@ -21,7 +21,20 @@ struct processor {
     char *said;
     size_t length;
     size_t room;
+    /* What the table's thermometer shows. */
+    int thermometer_answers;
+    double thermometer_c;
+    struct capture_copy copy;
 };
+
+static bool read_thermometer(void *context, double *celsius) {
+    const struct processor *processor = context;
+    if (!processor->thermometer_answers) {
+        return false;
+    }
+    *celsius = processor->thermometer_c;
+    return true;
+}
 
 static void put(void *context, const char *characters, size_t number) {
     struct processor *processor = context;
@@ -50,6 +63,7 @@ EXPORTED struct processor *firmware_new(void *bus) {
         processor->sink.put = put;
         processor->sink.context = processor;
         application_prepare(&processor->application, &core);
+        application_use_copy(&processor->application, &processor->copy);
         console_prepare(&processor->console, &processor->application, &processor->sink);
     }
     return processor;
@@ -58,6 +72,17 @@ EXPORTED struct processor *firmware_new(void *bus) {
 EXPORTED void firmware_delete(struct processor *processor) {
     free(processor->said);
     free(processor);
+}
+
+/* The first call is the plug. */
+EXPORTED void firmware_thermometer(struct processor *processor, int answers, double celsius,
+                                   double clock_hz) {
+    processor->application.temperature_clock_hz = clock_hz;
+    processor->thermometer_answers = answers;
+    processor->thermometer_c = celsius;
+    if (processor->application.table.read == NULL) {
+        application_use_thermometer(&processor->application, read_thermometer, processor);
+    }
 }
 
 EXPORTED void firmware_start(struct processor *processor) {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.table import HEAD_SEPARATION_RAD, Motion
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
+from arctrue.table.temperature import TemperatureCourse
 
 TURN_RAD = 2 * np.pi
 RUN_UP_RAD = float(np.deg2rad(1.0))
@@ -45,6 +46,15 @@ class Drive(Motion):
         share = time_s / self.duration_s
         warmed = share * (self.last_temperature_c - self.first_temperature_c)
         return np.asarray(self.first_temperature_c + warmed)
+
+    def shown_c(self, time_s: NDArray[np.float64], lag_s: float) -> NDArray[np.float64]:
+        """What a sensor shows that lags with this time constant, shape ``(n,)``."""
+        if lag_s == 0.0:
+            return self.temperature_c(time_s)
+        course = TemperatureCourse(
+            (0.0, self.duration_s), (self.first_temperature_c, self.last_temperature_c)
+        )
+        return course.lagging(time_s, lag_s)
 
     def _direction(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         speeds = np.asarray(self.knot_speeds_rad_s)
