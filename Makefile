@@ -22,7 +22,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -114,7 +114,13 @@ bench: generate ## how long diagnosis, the firmware's calibration and the instru
 blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
-	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) --to build/benchmark/$(TIER)/page.md
+	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
+	    --to build/benchmark/$(TIER)/page.md
+
+peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 public sets, resumable
+	@test -f build/benchmark/public/plan.json || $(VENV)/arctrue benchmark make build/benchmark/public --tier public
+	for subject in periodogram_rule gaussian_process stepwise_bic arctrue; do \
+	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BLIND) || exit; done
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz

@@ -6,15 +6,18 @@
 // no code and no way of counting with the entity. Source: the entity's header.
 
 module quadrature_decoder_rules (
-    input clock, input reset, input a, input b, input [7:0] filter_length
+    input clock, input reset, input a, input b, input [7:0] filter_length,
+    input zero_again, input heal
 );
 
-    wire [31:0] position;
+    wire [31:0] position, put_back;
+    wire zero_moved;
     wire step, step_up, illegal;
 
     // Inputs that are not connected may take any value in any clock.
     quadrature_decoder decoder (
         .clock(clock), .reset(reset), .a(a), .b(b), .filter_length(filter_length),
+        .zero_again(zero_again), .heal(heal), .zero_moved(zero_moved), .put_back(put_back),
         .position(position), .step(step), .step_up(step_up), .illegal(illegal)
     );
 
@@ -31,7 +34,8 @@ module quadrature_decoder_rules (
     reg [1:0] level;
     reg signed [1:0] moved = 0, moved_then = 0;
     reg broke = 0, broke_then = 0;
-    reg [31:0] reference = 0, position_before;
+    reg [31:0] reference = 0, position_before, put_back_before;
+    reg zero_moved_before, may_move = 0, may_heal = 0;
     reg [1:0] ab;
 
     // +1 up, -1 down, 0 neither: the order of the levels is 00, 10, 11, 01.
@@ -71,6 +75,10 @@ module quadrature_decoder_rules (
         broke_then <= broke;
         reference <= reference + {{30{moved_then[1]}}, moved_then};
         position_before <= position;
+        put_back_before <= put_back;
+        zero_moved_before <= zero_moved;
+        may_move <= zero_again;
+        may_heal <= heal;
         if (reset) begin
             settles <= ~0;
             moved <= 0;
@@ -107,6 +115,9 @@ module quadrature_decoder_rules (
         if (running) begin
             counts_as_reference: assert (position == reference);
             never_jumps: assert (was_reset || motion == 0 || motion == 1 || &motion);
+            zero_stays: assert (was_reset || may_move || zero_moved == zero_moved_before);
+            puts_nothing_back: assert (was_reset || (may_heal && zero_moved != zero_moved_before)
+                                       || put_back == put_back_before);
             tells_steps: assert (was_reset || (step == (motion != 0) && step_up == (motion == 1)));
 
             assert (settles[STAGES] || probe_level[2:1] == level);

@@ -176,6 +176,8 @@ PROOFS = (
         claims=(
             "the position is that of a reference made of the pins' samples and a table",
             "the position never moves by more than one count a clock",
+            "the zero never moves without `zero_again`, and nothing is put back without `heal` or "
+            "without a move of the zero",
         ),
         limits="filter_length up to 7 clocks, which may change in any clock",
         depth=7,
@@ -189,6 +191,16 @@ PROOFS = (
                 "it counts backwards",
                 "        up            := filtered(2) xor before(1);\n",
                 "        up            := filtered(1) xor before(2);\n",
+            ),
+            Break(
+                "the other head alone moves the zero",
+                "                       and zero_again and is_latest and ",
+                "                       and (zero_again or other_head_agrees) and is_latest and ",
+            ),
+            Break(
+                "counts are put back unasked",
+                "        if (heal = '1' and is_small = '1') then\n",
+                "        if (is_small = '1') then\n",
             ),
             Break(
                 "the filter lets a level through a clock too early",

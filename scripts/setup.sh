@@ -3,7 +3,8 @@
 #   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
 #      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), only those that are missing;
 #   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
-#   3. a GHDL for netlists in build/ghdl5, where the system's is too old.
+#   3. a GHDL for netlists in build/ghdl5, where the system's is too old;
+#   4. the name under which Ubuntu's GHDL looks for LLVM, in build/llvm_names.
 # Run as often as you like: when all is there it says nothing and takes a blink.
 #
 # PYTHON=/usr/bin/python3.12 scripts/setup.sh takes another Python. It must be 3.11 or newer and
@@ -17,6 +18,8 @@ PACKAGES=(debian-archive-keyring g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-ll
     libnewlib-arm-none-eabi make python3-dev python3-venv openocd qemu-system-arm tcl verilator yosys z3
     zlib1g-dev)
 LOG=build/logs/setup.log
+GHDL_LLVM=${GHDL_LLVM:-/usr/lib/ghdl/llvm/ghdl1-llvm}
+LLVM_NAMES=build/llvm_names # tb/support/simulation.py looks there
 
 say() { printf '[setup] %s\n' "$*" >&2; }
 
@@ -172,10 +175,30 @@ install_netlist_ghdl() {
         say "going on without it: the virtual instrument and its tests will ask for it"
 }
 
+# Ubuntu 24.04's ghdl-llvm asks for libLLVM-18.so.18.1, which Ubuntu's own package of LLVM installs
+# as libLLVM.so.18.1: without the other name it cannot compile anything.
+name_llvm_for_ghdl() {
+    local wanted library
+    wanted=$(ldd "$GHDL_LLVM" 2>/dev/null | grep -oE 'libLLVM-[0-9]+\.so\.[0-9.]+ => not found') || return 0
+    wanted=${wanted%% *}
+    library=$(ldconfig -p | grep -oE "/[^ ]*/libLLVM\.so\.${wanted#*.so.}\$" | head -n 1) ||
+        give_up "GHDL's LLVM code generator needs $wanted, and this system has none." \
+            "Install LLVM ${wanted##*.so.}'s library, then start again. What GHDL misses is shown by:" \
+            "" "ldd $GHDL_LLVM"
+    mkdir -p "$LLVM_NAMES"
+    ln -sfn "$library" "$LLVM_NAMES/$wanted"
+}
+
 case $(system_name) in
-"debian 12" | "debian 13" | "ubuntu 24.04") install_packages ;;
+"debian 12" | "debian 13")
+    # Tests of the page in a browser. Ubuntu's chromium is a snap stub: they are skipped there.
+    PACKAGES+=(chromium)
+    install_packages
+    ;;
+"ubuntu 24.04") install_packages ;;
 *) check_tools ;;
 esac
+name_llvm_for_ghdl
 check_python
 install_python_packages
 install_package

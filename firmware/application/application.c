@@ -14,6 +14,9 @@ enum { STUCK_TURNS = 4 };
 /* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
+/* Two marks that agree come within two turns. After so many without, head 1 loses counts in every
+   turn or has no index any more. */
+enum { DOUBT_TURNS = 4 };
 /* More than this head 1 does not lose from one index to the next without another fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
@@ -66,6 +69,8 @@ const char *alarm_name(uint32_t bit) {
         return "zero_lost";
     case ALARM_SWAP:
         return "swap";
+    case ALARM_BEGAN_ANEW:
+        return "began_anew";
     case ALARM_SAVED:
         return "not_confirmed";
     case ALARM_THERMOMETER:
@@ -155,7 +160,7 @@ static void take_settings(struct application *application, const struct settings
     application->telemetry = settings->telemetry != 0;
 }
 
-/* Where they are lost nobody knows whether the correction may be on. */
+/* Where they are lost nobody knows whether the correction may be switched on. */
 static void recover_settings(struct application *application) {
     struct settings settings;
     if (application->kept == NULL || !kept_settings_read(application->kept, &settings)) {
@@ -193,6 +198,7 @@ static struct core_setup setup_of(const struct parameters *parameters) {
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
+        .heal = parameters->heal != 0.0,
     };
 }
 
@@ -201,10 +207,14 @@ static bool works(const struct application *application) {
     return application->phase != PHASE_NO_CORE && application->phase != PHASE_HELD;
 }
 
-/* The correction is on only with coefficients of our own: the banks survive a reset. */
+/* The correction is on only with coefficients of our own, or with those that it had before a fault: the
+   banks survive a reset of the core. */
+bool application_corrects(const struct application *application) {
+    return (application->has_active || application->inherited) && !application->bypassed;
+}
+
 static void set_control(const struct application *application) {
-    core_control(&application->core, application->has_active && !application->bypassed, true,
-                 true);
+    core_control(&application->core, application_corrects(application), true, true);
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -218,6 +228,7 @@ static void give_back_old_bank(const struct application *application) {
 static void begin_with_nothing(struct application *application) {
     load_again(&application->load, (uint32_t)application->parameters.counts_per_rev);
     application->has_active = false;
+    application->inherited = false;
     application->usual_noise_arcsec = 0.0;
     application->noisy_turns = 0;
     average_clear(&application->average);
@@ -232,6 +243,25 @@ void application_forget(struct application *application) {
     begin_with_nothing(application);
 }
 
+/* The angle of a head at its last index where it is not the one that is known, within the
+   repeatability of the index; `known` otherwise. */
+static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
+    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
+    double tolerance = application->parameters.index_tolerance;
+    int32_t angle = core_angle_at_index(&application->core, head, turn);
+    if (fabs((double)angle) <= tolerance) {
+        return 0;
+    }
+    return fabs((double)angle - known) > tolerance ? angle : known;
+}
+
+/* Both are made anew by the next index of each head. */
+static void forget_zeros(struct application *application) {
+    application->head2_zero = 0;
+    application->zero_moves = core_zero_moves(&application->core);
+    application->zero_in_doubt = false;
+}
+
 void application_start(struct application *application) {
     struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
@@ -243,20 +273,41 @@ void application_start(struct application *application) {
         !core_set_up(&application->core, &setup)) {
         return;
     }
-    application->head2_zero = 0;
+    forget_zeros(application);
     give_back_old_bank(application);
     application->overruns = core_overrun_count(&application->core);
     application->phase = PHASE_WAIT_FOR_INDEX;
     set_control(application);
 }
 
-/* The core stays as the fault has left it, but for the correction. */
+/* The core stays as the fault has left it. */
 static void hold(struct application *application) {
     application->phase = PHASE_NO_CORE;
     if (core_identify(&application->core, &application->configuration)) {
-        core_hold(&application->core);
+        application->inherited = core_compensates(&application->core);
         application->phase = PHASE_HELD;
     }
+}
+
+/* After a fault the core is at work: index, coefficients and correction stay. False: it is not the
+   core of before. */
+static bool resume(struct application *application) {
+    const struct core_access *core = &application->core;
+    struct core_setup setup = setup_of(&application->parameters);
+    if (!core_identify(core, &application->configuration) || !core_resume(core, &setup)) {
+        return false;
+    }
+    begin_with_nothing(application);
+    application->inherited = core_compensates(core);
+    forget_zeros(application);
+    if (core_indices_seen(core)) {
+        application->head2_zero = zero_of(application, 1, 0);
+    }
+    give_back_old_bank(application);
+    application->overruns = core_overrun_count(core);
+    application->phase = PHASE_WAIT_FOR_INDEX;
+    set_control(application);
+    return true;
 }
 
 void application_recover(struct application *application, bool after_fault) {
@@ -267,10 +318,21 @@ void application_recover(struct application *application, bool after_fault) {
     keep_settings(application);
 }
 
+/* Settings that are lost are no reason to take a correction off that is at work. */
+static bool must_not_touch(struct application *application) {
+    if (application->settings_origin != SETTINGS_LOST ||
+        !core_identify(&application->core, &application->configuration) ||
+        !core_compensates(&application->core)) {
+        return false;
+    }
+    application->bypassed = false;
+    return true;
+}
+
 void application_begin(struct application *application) {
-    if (application->faults_in_a_row >= FAULTS_HELD) {
+    if (application->faults_in_a_row >= FAULTS_HELD || must_not_touch(application)) {
         hold(application);
-    } else {
+    } else if (application->settings_origin != SETTINGS_KEPT || !resume(application)) {
         application_start(application);
     }
 }
@@ -341,6 +403,10 @@ void application_bypass(struct application *application, bool bypassed) {
     keep_settings(application);
     if (works(application)) {
         set_control(application);
+    } else if (application->phase == PHASE_HELD && bypassed) {
+        /* On again by a re-arm alone. */
+        application->inherited = false;
+        core_hold(&application->core);
     }
 }
 
@@ -441,6 +507,7 @@ static uint32_t alarms_of(struct application *application) {
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
     alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
+    alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;
 }
 
@@ -455,6 +522,7 @@ static bool load_candidate(struct application *application) {
     core_swap(core);
     application->active = application->candidate;
     application->has_active = true;
+    application->inherited = false;
     application->swaps++;
     application->swap_looks = 0;
     application->phase = PHASE_SWAP;
@@ -476,46 +544,72 @@ static void take_temperature(struct application *application) {
         application->read_temperature(application->temperature_context, &report->temperature_c);
 }
 
-/* The angle of a head at its last index where it is not the one that is known, within the
-   repeatability of the index; `known` otherwise. */
-static int32_t zero_of(const struct application *application, uint32_t head, int32_t known) {
-    uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
-    double tolerance = application->parameters.index_tolerance;
-    int32_t angle = core_angle_at_index(&application->core, head, turn);
-    if (fabs((double)angle) <= tolerance) {
-        return 0;
-    }
-    return fabs((double)angle - known) > tolerance ? angle : known;
-}
-
-/* Head 1 lost counts: its angle is wrong by them, and so is the place of every correction. The
-   zero is found anew, uncorrected until then. The coefficients belong to the index and stay. */
+/* Nothing that the core knows proves anything for turns: the zeros are found anew, uncorrected until
+   then. The coefficients belong to the index and stay. */
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
-    application->head2_zero = 0;
+    forget_zeros(application);
+    application->report.alarms |= ALARM_ZERO_LOST;
+    application->report.fresh = true;
     application->phase = PHASE_WAIT_FOR_INDEX;
 }
 
-/* The flags are sticky: the next turn is to be judged by itself. Where an index says that counts
-   were lost, head 2 is not worth a turn without correction: what its zero is off by is taken off
-   its words from the next turn on. Every change of it is an index error of the turn in which it
-   came, so that no turn is taken with another's; one that came since the refused turn ended is
-   about to be cleared and is looked at here as well. */
+/* Head 1's angle at its index is not 0: counts were lost, or the mark is false. The correction stays
+   on, beside its place by that: the core moves the zero when a mark is proven. A mark far from
+   the index is rather a pulse that is none. */
+static void watch_doubt(struct application *application) {
+    if (!application->zero_in_doubt && !core_head_index_error(&application->core, 0)) {
+        return;
+    }
+    double off = fabs((double)zero_of(application, 0, 0));
+    int32_t position = core_position(&application->core).head1_position;
+    if (off == 0.0 || off > LOST_TURNS_MOST * application->parameters.counts_per_rev) {
+        application->zero_in_doubt = false;
+    } else if (!application->zero_in_doubt) {
+        application->zero_in_doubt = true;
+        application->position_at_doubt = position;
+    } else if (fabs((double)counts_apart(position, application->position_at_doubt)) >
+               DOUBT_TURNS * application->parameters.counts_per_rev) {
+        find_zeros_anew(application);
+    }
+}
+
+/* Where an index says that head 2 lost counts: what its zero is off by is taken off its words from
+   the next turn on. Every change of it is an index error of the turn in which it came, so that no
+   turn is taken with another's. */
+static void follow_head2_zero(struct application *application) {
+    int32_t zero = zero_of(application, 1, application->head2_zero);
+    application->report.alarms |= zero != application->head2_zero ? ALARM_ZERO_LOST : 0;
+    application->head2_zero = zero;
+}
+
+/* The core has moved the zero of head 1, with the correction on, since it was looked at. */
+static bool zero_has_moved(struct application *application) {
+    uint32_t moves = core_zero_moves(&application->core);
+    bool moved = moves != application->zero_moves;
+    application->zero_moves = moves;
+    application->report.alarms |= moved ? ALARM_ZERO_LOST : 0;
+    return moved;
+}
+
+/* What has been captured of the turn has another zero. */
+static void capture_anew(const struct application *application) {
+    core_control(&application->core, application_corrects(application), true, false);
+    set_control(application);
+}
+
+/* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
+   refused turn ended is about to be cleared and is looked at here as well. */
 static void after_refusal(struct application *application) {
     bool told = application->report.reason == REFUSED_INDEX_ERROR ||
                 core_index_error(&application->core);
+    if (told) {
+        watch_doubt(application);
+        follow_head2_zero(application);
+    }
     core_clear_faults(&application->core);
-    if (!told) {
-        return;
-    }
-    bool lost = zero_of(application, 0, 0) != 0;
-    int32_t head2_zero = zero_of(application, 1, application->head2_zero);
-    if (lost || head2_zero != application->head2_zero) {
-        application->report.alarms |= ALARM_ZERO_LOST;
-    }
-    application->head2_zero = head2_zero;
-    if (lost) {
-        find_zeros_anew(application);
+    if (zero_has_moved(application)) {
+        capture_anew(application);
     }
 }
 
@@ -587,21 +681,15 @@ static void finish_bank(struct application *application) {
     core_release_capture(&application->core);
 }
 
-/* At the index that shows it, not with the bank: that may be full minutes later. What has been
-   captured of the turn has the wrong zero, so that the capture begins anew as well. A mark far from
-   the index is rather a pulse that is none: the bank tells, which another index comes before. */
+/* At the index that proves it, not with the bank: that may be full minutes later. */
 static void watch_zero(struct application *application) {
-    if (!core_head_index_error(&application->core, 0)) {
-        return;
-    }
-    double off = fabs((double)zero_of(application, 0, 0));
-    if (off != 0.0 && off <= LOST_TURNS_MOST * application->parameters.counts_per_rev) {
-        application->report.alarms |= ALARM_ZERO_LOST;
+    watch_doubt(application);
+    if (zero_has_moved(application)) {
         application->report.fresh = true;
-        core_control(&application->core, false, true, false);
-        find_zeros_anew(application);
+        follow_head2_zero(application);
+        core_clear_faults(&application->core);
+        capture_anew(application);
         give_back_old_bank(application);
-        set_control(application);
     }
 }
 

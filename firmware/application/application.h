@@ -24,7 +24,8 @@ enum application_phase {
     PHASE_WAIT_FOR_INDEX,
     PHASE_CAPTURE,
     PHASE_SWAP,
-    /* Several faults in a row: the output follows head 1 and nothing is worked on. */
+    /* Several faults in a row, or settings that are lost: the core goes on with the coefficients that it
+       has, and nothing is worked on. */
     PHASE_HELD,
 };
 
@@ -33,7 +34,8 @@ enum settings_origin {
     SETTINGS_PRESET,
     /* After a fault: as they were ordered before it. */
     SETTINGS_KEPT,
-    /* After a fault that they did not outlive: as they were saved, or presets, and bypass. */
+    /* After a fault that they did not outlive: as they were saved, or presets, and bypass where no
+       correction is at work. */
     SETTINGS_LOST,
     /* At power-on: as they were saved. */
     SETTINGS_SAVED,
@@ -68,8 +70,10 @@ enum alarm {
     ALARM_TEMPERATURE = 128,
     ALARM_ZERO_LOST = 256,
     ALARM_SWAP = 512,
-    ALARM_SAVED = 1024,
-    ALARM_THERMOMETER = 2048,
+    /* The firmware began anew after a fault, not long ago. */
+    ALARM_BEGAN_ANEW = 1024,
+    ALARM_SAVED = 2048,
+    ALARM_THERMOMETER = 4096,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -126,8 +130,13 @@ struct application {
     struct capture_copy *copy;
     int32_t position_at_bank;
     /* The angle of head 2 at its own index, counts: what it lost since the index that made its
-       zero. Head 1's zero is found anew in place of that. */
+       zero. The core moves head 1's zero in place of that: how often it has. */
     int32_t head2_zero;
+    uint32_t zero_moves;
+    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; since
+       which position. */
+    bool zero_in_doubt;
+    int32_t position_at_doubt;
     uint32_t swaps_before;
     uint32_t swap_looks;
     /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
@@ -149,6 +158,8 @@ struct application {
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
     bool has_active;
+    /* The correction of before a fault is still at work; its coefficients are not known here. */
+    bool inherited;
     double usual_noise_arcsec;
     uint32_t noisy_turns;
     /* Bookkeeping. */
@@ -198,8 +209,9 @@ void application_use_flash(struct application *application, struct save *save);
    kept; or else, with bypass on, the saved ones. What is not there is preset. Kept from now on. */
 void application_recover(struct application *application, bool after_fault);
 
-/* The first start. After several faults in a row nothing is worked on until
-   application_rearm(). */
+/* The first start. After a fault index, coefficients and correction of the core stay. After several
+   faults in a row, and where the settings are lost while a correction is at work, nothing is worked on
+   until application_rearm(), and the core stays as it is. */
 void application_begin(struct application *application);
 
 /* Find the core and set it up; the phase tells whether it is there. */
@@ -214,6 +226,9 @@ void application_step(struct application *application);
 /* The core has interrupted: call before the step that this is to cause. The interrupt says when to
    look, not what is there; a step without one finds the same, so a lost one costs time only. */
 void application_interrupt(struct application *application);
+
+/* The correction is on, as far as the operator and the coefficients go. */
+bool application_corrects(const struct application *application);
 
 /* There is more to do at once: do not sleep before the next step. */
 bool application_busy(const struct application *application);

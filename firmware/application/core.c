@@ -57,8 +57,7 @@ void core_hold(const struct core_access *core) {
     core_control(core, false, output, false);
 }
 
-bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
-    core_hold(core);
+static void write_setup(const struct core_access *core, const struct core_setup *setup) {
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
     write_at(core, AT(ramp_rate), setup->ramp_rate);
@@ -66,10 +65,40 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
     write_at(core, AT(index_tolerance), setup->index_tolerance);
-    core_rearm(core);
+    write_at(core, AT(lost_counts),
+             BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
+}
+
+static void interrupts_on(const struct core_access *core) {
     core_acknowledge_interrupt(core);
     write_at(core, AT(interrupt_enable), INTERRUPTS);
+}
+
+bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
+    core_hold(core);
+    write_setup(core, setup);
+    core_rearm(core);
+    interrupts_on(core);
     return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
+}
+
+bool core_resume(const struct core_access *core, const struct core_setup *setup) {
+    if (read_at(core, AT(counts_per_rev_active)) != setup->counts_per_rev) {
+        return false;
+    }
+    write_setup(core, setup);
+    core_clear_faults(core);
+    interrupts_on(core);
+    return true;
+}
+
+bool core_compensates(const struct core_access *core) {
+    return core_status(core).compensating;
+}
+
+void core_tell_alive(const struct core_access *core, uint32_t limit_clocks) {
+    write_at(core, AT(processor_limit), limit_clocks);
+    write_at(core, AT(command), BIT(COMMAND__ALIVE));
 }
 
 void core_rearm(const struct core_access *core) {
@@ -78,6 +107,14 @@ void core_rearm(const struct core_access *core) {
         (void)read_at(core, AT(scratch));
     }
     core_clear_faults(core);
+}
+
+uint32_t core_zero_moves(const struct core_access *core) {
+    return FIELD(read_at(core, AT(zero)), ZERO__MOVES);
+}
+
+int32_t core_zero_slip(const struct core_access *core) {
+    return (int32_t)read_at(core, AT(zero_slip));
 }
 
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,

@@ -43,6 +43,8 @@ struct core_setup {
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
     uint32_t index_tolerance;
+    /* Counts that head 1 lost are put into the count of the output. */
+    bool heal;
 };
 
 struct core_header {
@@ -70,12 +72,24 @@ struct core_status {
 /* False: no core answers there, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
-/* Set the registers, let a ready bank and a fault of head 1 interrupt, and re-arm, which forgets the index. False:
+/* Correction and capture off; set the registers, let marks that are proven move the zero of head 1, let
+   a ready bank and a fault of head 1 interrupt, and re-arm, which forgets the index. False:
    `counts_per_rev` is refused. */
 bool core_set_up(const struct core_access *core, const struct core_setup *setup);
+/* The same registers, with the core at work: no re-arm, and control as it is. False: the core counts
+   another turn, and nothing was set. */
+bool core_resume(const struct core_access *core, const struct core_setup *setup);
+/* The correction is applied. */
+bool core_compensates(const struct core_access *core);
+/* The processor works; where this does not come for so many clocks, the core raises an alarm. */
+void core_tell_alive(const struct core_access *core, uint32_t limit_clocks);
 
 /* Forget the index and the faults; the correction is off until head 1 has seen its index again. */
 void core_rearm(const struct core_access *core);
+/* How often the core has moved the zero of head 1, because counts were lost. */
+uint32_t core_zero_moves(const struct core_access *core);
+/* The angle that the mark had which moved it last: the counts lost, with a minus. */
+int32_t core_zero_slip(const struct core_access *core);
 /* The angle that a head, 0 or 1, had at its last index, -½ … ½ turn in counts: not 0 where counts
    were lost or added since the index that defined the zero. */
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,

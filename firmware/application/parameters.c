@@ -37,6 +37,7 @@ static const struct parameter_description descriptions[] = {
     {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, true,
      PLACE(minimum_edge_spacing)},
     {"index_tolerance", 0, 65535, PRESET(INDEX_TOLERANCE), true, true, PLACE(index_tolerance)},
+    {"heal", 0, 1, 0, true, true, PLACE(heal)},
     {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, false, PLACE(alarm_noise_arcsec)},
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, false, PLACE(alarm_error_arcsec)},
     {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false, false,

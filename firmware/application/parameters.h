@@ -26,6 +26,8 @@ struct parameters {
     double filter_length;
     double minimum_edge_spacing;
     double index_tolerance;
+    /* 1: counts that head 1 lost are put into the count of the output, on the ramp. */
+    double heal;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;

@@ -5,12 +5,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "arctrue_registers.h"
-#include "board_fabric.h"
-#include "board_settings.h"
 #include "memory_mapped.h"
 #include "registers.h"
 #include "uart.h"
+#include "watchdog.h"
 
 /* The page below the stack in on_chip_memory.ld. */
 #define GUARD_FIRST 0x18000U
@@ -77,13 +75,14 @@ static void keep_code(uint32_t code) {
 struct fault_record fault_last(void) {
     struct fault_record last = {.code = FAULT_NONE};
     uint32_t status = register_read(SLCR_REBOOT_STATUS);
+    bool resets = watchdog_has_reset();
     uint32_t kept = (status & SLCR_REBOOT_KEPT) >> SLCR_REBOOT_KEPT_SHIFT;
     if (is_valid(&record)) {
         last = record;
     } else if (kept != FAULT_NONE && kept < FAULTS) {
         /* The watchdog ended what the fault had begun. */
         last.code = kept;
-    } else if (status & SLCR_REBOOT_WATCHDOG) {
+    } else if (resets || status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;
     }
     record.mark = 0;
@@ -107,18 +106,6 @@ static void put_hexadecimal(uint32_t value) {
     for (int shift = 28; shift >= 0; shift -= 4) {
         uart_put("0123456789ABCDEF"[value >> shift & 15U]);
     }
-}
-
-/* Without a fabric the access would never end; without a core it would be the next fault. */
-static void bypass(void) {
-    uint32_t identification =
-        BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, identification);
-    if (!board_fabric_usable() ||
-        register_probe(identification) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
-        return;
-    }
-    uint32_t control = BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, control);
-    register_write(control, ARCTRUE_REGISTERS__CONTROL__OUTPUT_ENABLE_bm);
 }
 
 static void tell(void) {
@@ -156,7 +143,6 @@ void fault_taken(uint32_t code, uint32_t instruction, uint32_t address, uint32_t
         record = record_of(code, instruction, address, state);
         clean_record();
         keep_code(record.code);
-        bypass();
         tell();
     }
     start();

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* A fault of the program, or a program that hangs: the correction goes to bypass, which the fabric
-   ramps; a record is kept; one line goes to the console; the firmware begins anew. A reset of the
-   system clears the on-chip memory and the record with it; the fault's name alone outlives it, in
+/* A fault of the program, or a program that hangs: a record is kept; one line goes to the console; the
+   firmware begins anew. The fabric is left as it is: it goes on with the last coefficients. A reset of
+   the system clears the on-chip memory and the record with it; the fault's name alone outlives it, in
    REBOOT_STATUS. */
 
 #ifndef ARCTRUE_FAULT_H

@@ -148,6 +148,15 @@ static void work(void) {
     console_step(&firmware.console);
 }
 
+/* A core that does not hear of it for as long as a hang takes raises an alarm of its own. */
+static void tell_alive(void) {
+    const struct application *application = &firmware.application;
+    if (application->phase != PHASE_NO_CORE) {
+        uint64_t clocks = (uint64_t)application->configuration.clock_hz * WATCHDOG_HANG_S;
+        core_tell_alive(&application->core, clocks < UINT32_MAX ? (uint32_t)clocks : UINT32_MAX);
+    }
+}
+
 static bool work_waits(void) {
     return firmware.core_interrupted || uart_waits(&firmware.uart) ||
            application_busy(&firmware.application) || console_busy(&firmware.console);
@@ -160,7 +169,9 @@ static void tell_settings(const struct text_sink *sink) {
         text_word(sink, settings_origin_name(application->settings_origin));
         text_word(sink, application->bypassed ? ", bypass on\r\n" : ", bypass off\r\n");
     }
-    if (application->phase == PHASE_HELD) {
+    if (application->phase == PHASE_HELD && application->settings_origin == SETTINGS_LOST) {
+        text_word(sink, "held as the settings are lost: rearm begins anew\r\n");
+    } else if (application->phase == PHASE_HELD) {
         text_word(sink, "held after ");
         text_unsigned(sink, application->faults_in_a_row);
         text_word(sink, " faults in a row: rearm begins anew\r\n");
@@ -226,6 +237,7 @@ int main(void) {
     tell_start(&sink, fabric);
     for (;;) {
         watchdog_feed();
+        tell_alive();
         work();
         interrupts_sleep_unless(work_waits);
     }

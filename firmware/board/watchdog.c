@@ -13,13 +13,19 @@
 _Static_assert((uint64_t)CLOCKS_TIMER_HZ *WATCHDOG_S <= UINT32_MAX, "the load has 32 bits");
 
 void watchdog_start(void) {
-    register_write(SLCR_RS_AWDT_CTRL, 0);
+    register_write(SLCR_RS_AWDT_CTRL, SLCR_RS_AWDT_PROCESSOR0);
     watchdog_feed();
     register_write(WATCHDOG_CONTROL, WATCHDOG_RUN);
 }
 
 void watchdog_feed(void) {
     register_write(WATCHDOG_LOAD, CLOCKS_TIMER_HZ * WATCHDOG_S);
+}
+
+bool watchdog_has_reset(void) {
+    bool has = (register_read(WATCHDOG_RESET_STATUS) & WATCHDOG_RESET_TAKEN) != 0;
+    register_write(WATCHDOG_RESET_STATUS, WATCHDOG_RESET_TAKEN);
+    return has;
 }
 
 /* The watchdog's own counter tells how long ago it was fed. */

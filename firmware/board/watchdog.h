@@ -2,11 +2,13 @@
 
 /* Two of them. Where the main program does not feed for WATCHDOG_HANG_S, the timer's interrupt
    notes where it hangs and begins anew. Where not even interrupts are taken, the processor's own
-   watchdog resets the system after WATCHDOG_S. */
+   watchdog resets the processor after WATCHDOG_S, and nothing but it: the fabric, its clock and its
+   reset go on, and the memory is kept. */
 
 #ifndef ARCTRUE_WATCHDOG_H
 #define ARCTRUE_WATCHDOG_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define WATCHDOG_S 4U
@@ -15,6 +17,8 @@
 
 void watchdog_start(void);
 void watchdog_feed(void);
+/* The processor began because the watchdog reset it; asked once. */
+bool watchdog_has_reset(void);
 
 /* From the timer's interrupt, which came at `instruction`. Does not come back after a hang. */
 void watchdog_interrupt(uint32_t instruction);

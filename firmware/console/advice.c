@@ -81,8 +81,13 @@ static const struct {
     {"worse_prediction", "the captured turn speaks against them: with them the heads differ more "
                          "than without; is it the file of this table, and is its index the same?"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
-    {"lost", "a fault has cleared the settings: they are as they were saved, else preset, and "
-             "bypass is on; set what differs, then bypass off"},
+    {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
+             "differs, then bypass off"},
+    {"held", "the third fault in a row, or the settings are lost: the core goes on with the "
+             "coefficients that it has and no turn is worked on; note reset and reset_instruction, "
+             "then rearm, which takes the correction off until the next index"},
+    {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
+                   "coefficients; note reset and reset_instruction"},
     {"not_confirmed",
      "with the saved coefficients the captured turn is not explained better than without: they "
      "wait; was a head or the disc moved? rearm tries them again, save replaces them"},
@@ -94,9 +99,7 @@ static const struct {
      "the flash was not erased; is it protected? What was saved before stays"},
     {"flash_not_read_back",
      "the flash holds something else than was written: what was saved before stays; save again"},
-    {"held", "the third fault in a row: the output follows head 1 and no turn is worked on; note "
-             "reset and reset_instruction, then rearm"},
-    {"zero_lost", "a head lost counts: the zero of head 1 is found anew at its index, that of head "
+    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "
                   "2 is followed; look at cables and terminations"},
 };
 

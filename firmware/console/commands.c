@@ -170,7 +170,8 @@ static void status(struct console *console, char *const *words, uint32_t number)
     }
     show_device(console);
     named_word(console, "compensation",
-               application->bypassed ? "bypassed" : (application->has_active ? "on" : "off"));
+               application->bypassed ? "bypassed"
+                                     : (application_corrects(application) ? "on" : "off"));
     named_word(console, "coefficients", application->frozen ? "frozen" : "free");
     named(console, "turns", application->turns);
     named(console, "swaps", application->swaps);

@@ -30,8 +30,10 @@
 #define SLCR_PCAP_CLK_CTRL 0xF8000168U
 #define SLCR_FPGA0_CLK_CTRL 0xF8000170U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
-/* 0: the processor's watchdog resets the system, not the processor alone. */
+/* UG585: bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
+   to the whole system, which clears the fabric; at 1 to that processor alone. */
 #define SLCR_RS_AWDT_CTRL 0xF800024CU
+#define SLCR_RS_AWDT_PROCESSOR0 0x1U
 /* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
    that failed, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
@@ -186,5 +188,8 @@
 #define WATCHDOG_LOAD 0xF8F00620U
 #define WATCHDOG_COUNTER 0xF8F00624U
 #define WATCHDOG_CONTROL 0xF8F00628U
+/* Set by the watchdog's own reset; no reset of the processor clears it. 1 clears it. */
+#define WATCHDOG_RESET_STATUS 0xF8F00630U
+#define WATCHDOG_RESET_TAKEN 0x1U
 
 #endif

@@ -14,13 +14,17 @@
 -- total changes by at most |change of ε| + one clock's units, and in the clock of a marker by 0.
 -- Markers may come at any time, also while r decays and in consecutive clocks.
 --
+-- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
+-- `inserted` is that jump: the total jumps with it and r takes it up, so that reading - total goes on
+-- without a step and gains these counts as r decays.
+--
 -- **Limit.** The total is clipped at ±`limit`; `limited` is high with a total that was clipped.
 -- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
 -- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
--- total is met exactly; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
+-- total is met exactly; inserted s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
 -- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz.
 --
 -- **Reset.** total and r are 0.
@@ -38,6 +42,7 @@ entity correction_ramp is
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
     marker     : in    std_ulogic;                                               -- with the first ε of another origin
+    inserted   : in    u_signed(15 downto 0);                                    -- counts, of the reading, with the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
     total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
@@ -91,6 +96,7 @@ begin
     variable decrement : sum;
     variable decayed   : sum;
     variable rising    : std_ulogic;
+    variable jump      : sum;
 
   begin
 
@@ -102,6 +108,7 @@ begin
       above     := sum_and_limit(not unramped, excess, limit);
       below     := sum_and_limit(unramped, not excess, limit);
 
+      jump      := shift_left(resize(inserted, WIDTH), PAIR_FRACTION);
       rising    := excess(WIDTH - 1);
       decrement := shift_left(resize(u_signed('0' & step), WIDTH), RATE_UNIT);
       decayed   := less_or_more(excess, decrement, rising);
@@ -110,7 +117,8 @@ begin
       limited <= '0';
 
       if marker = '1' then
-        excess      := unramped - held;
+        excess      := unramped - held - jump;
+        held        := held + jump;
         busy        <= '1';
         accumulator := (others => '0');
         step        := (others => '0');

@@ -19,8 +19,13 @@
 -- position. `correction` shows the total cut off to 11 fraction bits.
 --
 -- **Apply.** With `apply` low ε counts as 0. A change of `apply` is a marker of the ramp just as
--- a swap is. `apply`, `swap_marker`, `referenced`, `angle` and `position` belong to the angle whose pair
+-- a swap is. `apply`, `swap_marker`, `zero_moved`, `put_back`, `referenced`, `angle` and `position` belong to the angle whose pair
 -- sums arrive in the same clock. `referenced` comes out with the corrected angle, as it went in.
+--
+-- **Put back.** `position` contains `put_back` counts that no edge brought (modulo 2¹⁶). Where that changes with
+-- an angle whose `zero_moved` differs from that of the angle before, the ramp takes the change up: the corrected reading
+-- makes no step and gains these counts as the ramp decays. A change of `zero_moved` alone is a marker of the ramp too:
+-- ε of the new place follows without a step.
 --
 -- **Limit.** The total is clipped to whole counts strictly below half a turn, at
 -- ±min(floor((counts_per_rev − 1) / 2), 2¹⁹ − 1) counts; `correction_limited` is high with each
@@ -55,6 +60,8 @@ entity error_compensation is
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);                          -- counts
     apply              : in    std_ulogic;                                                     -- '0': correct by nothing
     swap_marker        : in    std_ulogic;                                                     -- with the first angle of a new bank
+    zero_moved         : in    std_ulogic                               := '0';                -- turns over with another zero
+    put_back           : in    u_signed(15 downto 0)                    := (others => '0');    -- counts in position that no edge brought
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
@@ -92,6 +99,7 @@ architecture rtl of error_compensation is
 
   signal unramped     : u_signed(SUM_WIDTH - 1 downto 0) := (others => '0');
   signal marker       : std_ulogic                       := '0';
+  signal inserted     : u_signed(15 downto 0)            := (others => '0');
   signal limit        : u_unsigned(18 downto 0)          := (others => '0');
   signal total        : u_signed(19 + PAIR_FRACTION downto 0);
   signal limited      : std_ulogic;
@@ -107,6 +115,9 @@ begin
     variable last_1         : std_ulogic                                           := '0';
     variable apply_1        : std_ulogic                                           := '0';
     variable marker_1       : std_ulogic                                           := '0';
+    variable moved_1        : std_ulogic                                           := '0';
+    variable put_back_1     : u_signed(15 downto 0)                                := (others => '0');
+    variable inserted_1     : u_signed(15 downto 0)                                := (others => '0');
     variable half_turn      : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)          := (others => '0');
     variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
     variable referenced_1_to_3 : std_ulogic_vector(1 to 3)                         := (others => '0');
@@ -195,6 +206,7 @@ begin
           unramped <= (others => '0');
         end if;
         marker             <= marker_1;
+        inserted           <= inserted_1;
         swap_1_to_3(2)     := swap_1_to_3(1);
         angle_1_to_2(2)    := angle_1_to_2(1);
         position_1_to_3(2) := position_1_to_3(1);
@@ -218,8 +230,14 @@ begin
       end loop;
 
       if last_sums = '1' or FOLD = 1 then
-        marker_1           := swap_marker or (apply xor apply_1);
+        inserted_1         := (others => '0');
+        if zero_moved /= moved_1 then
+          inserted_1 := put_back - put_back_1;
+        end if;
+        marker_1           := swap_marker or (apply xor apply_1) or (zero_moved xor moved_1);
         apply_1            := apply;
+        moved_1            := zero_moved;
+        put_back_1         := put_back;
         swap_1_to_3(1)     := swap_marker;
         angle_1_to_2(1)    := angle;
         position_1_to_3(1) := position;
@@ -251,6 +269,7 @@ begin
       reset      => reset,
       correction => unramped,
       marker     => marker,
+      inserted   => inserted,
       limit      => limit,
       ramp_rate  => ramp_rate,
       total      => total,

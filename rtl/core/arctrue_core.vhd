@@ -106,6 +106,11 @@ architecture rtl of arctrue_core is
     last_edge_time       : time_count;
     direction            : std_ulogic;
     phase_of_zero        : u_unsigned(1 downto 0);
+    index_trusted        : std_ulogic;
+    zero_moved           : std_ulogic;
+    zero_moves           : u_unsigned(15 downto 0);
+    zero_slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
+    put_back             : position_count;
   end record head;
 
   type head_pair is array (1 to 2) of head;
@@ -121,6 +126,10 @@ architecture rtl of arctrue_core is
   signal pins           : std_ulogic_vector(1 to 6);
   signal clear_head     : std_ulogic_vector(1 to 2);
   signal zero_again     : std_ulogic_vector(1 to 2);
+  signal heal           : std_ulogic_vector(1 to 2);
+  signal agrees         : std_ulogic_vector(1 to 2);
+  signal healed         : position_count;
+  signal healed_phase   : u_unsigned(1 downto 0);
 
   signal capture_ready   : std_ulogic;
   signal capture_overrun : std_ulogic;
@@ -162,6 +171,7 @@ architecture rtl of arctrue_core is
   signal swap_count         : u_unsigned(15 downto 0) := (others => '0');
   signal following_error    : position_count;
   signal cannot_keep_up     : std_ulogic;
+  signal processor_silent   : std_ulogic;
 
 begin
 
@@ -170,6 +180,8 @@ begin
   pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z;
   -- The zero of head 2 is the separation of the heads: the processor's business.
   zero_again <= hwif_out.lost_counts.zero_again.value & '0';
+  heal       <= hwif_out.lost_counts.heal.value & '0';
+  agrees(2)  <= '0';
   clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value;
 
   turn_length : entity work.rearm_control
@@ -201,6 +213,8 @@ begin
         clear                => clear_head(number),
         rearm                => rearm,
         zero_again           => zero_again(number),
+        heal                 => heal(number),
+        other_head_agrees    => agrees(number),
         position             => heads(number).position,
         angle                => heads(number).angle,
         turn_position        => heads(number).turn_position,
@@ -218,11 +232,33 @@ begin
         last_edge_time       => heads(number).last_edge_time,
         direction            => heads(number).direction,
         phase_of_zero        => heads(number).phase_of_zero,
+        index_trusted        => heads(number).index_trusted,
+        zero_moved           => heads(number).zero_moved,
+        zero_moves           => heads(number).zero_moves,
+        zero_slip            => heads(number).zero_slip,
+        put_back             => heads(number).put_back,
         step                 => open,
         step_up              => open
       );
 
   end generate decoders;
+
+  head2_as_witness : entity work.zero_witness
+    port map (
+      clock          => clock,
+      reset          => reset,
+      rearm          => rearm,
+      index_strobe   => heads(1).index_strobe,
+      trusted        => heads(1).index_trusted,
+      other_position => heads(2).position,
+      counts_per_rev => counts_per_rev,
+      tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
+      agrees         => agrees(1)
+    );
+
+  -- What is corrected and sent: the position of head 1 and the counts put back for those that it lost.
+  healed       <= heads(1).position + heads(1).put_back;
+  healed_phase <= heads(1).phase_of_zero - u_unsigned(heads(1).put_back(1 downto 0));
 
   -- Positions to the processor ---------------------------------------------------------------
 
@@ -284,8 +320,10 @@ begin
       reset              => reset,
       accept             => open,
       angle              => heads(1).angle,
-      position           => heads(1).position,
+      position           => healed,
       apply              => apply,
+      zero_moved         => heads(1).zero_moved,
+      put_back           => heads(1).put_back(15 downto 0),
       referenced         => heads(1).index_seen,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
@@ -317,7 +355,7 @@ begin
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
       referenced         => corrected_referenced,
-      phase_of_zero      => heads(1).phase_of_zero,
+      phase_of_zero      => healed_phase,
       z_gated            => hwif_out.output_index.gated.value,
       z_state            => u_unsigned(hwif_out.output_index.state.value),
       z_width            => u_unsigned(hwif_out.output_index.width.value),
@@ -329,6 +367,17 @@ begin
       z                  => out_z,
       following_error    => following_error,
       cannot_keep_up     => cannot_keep_up
+    );
+
+  -- Alarms ------------------------------------------------------------------------------------
+
+  calibrator_works : entity work.processor_watch
+    port map (
+      clock  => clock,
+      reset  => reset,
+      limit  => u_unsigned(hwif_out.processor_limit.value.value),
+      alive  => hwif_out.command.alive.value,
+      silent => processor_silent
     );
 
   -- The processor's side -----------------------------------------------------------------------
@@ -413,15 +462,19 @@ begin
   status_compensating <= apply;
   status_fault        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed
                          or heads(2).index_error or heads(2).illegal or heads(2).overspeed
-                         or cannot_keep_up or correction_limited;
+                         or cannot_keep_up or correction_limited or processor_silent;
 
   hwif_in.status.compensating.next_q   <= apply;
   hwif_in.status.ramp_busy.next_q      <= ramp_busy;
   hwif_in.status.capture_ready.next_q  <= bank_ready;
   hwif_in.status.capture_busy.next_q   <= capture_busy;
   hwif_in.status.cannot_keep_up.next_q <= cannot_keep_up;
+  hwif_in.status.processor_silent.next_q <= processor_silent;
   hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
   hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);
+  hwif_in.zero.moves.next_q            <= std_ulogic_vector(heads(1).zero_moves);
+  hwif_in.zero_slip.value.next_q       <= resize(heads(1).zero_slip, 32);
+  hwif_in.put_back.value.next_q        <= heads(1).put_back;
   hwif_in.capture_fill.value.next_q    <= std_ulogic_vector(fill_count);
 
   hwif_in.interrupt_status.capture_ready.next_q      <= capture_ready;

@@ -31,6 +31,9 @@
 -- **Referenced.** `referenced` says that the angle of its clock counts from an index mark. It travels with the
 -- angle and leaves as `corrected_referenced`, so that quadrature_output gives no Z of an angle without a zero.
 --
+-- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` tells the
+-- first angle from another zero; both travel with the angle, and what changed by it decays at the ramp rate.
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one.
 --
@@ -60,6 +63,8 @@ entity compensation_pipeline is
     angle              : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     position           : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     apply              : in    std_ulogic;                                    -- correct this reading
+    zero_moved         : in    std_ulogic             := '0';                 -- turns over with the first angle from another zero
+    put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
@@ -106,7 +111,7 @@ architecture rtl of compensation_pipeline is
   constant BUILT         : positive := built_lanes;
   constant PAIRS         : positive := (BUILT + 1) / 2;
   constant READING_DELAY : positive := DELAY_LINE_LATENCY + FOLD - 1;
-  constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 3;
+  constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 3 + 17;
 
   signal slot            : u_unsigned(2 downto 0);
   signal last_slot       : std_ulogic;
@@ -255,7 +260,8 @@ begin
       pair_sums  => pair_sums
     );
 
-  reading <= referenced & swap_marker & apply & std_ulogic_vector(position) & std_ulogic_vector(angle);
+  reading <= zero_moved & std_ulogic_vector(put_back) & referenced & swap_marker & apply
+             & std_ulogic_vector(position) & std_ulogic_vector(angle);
 
   delay : entity work.delay_line
     generic map (
@@ -280,9 +286,11 @@ begin
       offset             => offset,
       angle              => u_unsigned(delayed_reading(ANGLE_WIDTH - 1 downto 0)),
       position           => u_signed(delayed_reading(ANGLE_WIDTH + POSITION_WIDTH - 1 downto ANGLE_WIDTH)),
-      apply              => delayed_reading(READING_WIDTH - 3),
-      swap_marker        => delayed_reading(READING_WIDTH - 2),
-      referenced         => delayed_reading(READING_WIDTH - 1),
+      apply              => delayed_reading(READING_WIDTH - 20),
+      swap_marker        => delayed_reading(READING_WIDTH - 19),
+      referenced         => delayed_reading(READING_WIDTH - 18),
+      put_back           => u_signed(delayed_reading(READING_WIDTH - 2 downto READING_WIDTH - 17)),
+      zero_moved         => delayed_reading(READING_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
       first_sums         => first_sums,

@@ -43,11 +43,17 @@
 -- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
 -- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
 -- than two.
--- With `zero_again` high the zero moves when it is proven wrong: after an `index_error` it is set anew, 5 clocks after
--- the mark is told, by the first mark that lies one turn from the mark before it, within the tolerance. So
--- counts that were lost leave the angle and turn_position at the second mark after it; the position keeps what it lost.
+-- With `zero_again` high the zero moves when it is proven wrong, 5 clocks after the mark that proves it is told: a mark
+-- in the wrong place for which `other_head_agrees` (see zero_witness; the first mark behind lost counts), or
+-- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
+-- mark behind lost counts).
 -- One false mark does not move the zero to its place: no other lies a turn from it. `index_seen` stays, so the
--- correction goes on. index_error and its count tell that the zero was set. A turn of less than 9 counts keeps its zero.
+-- correction goes on. A turn of less than 9 counts keeps its zero. Where the zero moves to another count,
+-- `zero_slip` is the angle that the mark had (the counts lost, with a minus), `zero_moved` turns over and `zero_moves`
+-- counts, in the clock in which angle and turn_position count from the new zero; index_error is set, and
+-- counts once, in the same clock. The position keeps what it lost. With `heal` high `put_back` loses `zero_slip`
+-- in that clock, so that position + put_back keeps no slip; one of 2**14 counts and more is not put back.
+-- `index_trusted` tells 3 clocks after index_strobe that the mark is where the zero says.
 -- Where Z is meant to change within a count and comes near its edge at one speed only, the index is one
 -- count off then.
 -- A Z edge before the first step after reset counts with that step.
@@ -88,6 +94,7 @@ library ieee;
 
   use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity quadrature_decoder is
   generic (
@@ -110,6 +117,8 @@ entity quadrature_decoder is
     clear                : in    std_ulogic;                                          -- pulse: clears the faults
     rearm                : in    std_ulogic;                                          -- level: forgets the index
     zero_again           : in    std_ulogic := '0';                                   -- level: agreeing marks move the zero
+    heal                 : in    std_ulogic := '0';                                   -- level: put_back follows the zero
+    other_head_agrees    : in    std_ulogic := '0';                                   -- 2 clocks after index_strobe: the mark is true
     -- Position
     position             : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, multi-turn
     angle                : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts, below counts_per_rev
@@ -125,6 +134,11 @@ entity quadrature_decoder is
     index_position       : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, of the last index
     index_direction      : out   std_ulogic;                                          -- of the last index, '1' up
     index_interval       : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, from the index before
+    index_trusted        : out   std_ulogic;                                          -- strobe: the last index lies where the zero says
+    zero_moved           : out   std_ulogic;                                          -- turns over where the zero moves to another count
+    zero_moves           : out   u_unsigned(15 downto 0);                             -- how often; wraps
+    zero_slip            : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);         -- counts, angle of the mark that moved it last
+    put_back             : out   u_signed(POSITION_WIDTH - 1 downto 0);               -- counts, for those that were lost
     -- Faults
     index_error          : out   std_ulogic;                                          -- sticky
     index_error_count    : out   u_unsigned(15 downto 0);                             -- saturates
@@ -142,6 +156,9 @@ architecture rtl of quadrature_decoder is
 
   -- Clocks from an index told to its judgement.
   constant JUDGED_AFTER : positive := 3;
+
+  -- Of a slip that is put back.
+  constant HEAL_WIDTH : positive := 15;
 
   constant LONGEST_FILTER : u_unsigned(7 downto 0) := (others => '1'); -- clocks
 
@@ -165,30 +182,6 @@ architecture rtl of quadrature_decoder is
     return amount;
 
   end function one_step;
-
-  -- Whether -tolerance <= deviation <= tolerance, with a comparison of 16 bits only.
-  function is_within (
-    deviation : u_signed;
-    tolerance : u_unsigned
-  ) return std_ulogic is
-
-    variable high : u_signed(deviation'high downto tolerance'length);
-    variable low  : u_unsigned(tolerance'range);
-
-  begin
-
-    high := deviation(deviation'high downto tolerance'length);
-    low  := u_unsigned(deviation(tolerance'range));
-
-    -- The size of a negative number is its complement and 1.
-    if (high = 0) then
-      return low ?<= tolerance;
-    elsif (high = -1) then
-      return (not low) ?< tolerance;
-    end if;
-    return '0';
-
-  end function is_within;
 
   -- A step in counts.
   function step_of (moves, up : std_ulogic) return integer is
@@ -288,6 +281,16 @@ begin
     variable is_in_doubt     : std_ulogic                              := '0';
     variable sets_zero       : std_ulogic;
     variable moves_zero      : std_ulogic;
+    -- The angle of the last index told, less a turn, and which of them is the nearer to 0
+    variable off_zero        : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
+    variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
+    variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
+    variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
+    variable is_slip         : std_ulogic;
+    -- Indices told in the last clocks, the youngest in the low bit; one of them is judged, and no other came since
+    variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable is_latest       : std_ulogic;
+    variable is_small        : std_ulogic;
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
     variable spacing         : natural range 0 to LARGEST              := LARGEST;
     variable too_near        : std_ulogic                              := '0';
@@ -318,14 +321,17 @@ begin
     if rising_edge(clock) then
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
-      -- Two marks a turn apart agree.
-      moves_zero := judged and (are_within(1) or are_within(0)) and is_in_doubt and zero_again
-                    and not meets_index and (or last_angle(last_angle'high downto 3));
-      if (since_index /= JUDGED_AFTER or rearm = '1') then
-        moves_zero := '0';
+      -- Two marks a turn apart agree, or the other head counted a turn between this one and a good one.
+      is_latest := told_then(JUDGED_AFTER - 1) and not meets_index and not rearm;
+      if (since_index /= JUDGED_AFTER) then
+        is_latest := '0';
       end if;
-      is_in_doubt := (is_in_doubt or misplaced) and not moves_zero;
-      misplaced   := misplaced or moves_zero;
+      moves_zero    := judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (misplaced and other_head_agrees))
+                       and zero_again and is_latest and (or last_angle(last_angle'high downto 3));
+      is_in_doubt   := (is_in_doubt or misplaced) and not moves_zero;
+      index_trusted <= is_latest and not is_in_doubt;
+      is_slip       := moves_zero and (or slip);
+      misplaced     := misplaced or is_slip;
       too_fast  := too_near or edges_lost;
       if (clear = '1') then
         index_error       <= misplaced;
@@ -359,6 +365,7 @@ begin
       off_down   := index_interval + turn;
 
       -- Stage 3: latch the index of the clock before.
+      told_then    := told_then(told_then'high - 1 downto 0) & (passed_index and not rearm);
       index_strobe <= '0';
       repeats      := '0';
       if (passed_index = '1' and rearm = '0') then
@@ -406,6 +413,18 @@ begin
         spacing := spacing + 1;
       end if;
 
+      -- The angle of the index, while it is judged; a step that was counted is in both.
+      slip     := less_a_turn(slip'range);
+      if (past_half(past_half'high) = '1') then
+        slip := off_zero(slip'range);
+      end if;
+      is_small    := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
+      less_a_turn := off_zero - turn(off_zero'range);
+      past_half   := (off_zero & '0') - turn(past_half'range);
+      if (since_index = 0) then
+        off_zero := signed(resize(angle, off_zero'length)) - from_zero;
+      end if;
+
       passed_index := meets_index;
       passed_up    := meets_up;
       -- From the zero to where the step of this clock leads.
@@ -426,6 +445,15 @@ begin
           angle <= last_angle - to_unsigned(-1 - from_zero, ANGLE_WIDTH);
         else
           angle <= to_unsigned(from_zero, ANGLE_WIDTH);
+        end if;
+      end if;
+
+      if (is_slip = '1') then
+        zero_moved <= not zero_moved;
+        zero_moves <= zero_moves + 1;
+        zero_slip  <= slip;
+        if (heal = '1' and is_small = '1') then
+          put_back <= put_back - slip;
         end if;
       end if;
 
@@ -529,6 +557,7 @@ begin
         passed_index   := '0';
         index_before   := '0';
         is_in_doubt    := '0';
+        told_then      := (others => '0');
       end if;
 
       if (reset = '1') then
@@ -544,6 +573,12 @@ begin
         index_before      := '0';
         repeats           := '0';
         is_in_doubt       := '0';
+        told_then         := (others => '0');
+        index_trusted     <= '0';
+        zero_moved        <= '0';
+        zero_moves        <= (others => '0');
+        zero_slip         <= (others => '0');
+        put_back          <= (others => '0');
         to_judge          := '0';
         judged            := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);

@@ -22,6 +22,7 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
     dut.reset.value = 1
     dut.marker.value = 0
     dut.correction.value = 0
+    dut.inserted.value = 0
     dut.limit.value = scenario.limit
     dut.ramp_rate.value = scenario.ramp_rate
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
@@ -34,10 +35,16 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
         now = min(clock, clocks - 1)
         dut.correction.value = int(scenario.correction[now])
         dut.marker.value = int(scenario.marker[now])
+        if scenario.inserted.size:
+            dut.inserted.value = int(scenario.inserted[now])
         await RisingEdge(dut.clock)
         seen.append((dut.total.value.to_signed(), int(dut.limited.value), int(dut.busy.value)))
     model = correction_ramp(
-        scenario.correction, scenario.marker, scenario.limit, scenario.ramp_rate
+        scenario.correction,
+        scenario.marker,
+        scenario.limit,
+        scenario.ramp_rate,
+        inserted=scenario.inserted if scenario.inserted.size else None,
     )
     expected = list(
         zip(model.total.tolist(), model.limited.tolist(), model.busy.tolist(), strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ class RampScenario:
     marker: NDArray[np.bool_]
     limit: int
     ramp_rate: int
+    inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """Counts by which the reading jumps with a marker, (clocks,); empty: by none."""
 
     def __str__(self) -> str:
         return self.name
@@ -43,6 +45,18 @@ def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
 def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int64]:
     phase = 2.0 * np.pi * np.arange(clocks) / period
     return np.rint(amplitude_counts * COUNT * np.sin(phase)).astype(np.int64)
+
+
+def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
+    rng = np.random.default_rng(seed)
+    return RampScenario(
+        f"inserted counts, up to {most}",
+        _sine(clocks, 50.0, 710.0),
+        rng.random(clocks) < 0.01,
+        2**19 - 1,
+        RATE_MAX,
+        rng.integers(-most, most + 1, clocks),
+    )
 
 
 def _random(seed: int, clocks: int, marker_rate: float, limit: int, rate: int) -> RampScenario:
@@ -97,6 +111,8 @@ SCENARIOS = [
         4,
         0,
     ),
+    _insertions(5, 3000, 8),
+    _insertions(6, 3000, 2**15 - 1),
     _random(1, 3000, 0.02, 1000, 200 * RATE_ONE + 12345),
     _random(2, 3000, 0.3, 100, RATE_MAX),
     _random(3, 3000, 0.01, 4, 3 * RATE_ONE // 7),

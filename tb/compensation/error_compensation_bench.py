@@ -25,7 +25,17 @@ OFFSET_MAX = 2**24 - 1
 
 async def start(dut: Any, counts_per_rev: int, ramp_rate: int) -> None:
     dut.reset.value = 1
-    for name in ("pair_sums", "offset", "angle", "position", "apply", "swap_marker", "referenced"):
+    for name in (
+        "pair_sums",
+        "offset",
+        "angle",
+        "position",
+        "apply",
+        "swap_marker",
+        "zero_moved",
+        "put_back",
+        "referenced",
+    ):
         getattr(dut, name).value = 0
     dut.counts_per_rev.value = counts_per_rev
     dut.ramp_rate.value = ramp_rate
@@ -169,6 +179,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
     position = rng.integers(-(2**31), 2**31, angles)
     apply = np.cumsum(rng.random(angles) < 0.03) % 2 == 0
     marker = rng.random(angles) < 0.1
+    moved = np.cumsum(rng.random(angles) < 0.05) % 2 == 1
+    put_back = np.cumsum(rng.integers(-(2**14), 2**14, angles))
     referenced = rng.random(angles) < 0.5
     ramp_rate = 2**31 + 4321
     await start(dut, counts_per_rev, ramp_rate)
@@ -186,6 +198,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
         dut.position.value = int(position[now]) if last else 0
         dut.apply.value = int(apply[now]) if last else slot % 2
         dut.swap_marker.value = int(marker[now]) if last else 1
+        dut.zero_moved.value = int(moved[now]) if last else slot % 2
+        dut.put_back.value = int(put_back[now]) % 2**16 if last else slot
         dut.referenced.value = int(referenced[now]) if last else slot % 2
         await RisingEdge(dut.clock)
         seen.append(
@@ -209,6 +223,8 @@ async def folded_sums(dut: Any, fold: int) -> None:
         marker[held] & first,
         counts_per_rev,
         ramp_rate,
+        zero_moved=moved[held],
+        put_back=put_back[held],
     )
     columns = (*model[:3], model.ramp_busy, marker[held] & first, referenced[held])
     expected = list(zip(*(column.astype(np.int64).tolist() for column in columns), strict=True))

@@ -45,8 +45,10 @@ class Machine:
         self.corrected: list[int] = []
         self.output: list[int] = []
         self.z: list[int] = []
-        self.slip = 0
-        """Counts of head 1 that its wires have lost: its index comes so much earlier."""
+        self.stuck_at: int | None = None
+        """Reading of head 1 from which its wires hold their levels for a period: it is lost."""
+        self.head2_stands = False
+        self.head2 = 0
         self.first_time = -1
 
     async def turn(self, angle: NDArray[np.float64]) -> None:
@@ -54,10 +56,16 @@ class Machine:
         for now, pair in zip(angle.tolist(), table.readings(angle).tolist(), strict=True):
             if tuple(pair) != self.pair:
                 self.pair = tuple(pair)
-                lost = (self.pair[0] + self.slip, self.pair[1])
-                drive(self.dut, lost, self.index_scatter)
+                self.head2 = self.head2 if self.head2_stands else self.pair[1]
+                drive(self.dut, (self.shown(self.pair[0]), self.head2), self.index_scatter)
             self.now = now
             await FallingEdge(self.dut.clock)
+
+    def shown(self, reading: int) -> int:
+        """What the wires of head 1 show."""
+        if self.stuck_at is not None and self.stuck_at <= reading < self.stuck_at + 4:
+            return self.stuck_at
+        return reading
 
     async def log_every_clock(self) -> None:
         while True:
@@ -415,8 +423,13 @@ async def a_shorter_turn_sends_no_burst(dut):
 
 
 @cocotb.test()
-async def lost_counts_leave_the_correction_on(dut):
-    """A period lost on the wires: corrected throughout, at the right place again, and Z too."""
+@cocotb.parametrize(heal=[0, 1], head2_dead=[False, True])
+async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
+    """A period lost on the wires: corrected throughout, at the right place again, and Z too.
+
+    Head 2 proves it at the first mark; without head 2 two marks do. Healed, the output's count is
+    that of the table again.
+    """
     machine = await prepared(dut)
     names = machine.registers
     await names.write_coefficients(
@@ -424,13 +437,13 @@ async def lost_counts_leave_the_correction_on(dut):
     )
     await names.command("swap")
     await names.update("control", compensate=1, output_enable=1)
-    await names.update("lost_counts", zero_again=1)
+    await names.update("lost_counts", zero_again=1, heal=heal)
     motion = table.motion(4.7, CLOCKS_PER_COUNT)
     lost_at = int(np.argmax(table.readings(motion)[:, 0] >= table.COUNTS_PER_REV + 50))
     await machine.turn(motion[:lost_at])
     assert await names.read("status.compensating")
-    # A period that the wires do not show: the pins are the same four counts further on.
-    machine.slip = 4
+    machine.stuck_at = table.COUNTS_PER_REV + 50
+    machine.head2_stands = head2_dead
     seen = []
 
     async def watch() -> None:
@@ -439,21 +452,46 @@ async def lost_counts_leave_the_correction_on(dut):
             seen.append(int(dut.status_compensating.value))
 
     cocotb.start_soon(watch())
-    await machine.turn(motion[lost_at:])
+    marks = 2 if head2_dead else 1
+    proven_at = int(np.argmax(table.readings(motion)[:, 0] >= (1 + marks) * table.COUNTS_PER_REV))
+    await machine.turn(motion[lost_at : proven_at - 100])
+    assert await names.read("zero.moves") == 0
+    await machine.turn(motion[proven_at - 100 : proven_at + 200])
+    assert await names.read("zero.moves") == 1
+    assert await names.read("head1.faults.index_errors") == marks
+    await machine.turn(motion[proven_at + 200 :])
     await ClockCycles(dut.clock, 100)
+    assert (await names.read("zero.moves"), await names.read("zero_slip")) == (1, -4)
+    assert await names.read("put_back") == 4 * heal
     assert all(seen), "the correction was taken off"
     assert await names.read("head1.flags.index_error") == 1
     snapshot = await names.snapshot()
-    reading = machine.reading[-1][0] + machine.slip
+    reading = machine.reading[-1][0]
     assert snapshot.head1_angle == reading % table.COUNTS_PER_REV
     assert snapshot.head1_turn_position % table.COUNTS_PER_REV == snapshot.head1_angle
     rises = np.flatnonzero(np.diff(machine.z) == 1)
     at_z = np.array(machine.output)[rises + 1]
     # A turn from Z to Z, but for the four counts that the output did not see either.
     assert at_z[1] - at_z[0] == table.COUNTS_PER_REV
-    assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4
+    assert at_z[-1] - at_z[0] == 4 * table.COUNTS_PER_REV - 4 * (1 - heal)
     assert np.abs(np.diff(machine.corrected)).max() <= 2
     await clear_coefficients(machine)
+
+
+@cocotb.test()
+async def a_mark_out_of_its_place_moves_nothing(dut):
+    """One mark 20 counts late, then all in their place: told, and the zero stays."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("control", compensate=1, output_enable=1)
+    await names.update("lost_counts", zero_again=1, heal=1)
+    machine.index_scatter = (0, 0, 20, 0, 0, 0)
+    await machine.turn(table.motion(5.5, CLOCKS_PER_COUNT))
+    assert await names.read("head1.faults.index_errors") == 2
+    assert (await names.read("zero.moves"), await names.read("put_back")) == (0, 0)
+    snapshot = await names.snapshot()
+    assert snapshot.head1_angle == machine.reading[-1][0] % table.COUNTS_PER_REV
+    assert np.abs(np.diff(machine.corrected)).max() <= 2
 
 
 @cocotb.test()

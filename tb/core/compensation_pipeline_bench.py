@@ -46,6 +46,8 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
         "angle",
         "position",
         "apply",
+        "zero_moved",
+        "put_back",
         "referenced",
         "write_enable",
         "write_offset",

@@ -99,6 +99,9 @@ async def begin(dut, counts_per_rev: int) -> None:
         "timestamp",
         "clear",
         "rearm",
+        "zero_again",
+        "heal",
+        "other_head_agrees",
     )
     Clock(dut.clock, 10, unit="ns", impl="gpi").start(start_high=False)
     for name in inputs:

@@ -39,6 +39,8 @@ class Segment:
     """One clock at the start."""
     rearm: bool = False
     zero_again: bool = False
+    heal: bool = False
+    other_head_agrees: bool = False
     reset: bool = False
 
 
@@ -238,6 +240,35 @@ FAULTY: dict[str, Scenario] = {
                     (700, 12, True, False),
                     (700, 0, True, False),
                     (700, 0, True, True),
+                )
+            ],
+            Segment(20, zero_again=True, index_tolerance=2),
+        ],
+        60,
+        start=-17,
+    ),
+    "the_other_head_agrees": Scenario(
+        [
+            RESET,
+            *[
+                Segment(
+                    clocks,
+                    3,
+                    down=down,
+                    jump=jump,
+                    index_tolerance=2,
+                    zero_again=True,
+                    heal=heal,
+                    other_head_agrees=agrees,
+                )
+                for clocks, jump, down, heal, agrees in (
+                    (500, 0, False, False, True),
+                    (400, 4, False, False, True),
+                    (400, -8, False, True, True),
+                    (300, 12, False, True, False),
+                    (500, 0, False, True, True),
+                    (600, 0, True, False, True),
+                    (700, 12, True, True, True),
                 )
             ],
             Segment(20, zero_again=True, index_tolerance=2),
@@ -530,6 +561,8 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
         "index_tolerance": each_clock([s.index_tolerance for s in segments]),
         "clear": clear,
         "zero_again": each_clock([int(s.zero_again) for s in segments]),
+        "heal": each_clock([int(s.heal) for s in segments]),
+        "other_head_agrees": each_clock([int(s.other_head_agrees) for s in segments]),
         "rearm": each_clock([int(s.rearm) for s in segments]),
         "reset": each_clock([int(s.reset) for s in segments]),
     }
@@ -561,6 +594,8 @@ def _at_random(seed: int, clocks: int = 8000) -> Stimuli:
         "index_tolerance": _held(random, [0, 0, 1, 2, 3, 2**16 - 1], clocks, 60),
         "clear": at_times(25),
         "zero_again": _held(random, [0, 1], clocks, 200),
+        "heal": _held(random, [0, 1], clocks, 150),
+        "other_head_agrees": _held(random, [0, 0, 1], clocks, 50),
         "rearm": at_times(40) | _held(random, [0, 0, 0, 0, 1], clocks, 20),
         "reset": at_times(150),
     }

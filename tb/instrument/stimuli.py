@@ -114,6 +114,8 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "position": bits(random, 32, clocks),
         "apply": held(pulses(random, 0.7, clocks // 30), 30),
         "swap_marker": pulses(random, 0.02, clocks),
+        "zero_moved": held(pulses(random, 0.5, clocks // 60), 60),
+        "put_back": held(bits(random, 16, clocks // 60), 60),
         "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
@@ -126,7 +128,15 @@ def folded_error_compensation(random: np.random.Generator) -> Stimulus:
     """The pair sums of an angle arrive in FOLD clocks; its reading stands still meanwhile."""
     given = error_compensation(random)
     clocks = len(given["reset"])
-    for name in ("angle", "position", "apply", "swap_marker", "referenced"):
+    for name in (
+        "angle",
+        "position",
+        "apply",
+        "swap_marker",
+        "zero_moved",
+        "put_back",
+        "referenced",
+    ):
         given[name] = held(given[name][::FOLD], FOLD)
     given["first_sums"] = [int(clock % FOLD == 0) for clock in range(clocks)]
     given["last_sums"] = [int(clock % FOLD == FOLD - 1) for clock in range(clocks)]
@@ -155,6 +165,8 @@ def quadrature_decoder(random: np.random.Generator) -> Stimulus:
         "timestamp": list(range(2**40, 2**40 + clocks)),
         "clear": pulses(random, 0.004, clocks),
         "zero_again": held([0, 1, 1, 1], clocks // 4),
+        "heal": held([0, 1, 0, 1], clocks // 4),
+        "other_head_agrees": pulses(random, 0.3, clocks),
         "rearm": held(pulses(random, 0.05, clocks // 10), 10),
     }
 

@@ -57,6 +57,9 @@ entity arctrue_registers_harness is
     head2_faults                   : in    std_ulogic_vector(31 downto 0);
     head2_overspeeds               : in    std_ulogic_vector(31 downto 0);
     head2_index                    : in    std_ulogic_vector(63 downto 0);
+    zero                           : in    std_ulogic_vector(31 downto 0);
+    zero_slip                      : in    std_ulogic_vector(31 downto 0);
+    put_back                       : in    std_ulogic_vector(31 downto 0);
     snapshot_time                  : in    std_ulogic_vector(63 downto 0);
     snapshot_head1_edge_time       : in    std_ulogic_vector(63 downto 0);
     snapshot_head2_edge_time       : in    std_ulogic_vector(63 downto 0);
@@ -86,7 +89,8 @@ entity arctrue_registers_harness is
     following_limit                : out   std_ulogic_vector(31 downto 0);
     index_tolerance                : out   std_ulogic_vector(31 downto 0);
     output_index                   : out   std_ulogic_vector(31 downto 0);
-    lost_counts                    : out   std_ulogic_vector(31 downto 0)
+    lost_counts                    : out   std_ulogic_vector(31 downto 0);
+    processor_limit                : out   std_ulogic_vector(31 downto 0)
   );
 end entity arctrue_registers_harness;
 
@@ -189,9 +193,13 @@ begin
   hwif_in.status.capture_busy.next_q <= status(3);
   hwif_in.status.cannot_keep_up.next_q <= status(4);
   hwif_in.status.counts_per_rev_refused.next_q <= status(5);
+  hwif_in.status.processor_silent.next_q <= status(6);
   hwif_in.swap_count.value.next_q <= swap_count(15 downto 0);
   hwif_in.overrun_count.value.next_q <= overrun_count(15 downto 0);
   hwif_in.capture_fill.value.next_q <= capture_fill(15 downto 0);
+  hwif_in.zero.moves.next_q <= zero(15 downto 0);
+  hwif_in.zero_slip.value.next_q <= u_signed(zero_slip);
+  hwif_in.put_back.value.next_q <= u_signed(put_back);
   hwif_in.head1.flags.index_seen.next_q <= head1_flags(0);
   hwif_in.head1.flags.index_error.next_q <= head1_flags(1);
   hwif_in.head1.flags.illegal.next_q <= head1_flags(2);
@@ -247,6 +255,7 @@ begin
       hwif_out.control.output_enable.value &
       hwif_out.control.compensate.value));
   command <= padded(std_ulogic_vector'(
+      hwif_out.command.alive.value &
       hwif_out.command.rearm.value &
       hwif_out.command.clear_output.value &
       hwif_out.command.clear_head2.value &
@@ -262,7 +271,8 @@ begin
   output_spacing <= padded(hwif_out.output_spacing.value.value);
   following_limit <= padded(hwif_out.following_limit.value.value);
   index_tolerance <= padded(hwif_out.index_tolerance.value.value);
-  lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, others => '0');
+  lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, 1 => hwif_out.lost_counts.heal.value, others => '0');
+  processor_limit <= hwif_out.processor_limit.value.value;
   output_index <= padded(
     hwif_out.output_index.width.value & "00" & hwif_out.output_index.state.value & "000" & hwif_out.output_index.gated.value
   );

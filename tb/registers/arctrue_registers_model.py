@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000300}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000400}
 """Address: value."""
 
 READ_WRITE = {
@@ -25,7 +25,8 @@ READ_WRITE = {
     0x048: (0xFFFF, 100, "following_limit"),
     0x050: (0xFFFF, 2, "index_tolerance"),
     0x054: (0x331, 0x20, "output_index"),
-    0x058: (0x1, 0, "lost_counts"),
+    0x058: (0x3, 0, "lost_counts"),
+    0x05C: (WORD, 0, "processor_limit"),
     0x0A0: (0x3FF, 0, None),
 }
 """Address: bits that exist, value after reset, port that shows the value."""
@@ -40,10 +41,13 @@ READ_ONLY = {
     0x00C: (WORD, "clock_hz"),
     0x014: (0xFF0F, "pipeline"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
-    0x080: (0x3F, "status"),
+    0x080: (0x7F, "status"),
     0x084: (0xFFFF, "swap_count"),
     0x088: (0xFFFF, "overrun_count"),
     0x08C: (0xFFFF, "capture_fill"),
+    0x090: (0xFFFF, "zero"),
+    0x094: (WORD, "zero_slip"),
+    0x098: (WORD, "put_back"),
     0x0C0: (0x3F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),

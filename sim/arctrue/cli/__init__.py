@@ -15,7 +15,7 @@ import pkgutil
 import click
 
 from arctrue import cli
-from arctrue.printable import harmless
+from arctrue.cli._group import Program
 
 # Before numpy is imported: its matrix products here are narrow, and threads that wait for each
 # other on a busy machine took ten times as long as one.
@@ -36,7 +36,7 @@ class _NotGeneratedError(click.ClickException):
         )
 
 
-class _Commands(click.Group):
+class _AllCommands(Program):
     """Imports a command's module only when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -49,14 +49,6 @@ class _Commands(click.Group):
         return {
             name.rstrip("_").replace("_", "-"): name for name in names if not name.startswith("_")
         }
-
-    def invoke(self, ctx: click.Context) -> object:
-        try:
-            return super().invoke(ctx)
-        except click.ClickException as error:
-            # click shows the message itself; file names and options may hold anything.
-            error.message = harmless(error.message)  # type: ignore[misc]
-            raise
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         name = self._modules().get(cmd_name)
@@ -72,7 +64,7 @@ class _Commands(click.Group):
         return command if isinstance(command, click.Command) else None
 
 
-@click.command(cls=_Commands)
+@click.command(cls=_AllCommands)
 @click.version_option(package_name="arctrue")
 def main() -> None:
     """Find the angle error of a rotary table from two read heads, and correct it."""

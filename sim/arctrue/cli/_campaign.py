@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
 from arctrue.cli._progress import SECONDS_BETWEEN_LINES, progress_console
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note, tell_error
 from arctrue.studies.campaign import CampaignError, Interrupted, Speed
 
 EXIT_INTERRUPTED = 130
@@ -58,10 +58,10 @@ def interruptible(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except Interrupted as stop:
-            say(f"arctrue: {stop}", err=True)
+            tell_error(str(stop))
             raise SystemExit(EXIT_INTERRUPTED) from None
         except CampaignError as error:
-            say(f"arctrue: {error}", err=True)
+            tell_error(str(error))
             raise SystemExit(2) from error
 
     return wrapped
@@ -104,7 +104,7 @@ class CampaignBar:
         self._bar.update(self._task, completed=speed.done, total=speed.total, told=told)
         if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = time.monotonic()
-            say(f"{speed.done} of {speed.total} {self._what}, {told}", err=True)
+            note(f"{speed.done} of {speed.total} {self._what}, {told}")
 
 
 def _left(seconds: float) -> str:

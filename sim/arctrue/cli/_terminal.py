@@ -43,6 +43,29 @@ class Console(rich.console.Console):
                 yield Segment(harmless(segment.text), segment.style)
 
 
-def say(text: str = "", *, err: bool = False) -> None:
-    """Print a line; ``err``: on stderr."""
-    click.echo(harmless(text), err=err)
+def say(text: str = "") -> None:
+    """Print a line of the result, on stdout."""
+    click.echo(harmless(text))
+
+
+def note(text: str) -> None:
+    """Print a line beside the result, on stderr."""
+    click.echo(harmless(text), err=True)
+
+
+def tell_error(text: str) -> None:
+    """Say on stderr what went wrong; every command's errors have this form."""
+    note(f"error: {text}")
+
+
+def tell_warning(text: str) -> None:
+    """Say on stderr what should be looked at, although the command goes on."""
+    note(f"warning: {text}")
+
+
+def tell_objection(text: str, *, forced: bool) -> None:
+    """Say why a result is refused; where the user forces it, that is a warning."""
+    if forced:
+        tell_warning(text)
+    else:
+        tell_error(f"refused: {text}")

@@ -18,9 +18,10 @@ from arctrue.calibration.head_separation import doubts
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import Console, say
+from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.printable import one_line
+from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
@@ -136,7 +137,7 @@ def for_people(function: Callable[..., None]) -> Callable[..., None]:
         try:
             function(*arguments, **options)
         except PEOPLE_ERRORS as error:
-            say(f"arctrue: {_sentence(error)}", err=True)
+            tell_error(f"{_sentence(error)}")
             raise SystemExit(EXIT_BAD_INPUT) from error
 
     return wrapped
@@ -163,7 +164,7 @@ def changing(model_file: Path | None) -> Iterator[None]:
         return
 
     def waiting() -> None:
-        say(f"waiting: another command changes {model_file}", err=True)
+        note(f"waiting: another command changes {model_file}")
 
     with model_lock(model_file, waiting):
         yield
@@ -215,7 +216,7 @@ def load(
         )
     of_table = _table_warnings(model, model_file, observations)
     for warning in (*measurement.warnings, *_doubts(measurement), *of_table):
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)
     return Workbench(observations, model, effects, title, measurement)
@@ -243,11 +244,11 @@ def _tell_masked(observations: Observations) -> None:
     masked = observations.masked
     if not masked:
         return
-    say(f"{len(masked)} rows are not used:", err=True)
+    note(f"{len(masked)} rows are not used:")
     for row in masked[:SHOWN_MASKED]:
-        say(f"  {row}", err=True)
+        note(f"  {row}")
     if len(masked) > SHOWN_MASKED:
-        say(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all", err=True)
+        note(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all")
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:
@@ -267,16 +268,3 @@ def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON if a path is given; what is not a finite number becomes null."""
     if path is not None:
         write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
-
-
-def plain(value: Any) -> Any:
-    """numpy numbers as numbers, NaN and infinity as null."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._figures import with_uncertainty
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._progress import Progress
@@ -30,7 +31,7 @@ from arctrue.workbench.model.model import HistoryStep, Model
 
 
 @click.command("add", short_help="Add an effect to a model; see the error fall.")
-@click.argument("effect")
+@click.argument("effect", type=EFFECT_NAME)
 @set_argument
 @common_options
 @click.option(

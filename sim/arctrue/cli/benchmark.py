@@ -7,16 +7,17 @@ from pathlib import Path
 import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
+from arctrue.cli._group import Commands
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.answers import score_folders, write_sets
+from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
-from arctrue.studies.benchmark.subject import SUBJECTS
+from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
@@ -25,7 +26,7 @@ from arctrue.whole_file import write_whole_text
 Folder = click.Path(path_type=Path, file_okay=False)
 
 
-@click.group("benchmark", short_help="Measure how often the diagnosis is right.")
+@click.group("benchmark", cls=Commands, short_help="Measure how often the diagnosis is right.")
 def benchmark() -> None:
     """Make sets from seeds, let the diagnosis see them only, and score its answers."""
 
@@ -63,6 +64,7 @@ def run(
 ) -> None:
     """Make and diagnose every set of the plan that is not done yet."""
     campaign = read_plan(folder).campaign(folder, subject)
+    find_subject(subject)
     with CampaignBar("sets") as bar:
         done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
     console.print(f"{done} sets are done: {campaign.folder}", soft_wrap=True)
@@ -97,19 +99,27 @@ def score(
 @benchmark.command("page")
 @click.argument("folders", type=Folder, nargs=-1, required=True)
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
+@click.option("--peers", type=Folder, help="A folder of the public tier: all who answered there.")
 @click.option("--to", "path", type=OutputFile(), required=True, help="The Markdown file.")
 @for_people
-def page(folders: tuple[Path, ...], subject: str, path: Path) -> None:
+def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path) -> None:
     """Write what came out as a page."""
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
-    write_whole_text(path, page_of(header["plan"], header["code"], found))
+    beside = None if peers is None else score_beside(peers)
+    write_whole_text(path, page_of(header["plan"], header["code"], found, beside))
     console.print(f"wrote {path}")
 
 
 @benchmark.command("set")
 @click.argument("folder", type=OutputFolder())
-@click.option("--world", type=click.Choice(list(WORLDS)), required=True)
+@click.option(
+    "--world",
+    type=click.Choice(list(WORLDS)),
+    metavar="NAME",
+    required=True,
+    help=f"One of {', '.join(WORLDS)}.",
+)
 @click.option("--content", type=click.Choice(CONTENTS), required=True)
 @click.option("--seed", type=click.IntRange(min=0), required=True)
 @click.option("--samples", type=click.IntRange(min=100), default=SAMPLES_A_RUN, show_default=True)

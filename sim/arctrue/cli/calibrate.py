@@ -23,7 +23,7 @@ from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
-from arctrue.cli._terminal import Console, say
+from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
@@ -159,7 +159,7 @@ def calibrate(
     out = out or Path("build") / "calibration" / name
     warnings = (*measurement.warnings, *calibration.warnings)
     for warning in warnings:
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     console = _console()
     _print_summary(console, calibration, method)
     _print_orders(console, calibration)
@@ -203,7 +203,7 @@ def _finish_alone(
     name = folder.resolve().name
     out = out or Path("build") / "calibration" / name
     for warning in alone.warnings:
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     console = _console()
     alone.print_orders(console)
     _print_comparison(console, alone.comparison)
@@ -230,7 +230,7 @@ def _write_figures(json_file: Path | None, figures: dict[str, Any]) -> None:
 def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> None:
     """Say what is against the coefficients; ends the command unless they are forced."""
     for objection in objections:
-        say(f"{'warning' if force else 'calibrate: refused'}: {objection}", err=True)
+        tell_objection(objection, forced=force)
     if objections and not force:
         _end(NOT_WRITTEN, f"no coefficients written to {out}; --force writes them")
     out.mkdir(parents=True, exist_ok=True)
@@ -249,7 +249,7 @@ def _before_and_after(comparison: Comparison | None) -> dict[str, Any]:
 
 
 def _end(code: int, message: str) -> NoReturn:
-    say(f"calibrate: {message}", err=True)
+    tell_error(str(message))
     sys.exit(code)
 
 

@@ -7,18 +7,21 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._guide import next_option, refuse_what_was_not_asked, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.measurement import (
     JoinError,
     MeasurementError,
+    MeasurementSet,
     joined,
     read_measurement_set,
     write_measurement_set,
 )
+from arctrue.measurement.asked import by_device
 from arctrue.measurement.description import FILE_NAME
 
 NO_DEVICE = 2
@@ -28,6 +31,7 @@ NO_DEVICE = 2
 @click.argument("port")
 @click.argument("out", type=OutputFolder())
 @click.option("--append", is_flag=True, help="Add a run to the set OUT, of the same table.")
+@next_option
 @click.option(
     "--timeout",
     type=Finite(min=1.0),
@@ -35,35 +39,56 @@ NO_DEVICE = 2
     show_default=True,
     help="Seconds to wait for the turn, and for each line of it.",
 )
-def capture(port: str, out: Path, append: bool, timeout: float) -> None:
+def capture(
+    port: str, out: Path, append: bool, kind: str | None, force: bool, timeout: float
+) -> None:
     """Write the next turn that the device at PORT captures to the folder OUT.
 
-    12,000 samples take 40 s at 115,200 baud. Exit code 2: no answer, characters
-    were lost, or OUT holds a measurement set already. With --append the turn becomes a
-    run more of that set: down after up, faster, warmer, as arctrue diagnose asks for it.
-    The device's clock begins anew with each capture; the pause between two runs is not known.
+    12,000 samples take 40 s at 115,200 baud. With --append the turn becomes a run more of that
+    set. With --next it says what to do at the table, waits for Enter at a terminal, and refuses a
+    turn that is not what was asked (exit code 1). Exit code 2: no answer, characters were lost, or
+    OUT holds a measurement set already. The device's clock begins anew with each capture; the
+    pause between two runs is not known.
     """
     there = (out / FILE_NAME).exists()
     if there and not append:
-        say(
-            f"capture: {out}: holds a measurement set already; name a new folder, or --append",
-            err=True,
-        )
+        tell_error(f"{out}: holds a measurement set already; name a new folder, or --append")
+        sys.exit(NO_DEVICE)
+    if kind is not None and not there:
+        tell_error(f"--next {kind} compares with the first run, and {out} holds no set yet")
         sys.exit(NO_DEVICE)
     notes: list[str] = []
     try:
         before = read_measurement_set(out) if there else None
+        if before is not None and kind is not None:
+            _guide(kind, before)
         console = Console(port)
         taken = measurement = console.dump(timeout)
+        if before is not None and kind is not None:
+            refuse_what_was_not_asked(kind, before, taken, force=force)
         if before is not None:
             measurement, notes = joined([before, measurement], times="after")
         write_measurement_set(out, measurement)
-    except (ConsoleError, OSError, MeasurementError, JoinError) as error:
-        say(f"capture: {error}", err=True)
+    except (ConsoleError, OSError, MeasurementError, JoinError, ValueError) as error:
+        tell_error(str(error))
         sys.exit(NO_DEVICE)
     samples = 0 if taken.capture is None else taken.capture.run.size
     say(f"{samples} samples: {out}")
     if there:
-        for note in notes:
-            say(note)
+        for decided in notes:
+            say(decided)
         print_runs(measurement)
+
+
+def _guide(kind: str, before: MeasurementSet) -> None:
+    """What to do at the table, before the turn is captured. Raises ValueError."""
+    lines = steps(kind, before)
+    if not by_device(kind):
+        raise ValueError(
+            f"--next {kind}: the device captures one turn of both heads, which cannot be this. "
+            f"{' '.join(lines)} Then: arctrue import, arctrue join --next {kind}"
+        )
+    for line in lines:
+        note(line)
+    if sys.stdin.isatty():
+        click.prompt("Enter when it turns so", default="", show_default=False, err=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
@@ -92,7 +92,7 @@ def demo(out: Path, lanes: int, act: str) -> None:
             say(f"\nPage: {page}")
             faults += [f"second act: {fault}" for fault in second.faults]
     for text in (*cannot, *faults):
-        say(f"demo: {text}", err=True)
+        tell_error(str(text))
     if cannot or faults:
         sys.exit(2 if cannot else 1)
 

@@ -9,6 +9,7 @@ import click
 from rich.table import Table
 
 from arctrue.cli._figures import probability
+from arctrue.cli._guide import commands, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
@@ -19,6 +20,8 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
+from arctrue.measurement import MeasurementSet
+from arctrue.measurement.asked import KINDS
 from arctrue.workbench.diagnose.adopted import adopt as write_adopted
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
@@ -74,7 +77,11 @@ def diagnose(
             progress=progress.now,
         )
     _print(result)
-    write_json(json_file, diagnosis_data(result, bench.model.names()))
+    guide = _guide(result, bench.measurement_set, measurement_set, model_file)
+    for line in guide:
+        console.print(line, soft_wrap=True)
+    data = diagnosis_data(result, bench.model.names())
+    write_json(json_file, {**data, "next_measurement_guide": guide})
     if adopt is not None:
         console.print(f"wrote {_adopted(result, adopt, folder)}")
         console.print(f"use it: arctrue add {adopt} {measurement_set} --effects {folder}")
@@ -82,6 +89,24 @@ def diagnose(
         from arctrue.report.model_plots import plot_candidates
 
         console.print(f"wrote {plot_candidates(result, out)}")
+
+
+def _guide(
+    result: Diagnosis, measurement: MeasurementSet, folder: Path, model_file: Path | None
+) -> list[str]:
+    """What to do at the table and what to type for the next measurement, a line each."""
+    kind = result.next_measurement_kind
+    if kind not in KINDS:
+        return []
+    try:
+        at_the_table = steps(kind, measurement)
+    except ValueError:
+        # A set without a capture: the words of the diagnosis have to do.
+        return []
+    typed = commands(kind, folder, model=model_file)
+    return ["At the table:", *(f"  {line}" for line in at_the_table), "Then:"] + [
+        f"  {line}" for line in typed
+    ]
 
 
 def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._progress import Progress
 from arctrue.cli._workbench import (
@@ -23,7 +24,7 @@ from arctrue.workbench.model.growth import drop_effect
 
 
 @click.command("drop", short_help="Drop an effect from a model; see what it costs.")
-@click.argument("effect")
+@click.argument("effect", type=EFFECT_NAME)
 @set_argument
 @common_options
 @for_people

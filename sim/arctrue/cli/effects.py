@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,27 @@ import click
 from rich.table import Table
 from rich.text import Text
 
+from arctrue.cli._effect_name import EFFECT_NAME
+from arctrue.cli._group import Commands
 from arctrue.cli._outputs import OutputFile
+from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
+from arctrue.measurement import MeasurementSet, read_measurement_set
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.new_effect import write_new_effect
-from arctrue.workbench.effects.registry import effect_class
+from arctrue.workbench.effects.registry import built_in, effect_class, from_file
+from arctrue.workbench.observations.build import observations_of
 
 CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing"}
 """What of the gateware can correct an effect."""
 
 
 @click.group(
-    "effects", invoke_without_command=True, short_help="List the known effects; tell all of one."
+    "effects",
+    cls=Commands,
+    invoke_without_command=True,
+    short_help="List the known effects; tell all of one.",
 )
 @click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
 @click.option(
@@ -40,7 +50,7 @@ def effects(
     folders: tuple[Path, ...],
     json_file: Path | None,
 ) -> None:
-    """List the effects; `show NAME` tells all of one, `new NAME` writes one to edit."""
+    """List the effects; `show NAME` tells all of one, `new` and `check` are for your own."""
     context.obj = (model_file, folders)
     if context.invoked_subcommand is not None:
         return
@@ -56,7 +66,7 @@ def effects(
 
 
 @effects.command("show")
-@click.argument("name")
+@click.argument("name", type=EFFECT_NAME)
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.pass_context
 @for_people
@@ -108,6 +118,56 @@ def new(name: str, folder: Path) -> None:
     for path in write_new_effect(name, folder):
         console.print(f"wrote {path}")
     console.print(f"use it: arctrue diagnose SET --effects {folder}")
+
+
+@effects.command("check")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option(
+    "--set",
+    "measurement_set",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Check on the rows of this set.  [default: a simulated set, all conditions]",
+)
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@for_people
+def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> None:
+    """Check the effects of the Python file FILE before they are fitted to data.
+
+    Columns against finite differences of a forward formula, units, shape, finite values, rows one
+    by one, independence of the model's columns. Exit code 1: a check failed; 2: FILE is no use.
+    """
+    from arctrue.workbench.check.effect_check import checks_of
+
+    found = from_file(file)
+    with Progress("making the rows"):
+        observations = observations_of(_rows_to_check_on(measurement_set))
+    data: list[dict[str, Any]] = []
+    wrong = []
+    for name, kind in found.items():
+        checks = checks_of(kind, observations, built_in())
+        table = Table(title=name, title_justify="left")
+        for heading in ("check", "", "what was found"):
+            table.add_column(heading, overflow="fold")
+        for one in checks:
+            table.add_row(one.question, one.outcome, one.words)
+        console.print(table)
+        wrong += [f"{name}: {one.question}" for one in checks if one.outcome == "wrong"]
+        data.append({"effect": name, "checks": [asdict(one) for one in checks]})
+    write_json(json_file, {"schema": 1, "file": str(file), "effects": data})
+    for text in wrong:
+        tell_error(f"{file}: wrong: {text}")
+    if wrong:
+        raise SystemExit(1)
+
+
+def _rows_to_check_on(measurement_set: Path | None) -> MeasurementSet:
+    """The set that was named, else one with every condition that the catalogue asks for."""
+    if measurement_set is not None:
+        return read_measurement_set(measurement_set)
+    from arctrue.studies.simulate.experiment import EXPERIMENTS
+    from arctrue.studies.simulate.simulated_set import simulate_set
+
+    return simulate_set([], EXPERIMENTS["short"](), seed=1).measurement
 
 
 def effect_data(effect: type[Effect]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from arctrue.calibration.comparison import Comparison
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.cli._workbench import (
     Workbench,
     common_options,
@@ -139,9 +139,9 @@ def export(
     path = coefficient_file if out is None else out / coefficient_file.name
     refused = objections(bench.measurement_set, result.coefficients)
     for warning in result.warnings:
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     for objection in refused:
-        say(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
+        tell_objection(objection, forced=force)
     written = force or not refused
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -183,7 +183,7 @@ def export(
         },
     )
     if not written:
-        say(f"export: {path} was not written; --force writes it", err=True)
+        tell_error(f"{path} was not written; --force writes it")
         raise SystemExit(NOT_WRITTEN)
 
 
@@ -209,9 +209,9 @@ def _write_table(
     left = form.left(text, correction)
     refused = _table_objections(bench, correction)
     for warning in correction.warnings:
-        say(f"warning: {warning}", err=True)
+        tell_warning(warning)
     for objection in refused:
-        say(f"{'warning' if force else 'export: refused'}: {objection}", err=True)
+        tell_objection(objection, forced=force)
     left_out = list(correction.left_out)
     if correction.reversal_arcsec and not form.knows_direction:
         left_out.append(
@@ -247,7 +247,7 @@ def _write_table(
         },
     )
     if not written:
-        say(f"export: {path} was not written; --force writes it", err=True)
+        tell_error(f"{path} was not written; --force writes it")
         raise SystemExit(NOT_WRITTEN)
 
 

@@ -15,7 +15,7 @@ from rich.table import Table as Grid
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note
 from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
     Ambiguous,
@@ -53,7 +53,7 @@ def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 def _ask(asked: Ambiguous) -> str:
     """The answer of the person at the terminal."""
     kind = None if asked.free_text else click.Choice([*asked.answers])
-    say(asked.question, err=True)
+    note(asked.question)
     return str(click.prompt(asked.option.strip("-"), type=kind, err=True))
 
 
@@ -99,7 +99,11 @@ def _ask(asked: Ambiguous) -> str:
 @click.option("--clock-offset", type=Finite(), help="Seconds from the reference's clock.")
 @click.option("--missing", type=click.Choice(["drop"]), help="Leave rows without a value out.")
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
-@click.option("--gear-teeth", type=click.IntRange(min=1), help="Of the drive.")
+@click.option(
+    "--gear-teeth",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Of the drive; need not be whole.",
+)
 @click.option("--faces", type=click.IntRange(min=1), help="Of the polygon.")
 @click.option("--instrument", metavar="TEXT", help="What the reference is.")
 @click.option("--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of it, arcsec.")
@@ -123,7 +127,7 @@ def import_(
     clock_offset: float | None,
     missing: str | None,
     lines: int | None,
-    gear_teeth: int | None,
+    gear_teeth: float | None,
     faces: int | None,
     instrument: str | None,
     u_arcsec: float | None,
@@ -201,6 +205,6 @@ def _print(files: Sequence[Path], imported: Imported) -> None:
         for name, source in sources.items():
             grid.add_row(path.name, source.column, name, source.unit or "–", source.said_by)
     console.print(grid)
-    for note in imported.notes:
-        console.print(f"• {note}", soft_wrap=True)
+    for decided in imported.notes:
+        console.print(f"• {decided}", soft_wrap=True)
     print_runs(imported.measurement)

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_warning
 from arctrue.cli._workbench import (
     Workbench,
     common_options,
@@ -80,7 +80,7 @@ def iso230(
         ):
             notes.append("the model was fitted to this run: no independent test of the correction")
         for warning in correction.warnings:
-            say(f"warning: {warning}", err=True)
+            tell_warning(warning)
     contributions = Contributions.from_drift(reference.standard_uncertainty_arcsec, drift_arcsec)
     uncertainty = contributions.expanded(before.approaches)
     notes += _lacking(contributions)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._guide import next_option, refuse_what_was_not_asked
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import tell_warning
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import Origin, joined, read_measurement_set, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
@@ -33,18 +34,31 @@ from arctrue.printable import one_line
     help="Of a set whose clock began anew: after the set before it, or as they are.",
 )
 @click.option("--common-columns", is_flag=True, help="Leave out what not all sets have.")
+@next_option
 @for_people
-def join(sets: tuple[Path, ...], out: Path, times: str | None, common_columns: bool) -> None:
+def join(
+    sets: tuple[Path, ...],
+    out: Path,
+    times: str | None,
+    common_columns: bool,
+    kind: str | None,
+    force: bool,
+) -> None:
     """Write the runs of all SETs to OUT, one after another.
 
-    Runs and cycles are numbered on. Sets of different tables are refused.
+    Runs and cycles are numbered on. Sets of different tables are refused. With --next the last
+    SET must hold what a diagnosis of the first one asked for (exit code 1).
     """
     if (out / FILE_NAME).exists():
         raise ValueError(f"{out}: holds a measurement set already; name a new folder")
     read = [read_measurement_set(folder) for folder in sets]
     for item in read:
         for warning in item.warnings:
-            say(f"warning: {warning}", err=True)
+            tell_warning(warning)
+    if kind is not None:
+        if len(read) < 2:
+            raise ValueError(f"--next {kind} needs two sets: the first, and the one that was asked")
+        refuse_what_was_not_asked(kind, read[0], read[-1], force=force)
     result, notes = joined(
         read,
         times="" if times is None else "after" if times == "after" else "keep",
@@ -53,6 +67,8 @@ def join(sets: tuple[Path, ...], out: Path, times: str | None, common_columns: b
     words = ["arctrue", "join"]
     words += ["--times", times] if times else []
     words += ["--common-columns"] if common_columns else []
+    words += ["--next", kind] if kind else []
+    words += ["--force"] if force else []
     command = shlex.join([*words, *map(str, sets), str(out)])
     origin = Origin(one_line(command), f"arctrue {version('arctrue')}")
     write_measurement_set(out, replace(result, origin=origin))

@@ -9,7 +9,7 @@ import click
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
@@ -50,13 +50,13 @@ def load(port: str, file: Path, timeout: float) -> None:
             progress.now("waiting for a turn that judges them")
             wait_until_judged(console, timeout)
     except LoadRefusedError as error:
-        say(f"load: {file}: the device refuses: {error}", err=True)
+        tell_error(f"{file}: the device refuses: {error}")
         sys.exit(REFUSED)
     except (CoefficientFileError, ConsoleError) as error:
-        say(f"load: {error}", err=True)
+        tell_error(str(error))
         sys.exit(NO_DEVICE)
     except ValueError as error:
-        say(f"load: {file}: {error}", err=True)
+        tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
     lanes = sum(1 for amplitude in coefficients.amplitudes if amplitude)
     say(f"{file}: {lanes} orders are loaded and active")

@@ -11,7 +11,7 @@ import click
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError, Turn
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import write_measurement_set
@@ -65,7 +65,7 @@ def monitor(
                 say(f"capture: {sets / name}")
             turn = console.turn(silence)
             if turn is None:
-                say(f"no turn for {silence:g} s; does the table turn?", err=True)
+                note(f"no turn for {silence:g} s; does the table turn?")
                 continue
             seen += 1
             say(_row(turn))
@@ -74,10 +74,10 @@ def monitor(
     except KeyboardInterrupt:
         return
     except sqlite3.Error as error:
-        say(f"monitor: {record}: cannot be written: {error}", err=True)
+        tell_error(f"{record}: cannot be written: {error}")
         sys.exit(NO_DEVICE)
     except (ConsoleError, OSError) as error:
-        say(f"monitor: {error}", err=True)
+        tell_error(str(error))
         sys.exit(NO_DEVICE)
 
 

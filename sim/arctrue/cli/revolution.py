@@ -10,7 +10,7 @@ import click
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import for_people, write_json
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def revolution(
         plot_revolution(result, picture)
         say(f"wrote {picture}")
     for fault in result.faults:
-        say(f"revolution: {fault}", err=True)
+        tell_error(str(fault))
     if result.faults:
         raise SystemExit(1)
 

@@ -10,7 +10,7 @@ import click
 
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._outputs import OutputFile, OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
         plot_scenario(result, picture)
         console.print(f"wrote {picture}", soft_wrap=True)
     for broken in result.broken:
-        say(f"run: {broken}", err=True)
+        tell_error(str(broken))
     if result.broken:
         raise SystemExit(1)
 

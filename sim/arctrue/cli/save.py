@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from arctrue.cli._terminal import say
+from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.save import SaveRefusedError, save_settings
 
@@ -28,8 +28,8 @@ def save(port: str) -> None:
     try:
         say(f"{port}: {save_settings(Console(port))}")
     except SaveRefusedError as error:
-        say(f"save: {port}: {error}", err=True)
+        tell_error(f"{port}: {error}")
         sys.exit(REFUSED)
     except ConsoleError as error:
-        say(f"save: {error}", err=True)
+        tell_error(str(error))
         sys.exit(NO_DEVICE)

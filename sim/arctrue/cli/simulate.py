@@ -13,9 +13,10 @@ from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
+from arctrue.studies.simulate.hidden import hidden_effect
 from arctrue.studies.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
-from arctrue.table.causes.registry import RECIPES, REGISTRY
+from arctrue.table.causes.registry import REGISTRY
 
 
 def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:
@@ -84,7 +85,9 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     "--further",
     multiple=True,
     type=click.Choice(FURTHER),
-    help="A measurement more, after those of the experiment; may be given again.",
+    metavar="KIND",
+    help="A measurement more, after those of the experiment; may be given again. "
+    f"One of {', '.join(FURTHER)}.",
 )
 @click.option(
     "--list",
@@ -118,10 +121,7 @@ def simulate(
     if seed is None:
         seed = int(np.random.SeedSequence().generate_state(1)[0])
     if hidden:
-        names = sorted(recipe.name for recipe in RECIPES.values() if recipe.in_catalogue)
-        # Its own stream: the seed of the table must not tell the cause.
-        random = np.random.default_rng([seed, len(names)])
-        effects = (names[int(random.integers(len(names)))],)
+        effects = (hidden_effect(seed),)
     padded = [*sizes, *[None] * (len(effects) - len(sizes))]
     wanted = [Wanted(name, size) for name, size in zip(effects, padded, strict=True)]
     made = simulate_set(

@@ -43,12 +43,14 @@ def correction_ramp(
     limit: int,
     ramp_rate: int,
     state: RampState | None = None,
+    inserted: NDArray[np.int64] | None = None,
 ) -> RampResult:
     """The total correction of consecutive clocks.
 
     ``correction``: ε in 2⁻ᶠ count, (clocks,); ``marker``: (clocks,), true where ε comes from
     another origin than the clock before; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count a
-    clock. ``state``: that of the clocks before, else that after reset.
+    clock. ``state``: that of the clocks before, else that after reset. ``inserted``: counts by
+    which the reading jumps in the clock of a marker, (clocks,); not looked at in others.
 
     Raises ValueError for a rate that u8.24 cannot hold.
     """
@@ -74,6 +76,8 @@ def correction_ramp(
             held = int(total[end - 1])
             age = int(ages[-1])
         if end < clocks:
+            if inserted is not None:
+                held += int(inserted[end]) << PAIR_FRACTION
             total[end] = held
             busy[end] = True
             caught = held - int(correction[end])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +44,8 @@ class CompensationState:
     """What the entity remembers from clock to clock; the default is the state after reset."""
 
     applied: bool = False
+    zero_moved: bool = False
+    put_back: int = 0
     ramp: RampState = field(default_factory=RampState)
 
 
@@ -92,24 +94,35 @@ def error_compensation(
     counts_per_rev: int,
     ramp_rate: int,
     state: CompensationState | None = None,
+    zero_moved: NDArray[np.bool_] | None = None,
+    put_back: NDArray[np.int64] | None = None,
 ) -> Compensated:
     """The outputs for the inputs of consecutive clocks (the latency of 4 clocks is left out).
 
     ``pair_sums``: (clocks, pairs) in 2⁻ᶠ count; ``angle`` and ``position``: counts, (clocks,);
     ``apply`` and ``swap_marker``: (clocks,). ``state``: that of the clocks before, else reset.
+    ``zero_moved`` turns over with the first angle from another zero; ``put_back``: counts in
+    ``position`` that no edge brought; both (clocks,), by default those of ``state``.
     """
     state = state or CompensationState()
+    moved = np.full(apply.shape, state.zero_moved) if zero_moved is None else zero_moved
+    healed = np.full(apply.shape, state.put_back) if put_back is None else put_back
+    moved_before = np.concatenate(([state.zero_moved], moved[:-1]))
+    healed_before = np.concatenate(([state.put_back], healed[:-1]))
+    moves = moved != moved_before
     applied_before = np.concatenate(([state.applied], apply[:-1]))
     unramped = np.where(apply, add_pairs(pair_sums, offset), 0)
     ramped = correction_ramp(
         unramped,
-        swap_marker | (apply != applied_before),
+        swap_marker | (apply != applied_before) | moves,
         correction_limit(counts_per_rev),
         ramp_rate,
         state.ramp,
+        np.where(moves, (healed - healed_before + 2**15) % 2**16 - 2**15, 0),
     )
     subtracted = subtract(angle, position, ramped.total, counts_per_rev)
-    applied = bool(apply[-1]) if apply.size else state.applied
-    return Compensated(
-        *subtracted, ramped.limited, ramped.busy, CompensationState(applied, ramped.state)
-    )
+    if apply.size:
+        after = CompensationState(bool(apply[-1]), bool(moved[-1]), int(healed[-1]), ramped.state)
+    else:
+        after = replace(state, ramp=ramped.state)
+    return Compensated(*subtracted, ramped.limited, ramped.busy, after)

@@ -21,6 +21,9 @@ COUNTER_MAX = 2**16 - 1
 JUDGED_AFTER = 3
 """Clocks from an index told to its judgement."""
 
+HEALED_MOST = 2**14
+"""Counts: a slip of so many and more is not put back."""
+
 PERIOD = 4
 """Counts of a period of A and B."""
 
@@ -56,6 +59,8 @@ class DecoderInputs:
     clear: ArrayLike = False
     rearm: ArrayLike = False
     zero_again: ArrayLike = False
+    heal: ArrayLike = False
+    other_head_agrees: ArrayLike = False
     reset: ArrayLike = False
 
 
@@ -81,6 +86,11 @@ class DecoderTrace:
     index_position: Ints
     index_direction: Ints
     index_interval: Ints
+    index_trusted: Ints
+    zero_moved: Ints
+    zero_moves: Ints
+    zero_slip: Ints
+    put_back: Ints
     index_error: Ints
     index_error_count: Ints
     illegal: Ints
@@ -207,24 +217,57 @@ def _edges_lost(
     return lost
 
 
-def _moved_zeros(
-    misplaced: Bools, agrees: Bools, can_move: Bools, forgotten: Bools, told: Bools
-) -> Bools:
-    """Clocks in which a mark that agrees with the one before it becomes the zero."""
-    moved = np.zeros(misplaced.size, dtype=np.bool_)
-    last_forgotten = latest(forgotten)
+@dataclass(frozen=True)
+class _Verdicts:
+    """What each mark that is judged says; all (clocks,), in the clock of the verdict."""
+
+    is_judged: Bools
+    misplaced: Bools
+    agrees: Bools
+    """It lies a turn from the mark before it."""
+    other_agrees: Bools
+    can_move: Bools
+    forgotten: Bools
+    told: Bools
+    """Clocks in which a mark is told."""
+
+
+def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
+    """Clocks in which a mark becomes the zero, and those in which one is trusted."""
+    moved = np.zeros(verdicts.told.size, dtype=np.bool_)
+    trusted = np.zeros_like(moved)
+    last_forgotten = latest(verdicts.forgotten)
     in_doubt_since = -1
-    for clock in np.flatnonzero(misplaced | agrees).tolist():
+    judged = verdicts.is_judged | verdicts.misplaced | verdicts.agrees
+    for clock in np.flatnonzero(judged).tolist():
         if last_forgotten[clock] >= in_doubt_since:
             in_doubt_since = -1
-        # Another mark since the one that is judged.
-        is_last = not told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
-        if misplaced[clock] and not forgotten[clock]:
-            in_doubt_since = clock
-        elif agrees[clock] and in_doubt_since >= 0 and can_move[clock] and is_last:
+        # No other mark since the one that is judged.
+        follows = verdicts.told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
+        is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
+        is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
+            verdicts.misplaced[clock] and verdicts.other_agrees[clock]
+        )
+        if is_proven and verdicts.can_move[clock] and is_last:
             moved[clock] = True
             in_doubt_since = -1
-    return moved
+        elif verdicts.misplaced[clock] and not verdicts.forgotten[clock]:
+            in_doubt_since = clock
+        trusted[clock] = is_last and in_doubt_since < 0
+    return moved, trusted
+
+
+def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
+    """The angle, -half a turn to half a turn, of each mark that becomes the zero; (at,)."""
+    slips = np.zeros(at.size, dtype=np.int64)
+    last_begin = latest(begins)
+    last_moved = -1
+    for place, clock in enumerate(at.tolist()):
+        of_before = max(int(_clock_before(last_begin)[clock]), last_moved)
+        angle = int(zero[clock] - zero[of_before]) % int(turn[clock])
+        slips[place] = angle - turn[clock] if 2 * angle >= turn[clock] else angle
+        last_moved = clock
+    return slips
 
 
 def _sticky(event: Bools, clear: Bools, reset: Bools) -> tuple[Ints, Ints]:
@@ -248,8 +291,10 @@ def quadrature_decoder(
     columns = {field.name: np.atleast_1d(getattr(inputs, field.name)) for field in fields(inputs)}
     columns = dict(zip(columns, np.broadcast_arrays(*columns.values()), strict=True))
     timestamp = columns.pop("timestamp").astype(np.uint64)
-    levels_of = ("clear", "rearm", "reset", "zero_again")
-    clear, rearm, reset, zero_again = (columns.pop(name) != 0 for name in levels_of)
+    levels_of = ("clear", "rearm", "reset", "zero_again", "heal", "other_head_agrees")
+    clear, rearm, reset, zero_again, heal, other_agrees = (
+        columns.pop(name) != 0 for name in levels_of
+    )
     if clear.size == 0:
         raise ValueError("the inputs hold no clock; expected one value a clock")
     column = {name: values.astype(np.int64) for name, values in columns.items()}
@@ -309,12 +354,25 @@ def quadrature_decoder(
     of_a_turn = _earlier(_earlier(np.abs(size - turn_in_force)))
     agrees = judged & (of_a_turn <= column["index_tolerance"])
     can_move = zero_again & ~forgotten & (turn_in_force > 8)
-    moved_zero = _moved_zeros(
-        _was(misplaced & ~reset), _was(agrees & ~reset), can_move, forgotten, _was(seen.index)
+    verdicts = _Verdicts(
+        _was(_was(_was(strobe) & ~forgotten) & ~forgotten),
+        _was(misplaced & ~reset),
+        _was(agrees & ~reset),
+        other_agrees,
+        can_move,
+        forgotten,
+        _was(seen.index),
     )
+    moved_zero, trusted = _moved_zeros(verdicts)
     at = np.flatnonzero(moved_zero)
     # That of the mark, told so many clocks before.
     zero[at] = zero[at - JUDGED_AFTER - 1]
+    slip = np.zeros(clocks.size, dtype=np.int64)
+    slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)
+    is_healed = heal & (np.abs(slip + 0.5) < HEALED_MOST)
+    moves_total, healed_total = np.cumsum(slip != 0), -np.cumsum(np.where(is_healed, slip, 0))
+    zero_moves = moves_total - value_at(last_reset, moves_total, 0)
+    last_slip = latest(slip != 0)
     from_zero = total - value_at(latest(forgotten | first_index | moved_zero), zero, 0)
 
     # Spacing of edges, one clock after the position.
@@ -327,7 +385,7 @@ def quadrature_decoder(
     edges_lost = _edges_lost((levels[0], levels[1]), column["filter_length"], seen, filter_reset)
     too_fast = _was((too_near | edges_lost) & ~reset) & ~reset
     overspeed, overspeed_count = _sticky(too_fast, clear, reset)
-    told = _was(misplaced & ~reset) | moved_zero
+    told = _was(misplaced & ~reset) | (slip != 0)
     index_error, index_error_count = _sticky(told & ~reset, clear, reset)
 
     # The levels of the clock in which the position was decided.
@@ -354,6 +412,11 @@ def quadrature_decoder(
         "index_interval": np.where(
             last_strobe > last_forgotten, value_at(last_strobe, interval, 0), 0
         ),
+        "index_trusted": trusted,
+        "zero_moved": zero_moves % 2,
+        "zero_moves": zero_moves % 2**16,
+        "zero_slip": np.where(last_slip > last_reset, value_at(last_slip, slip, 0), 0),
+        "put_back": _wrapped(healed_total - value_at(last_reset, healed_total, 0)),
         "index_error": index_error,
         "index_error_count": index_error_count,
         "illegal": illegal,

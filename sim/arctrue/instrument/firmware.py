@@ -81,6 +81,11 @@ class Firmware:
         if self.phase == "no_core":
             raise InstrumentError("the firmware finds no core, or the core refused its set-up")
 
+    def fault(self) -> None:
+        """The program begins anew after a fault; the core goes on meanwhile."""
+        self._library.firmware_fault(self._processor)
+        self._check_bus()
+
     def step(self) -> str:
         """One round of the main loop; what the console said, telemetry apart."""
         if self.thermometer is not None:

@@ -90,6 +90,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "firmware_new": (_HANDLE, (_HANDLE,)),
     "firmware_delete": (None, (_HANDLE,)),
     "firmware_start": (None, (_HANDLE,)),
+    "firmware_fault": (None, (_HANDLE,)),
     "firmware_step": (None, (_HANDLE,)),
     "firmware_type": (None, (_HANDLE, c_char_p)),
     "firmware_said": (c_char_p, (_HANDLE,)),

@@ -39,7 +39,7 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
         "disc_diameter_mm": Key("number", low=0, closed=False),
         "head_separation_deg": Key("number", low=-360, high=360, closed=False),
         "index_detection_arcsec": Key("number", low=0, high=3600),
-        "drive_gear_teeth": Key("whole", low=1),
+        "drive_gear_teeth": Key("number", low=0, closed=False),
         "faces": Key("whole", low=1),
         "index_repeatability_counts": Key("number", low=0),
     },

@@ -42,7 +42,7 @@ class Table:
     head_separation_deg: float | None = None
     index_detection_arcsec: float | None = None
     """Standard uncertainty of how far apart the heads detect the same index mark."""
-    drive_gear_teeth: int | None = None
+    drive_gear_teeth: float | None = None
     faces: int | None = None
     index_repeatability_counts: float | None = None
     """How well an index mark repeats from run to run, standard deviation of one head."""

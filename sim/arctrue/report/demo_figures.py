@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from arctrue.report.log_scale import set_log_y
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style, to_svg
 from arctrue.studies.demo.result import DemoResult
 
@@ -81,7 +82,7 @@ def spectrum(result: DemoResult, orders: int = 24) -> str:
             ha="right",
             color=LIMIT,
         )
-        axes.set_yscale("log")
+        set_log_y(axes)
         axes.set_ylim(floor, 2 * result.before.amplitude_counts.max())
         axes.set_xlim(0.4, orders + 0.6)
         axes.set_xticks(range(1, orders + 1))

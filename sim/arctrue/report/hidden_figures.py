@@ -74,7 +74,7 @@ def signal_period(result: HiddenResult) -> str:
                 360 / curve.phase_arcsec.size
             )
             axes.plot(middle_deg, curve.phase_arcsec, color=colour, label=name, linestyle=style)
-        axes.set_title("Mean error over a period of the grating, slow errors removed", color=INK)
+        axes.set_title("Mean error over a period of the grating", color=INK)
         axes.set_xlabel("electrical phase of head 1, °")
         axes.set_ylabel("error, arcsec")
         axes.set_xlim(0, 360)

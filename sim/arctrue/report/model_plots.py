@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from arctrue.report.log_scale import set_log_y, set_symmetric_log_x
 from arctrue.report.png import CHANNEL_COLOUR, COLOURS, QUIET, plain_axes, png_figure, save_png
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.model.model import HistoryStep
@@ -30,7 +30,7 @@ def plot_candidates(result: Diagnosis, folder: Path) -> Path:
     axes.bar_label(
         bars, [f"{item.delta_bic:,.0f}".replace("-", "−") for item in shown], padding=4, fontsize=8
     )
-    axes.set_xscale("symlog", linthresh=LINEAR_TO)
+    set_symmetric_log_x(axes, LINEAR_TO)
     axes.axvline(0.0, color=QUIET, linewidth=0.8)
     plain_axes(axes)
     axes.grid(axis="y", visible=False)
@@ -67,14 +67,12 @@ def plot_history(history: Sequence[HistoryStep], folder: Path) -> Path:
     panels = np.atleast_1d(figure.subplots(1, max(len(channels), 1), sharey=True))
     for axes, channel in zip(panels, channels, strict=True):
         _draw_ladder(axes, history, channel)
-    panels[0].set_yscale("log")
     for which in ("major", "minor"):
         panels[0].yaxis.set_tick_params(which=which, labelsize=8)
+    set_log_y(panels[0])
     low, high = panels[0].get_ylim()
-    panels[0].yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    panels[0].yaxis.set_minor_formatter(
-        FuncFormatter(lambda value, _: f"{value:g}") if high < 12 * low else NullFormatter()
-    )
+    if high < 12 * low:
+        set_log_y(panels[0], label_minor_ticks=True)
     panels[0].set_ylabel("RMS of what the model leaves, ″")
     return save_png(figure, folder, "history.png")
 

@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from arctrue.report.png import CHANNEL_COLOUR, COLOURS, QUIET, plain_axes, png_figure, save_png
+from arctrue.report.spectrum_plots import plot_line_spectrum
 from arctrue.workbench.compare.comparison import Comparison
 from arctrue.workbench.compare.findings import LEAST_SHARE
 from arctrue.workbench.compare.maps import ResidualMap
@@ -33,11 +34,12 @@ SYMBOLS = {"deg": "°", "deg/s": "°/s"}
 
 
 def plot_comparison(solution: Solution, comparison: Comparison, folder: Path) -> list[Path]:
-    """Branches by run and direction against the angle, and all maps; returns the PNG files."""
+    """Branches by run and direction against the angle, all maps, and lines; returns PNG files."""
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     return [
         _plot_branches(solution, noise_arcsec, folder),
         _plot_maps(comparison.maps, folder),
+        plot_line_spectrum(solution, folder),
     ]
 
 

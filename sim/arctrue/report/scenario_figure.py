@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from arctrue.report.log_scale import set_log_y
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
 from arctrue.studies.scenario.result import ScenarioResult, Turn
 from arctrue.studies.scenario.turns import BINS, TurnError
@@ -45,7 +46,7 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
     limit = result.scenario.limits.corrected_rms_arcsec
     if limit is not None:
         axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 3)), linewidth=1, label="limit")
-    axes.set_yscale("log")
+    set_log_y(axes)
     axes.set_ylabel("RMS error, arcsec")
     axes.set_title("Error against the true angle")
     bottom, top = axes.get_ylim()

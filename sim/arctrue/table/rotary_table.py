@@ -31,7 +31,9 @@ def two_heads(
 
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
-    """A disc on an axis, read by two heads; exact plane geometry, no small-angle formula.
+    """A disc on an axis, read by heads; exact plane geometry, no small-angle formula.
+
+    Two heads are the usual case; a study of other methods may have more.
 
     At the true angle θ the disc centre is at C = axis + e^{jθ}·disc shift. The ray from C
     through a head at H meets the graduation at the disc angle g = θ − arg(H − C); the lines
@@ -43,7 +45,7 @@ class RotaryTable:
     deviation of white noise on the reading of each head, taken by captures and edges.
     """
 
-    heads: tuple[Head, Head]
+    heads: tuple[Head, ...]
     effects: tuple[PhysicalEffect, ...] = ()
     counts_per_rev: int = 1 << 24
     rounding: Literal["floor", "nearest"] = "floor"

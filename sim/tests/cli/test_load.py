@@ -12,7 +12,7 @@ from sim.tests.cli.test_monitor import Device
 from sim.tests.firmware.emulator import PATIENCE_S
 from sim.tests.firmware.library import firmware
 
-from arctrue.cli.load import load
+from arctrue.cli import main
 from arctrue.device import console
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
@@ -57,7 +57,7 @@ def file_of(
 
 
 def run(device: Device, path: Path) -> Result:
-    return CliRunner().invoke(load, [device.port, str(path), "--timeout", str(PATIENCE_S)])
+    return CliRunner().invoke(main, ["load", device.port, str(path), "--timeout", str(PATIENCE_S)])
 
 
 def test_a_file_is_loaded(device: Device, tmp_path: Path) -> None:

@@ -20,8 +20,7 @@ from sim.tests.firmware.model_core import Firmware, ModelCore
 from sim.tests.firmware.test_application import Sensor
 from sim.tests.firmware.test_estimates import counts_of
 
-from arctrue.cli.capture import capture
-from arctrue.cli.monitor import monitor
+from arctrue.cli import main
 from arctrue.device import console
 from arctrue.device.console import Turn
 from arctrue.device.recorder import Recorder
@@ -96,7 +95,7 @@ def device(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> I
 
 def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> None:
     done = CliRunner().invoke(
-        capture, [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
+        main, ["capture", device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
     )
     assert done.exit_code == 0, done.output
     measurement = read_measurement_set(tmp_path / "set")
@@ -114,7 +113,7 @@ def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> 
 def test_turns_are_shown_and_recorded(device: Device, tmp_path: Path) -> None:
     record, sets = tmp_path / "turns.sqlite", tmp_path / "sets"
     arguments = [device.port, "--turns", "3", "--record", str(record), "--sets", str(sets)]
-    done = CliRunner().invoke(monitor, arguments)
+    done = CliRunner().invoke(main, ["monitor", *arguments])
     assert done.exit_code == 0, done.output
     assert " none " in done.output or " not_better " in done.output
     assert " 32.99999" in done.output or " 33.00000" in done.output
@@ -143,7 +142,7 @@ def test_a_record_of_an_older_version_is_continued(tmp_path: Path) -> None:
 
 def test_a_refused_turn_is_shown(device: Device) -> None:
     device.bad_turns = True
-    done = CliRunner().invoke(monitor, [device.port, "--turns", "2"])
+    done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "2"])
     assert done.exit_code == 0, done.output
     assert "refused  jump" in done.output
 
@@ -151,23 +150,50 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
 def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:
     words = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S), "--append"]
     device.moved_counts = 5  # no two turns are the same
-    assert CliRunner().invoke(capture, words).exit_code == 0
-    done = CliRunner().invoke(capture, words)
+    assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
+    done = CliRunner().invoke(main, ["capture", *words])
     assert done.exit_code == 0, done.output
     assert "the pause before it is not known" in done.output
     found = read_measurement_set(tmp_path / "set").capture
     assert found is not None
     assert np.unique(found.run).size == 2
     assert found.head1_counts.size == 2 * COUNTS.shape[1]
-    again = CliRunner().invoke(capture, words[:-1])
+    again = CliRunner().invoke(main, ["capture", *words[:-1]])
     assert again.exit_code == 2
     assert "--append" in again.output
 
 
+def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_path: Path) -> None:
+    folder = tmp_path / "set"
+    words = [device.port, str(folder), "--timeout", str(PATIENCE_S), "--append"]
+    early = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
+    assert early.exit_code == 2
+    assert "holds no set yet" in early.stderr
+    assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
+    device.moved_counts = 5  # no two turns are the same
+    # The device turns as before.
+    same = CliRunner().invoke(main, ["capture", *words, "--next", "speed"])
+    assert same.exit_code == 1
+    assert "1. turn the table up at" in same.stderr
+    assert "error: refused: not what speed asks for: it turns at" in same.stderr
+    kept = read_measurement_set(folder).capture
+    assert kept is not None
+    assert np.unique(kept.run).size == 1
+    cannot = CliRunner().invoke(main, ["capture", *words, "--next", "turns"])
+    assert cannot.exit_code == 2
+    assert "the device captures one turn" in cannot.stderr
+    again = CliRunner().invoke(main, ["capture", *words, "--next", "again"])
+    assert again.exit_code == 0, again.output
+    assert "let the table stand still for ten minutes" in again.stderr
+    grown = read_measurement_set(folder).capture
+    assert grown is not None
+    assert np.unique(grown.run).size == 2
+
+
 def test_a_port_that_is_not_there(tmp_path: Path) -> None:
-    for command in (monitor, capture):
-        arguments = [str(tmp_path / "none"), *([str(tmp_path)] if command is capture else [])]
-        done = CliRunner().invoke(command, arguments)
+    for command in ("monitor", "capture"):
+        arguments = [str(tmp_path / "none"), *([str(tmp_path)] if command == "capture" else [])]
+        done = CliRunner().invoke(main, [command, *arguments])
         assert done.exit_code == 2
         assert "cannot be opened" in done.output
 
@@ -176,7 +202,7 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     near, far = pty.openpty()
     tty.setraw(far)
     monkeypatch.setattr(console.Console.command, "__defaults__", (0.3,))
-    done = CliRunner().invoke(monitor, [os.ttyname(far)])
+    done = CliRunner().invoke(main, ["monitor", os.ttyname(far)])
     assert done.exit_code == 2
     assert "no answer to 'telemetry on'" in done.output
     os.close(near)

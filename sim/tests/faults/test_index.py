@@ -41,9 +41,11 @@ def test_false_index(scene: Scene, head: str) -> None:
     scene.disturb(2 / 16384, high=Z_OF[head])
     scene.turn(0.1)
     assert scene.faults() == {f"{head}.index_error"}
+    assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The index in its place came behind it: the zero is known to be right.
+    # The index in its place came behind it: the zero is known to be right, and nothing moves it.
+    assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.told["alarms"]
     during = scene.compare()
     assert during.most < scene.clean_bound

@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from sim.tests.faults.conftest import MakeScene
-from sim.tests.faults.scene import Scene
 from sim.tests.faults.setting import PERIOD_COUNTS, TURN_CLOCKS
 
 SEPARATION_RAD = float(np.deg2rad(33.0))
 
 
-@pytest.mark.parametrize("counts", [PERIOD_COUNTS, 10 * PERIOD_COUNTS])
-def test_dropped_counts(scene: Scene, counts: int) -> None:
+@pytest.mark.parametrize(
+    ("counts", "heal"), [(PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 0), (10 * PERIOD_COUNTS, 1)]
+)
+def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
+    """Head 2 proves them at the next index; the correction is never taken off."""
+    scene = make_scene(None, {"heal": heal})
+    scene.calibrate()
+    scene.to_part(0.3)
+    scene.record()
     before = scene.bank()
     scene.drop(counts)
     scene.turn(0.3)
@@ -29,10 +35,25 @@ def test_dropped_counts(scene: Scene, counts: int) -> None:
     assert scene.next_turn()["alarms"] == ["zero_lost"]
     assert scene.instrument.clock - told_at < TURN_CLOCKS
     assert scene.bank() == before
+    assert scene.instrument.read("zero.moves") == 1
+    assert scene.instrument.read("zero_slip") == -counts
+    assert scene.instrument.read("put_back") == heal * counts
+    assert scene.instrument.read("status.compensating") == 1
     scene.turn(0.5)
-    # Uncorrected to the next index, on a ramp.
-    assert scene.instrument.read("status.compensating") == 0
-    assert scene.compare().worse < (scene.clean_bound + scene.ramp_lag + scene.wrong_place(counts))
+    told = scene.compare(slips=not heal)
+    assert told.illegal == 0
+    assert told.worse < scene.clean_bound + scene.wrong_place(counts) + heal * counts
+    if heal:
+        # The output has them again; head 1's own count has not.
+        scene.settle()
+        scene.record()
+        scene.turn(1.0)
+        healed = scene.compare(slips=False)
+        assert healed.most < scene.clean_bound
+        assert healed.last_slip == -counts
+        return
+    # No turn more is lost by it.
+    assert scene.next_turn()["result"] != "refused"
     scene.recovers()
 
 

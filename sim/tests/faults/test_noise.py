@@ -16,7 +16,7 @@ INVERTED = 0.02
 
 
 def test_burst_on_head_1(scene: Scene) -> None:
-    before, turns = scene.bank(), len(scene.firmware.telemetry)
+    before = scene.bank()
     scene.disturb(BURST_TURNS, invert=HEAD1_A | HEAD1_B, probability=INVERTED)
     scene.turn(0.2)
     assert {"head1.illegal", "head1.overspeed"} & scene.faults()
@@ -30,13 +30,13 @@ def test_burst_on_head_1(scene: Scene) -> None:
     assert burst.last_slip != 0
 
     scene.record()
-    assert scene.next_turn()["result"] == "refused"
-    assert "zero_lost" in scene.told["alarms"]
+    # At the index: what was captured until then is not used.
+    assert "zero_lost" in scene.next_turn()["alarms"]
     assert scene.bank() == before
+    assert scene.instrument.read("status.compensating") == 1
     scene.turn(1.0)
-    assert scene.compare().worse < scene.clean_bound + scene.ramp_lag + wrong
+    assert scene.compare().worse < scene.clean_bound + wrong
     scene.recovers()
-    assert scene.reasons(turns)[0] in ("index_error", "illegal_transition")
 
 
 def test_burst_on_head_2(scene: Scene) -> None:

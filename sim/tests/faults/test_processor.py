@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sim.tests.faults.scene import Scene
-from sim.tests.faults.setting import TURN_CLOCKS
+from sim.tests.faults.setting import POLL_CLOCKS, TURN_CLOCKS
 
 
 def test_hung_for_three_turns(scene: Scene) -> None:
@@ -36,8 +36,35 @@ def test_calculation_longer_than_a_turn(scene: Scene) -> None:
     scene.recovers()
 
 
+def test_begins_anew_after_a_fault(scene: Scene) -> None:
+    """A fault, a hang or the watchdog: the core goes on with the last coefficients."""
+    clean = scene.clean_bound
+    position = scene.instrument.read("head1.index.position")
+    scene.firmware.fault()
+    assert scene.firmware.coefficients is None, "not known any more"
+    assert scene.firmware.send("status").count("compensation on") == 1
+    compensating = []
+    told = len(scene.firmware.telemetry)
+    scene.firmware.run(
+        until=lambda f: (
+            compensating.append(scene.instrument.read("status.compensating"))
+            or len(f.telemetry) > told
+        ),
+        poll_clocks=POLL_CLOCKS,
+    )
+    assert all(compensating)
+    assert "began_anew" in scene.told["alarms"]
+    during = scene.compare()
+    assert during.most < clean
+    assert during.illegal == 0
+    assert scene.instrument.read("head1.index.position") != position
+    assert scene.told["result"] == "applied"
+    assert scene.firmware.coefficients is not None
+    scene.recovers()
+
+
 def test_begins_anew(scene: Scene) -> None:
-    """After a fault or the watchdog: uncorrected, on a ramp, until it has calibrated again."""
+    """Told to by the operator: uncorrected, on a ramp, until it has calibrated again."""
     scene.firmware.start()
     assert scene.firmware.phase == "wait_for_index"
     assert scene.firmware.coefficients is None

@@ -58,6 +58,10 @@ class ModelCore:
             if self.broken_lane == (offset - COEFFICIENTS) // 16:
                 return 0xDEAD
             return self.idle.get(offset, 0)
+        if offset == address("status"):
+            on = self.get("control") & bit("control", "compensate")
+            applied = bool(on and self.get("head1.flags") & INDEX_SEEN)
+            return self.get("status") | applied * bit("status", "compensating")
         return self.words.get(offset, 0)
 
     def write(self, _: Any, offset: int, word: int) -> None:
@@ -92,6 +96,19 @@ class ModelCore:
     def see_index(self) -> None:
         for head in ("head1", "head2"):
             self.set(f"{head}.flags", bit(f"{head}.flags", "index_seen"))
+
+    def head1_slips(self, slip: int, travel: int = 1000) -> None:
+        """What head 1's registers show where its angle at its last index was ``slip``."""
+        position = self.get("snapshot.head1_position")
+        self.set("head1.index", position - travel)
+        self.set("snapshot.head1_angle", (slip + travel) % self.get("counts_per_rev_active"))
+
+    def moves_zero(self, slip: int) -> None:
+        """A mark proves that head 1 lost ``-slip`` counts: the core makes it the zero."""
+        self.set("zero", self.get("zero") + 1)
+        self.set("zero_slip", slip)
+        self.set("head1.flags", self.get("head1.flags") | 0b10)
+        self.head1_slips(0)
 
     def head2_slips(self, slip: int, travel: int = 1000) -> None:
         """What head 2's registers show where its angle at its last index was ``slip``."""

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sim.tests.firmware.library import firmware
-from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.model_core import Firmware, ModelCore, address, bit
 from sim.tests.firmware.test_application import controls, turn
 
 ORDERS = (
@@ -40,9 +40,7 @@ class Device:
         self.settled += 1
 
     def start(self, *, after_fault: bool) -> None:
-        """As main() does; a fault has written bypass before."""
-        if after_fault:
-            self.core.set("control", 0b010)
+        """As main() does; a fault has left the core as it was."""
         self.firmware = Firmware(self.core)
         library, application = self.firmware.library, self.firmware.application
         library.application_keep_settings(application, self.kept, self._settle)
@@ -89,8 +87,17 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
     device.work(1)
     assert controls(device.core)["compensate"]
     device.firmware.send("bypass on" if bypassed else "bypass off")
+    device.core.writes.clear()
     device.start(after_fault=True)
-    assert not controls(device.core)["compensate"], "nothing is known yet"
+    words = [word for offset, word in device.core.writes if offset == address("control")]
+    assert all(bool(word & 1) != bypassed for word in words), "never off, nor on, in between"
+    assert not any(
+        word & bit("command", "rearm")
+        for offset, word in device.core.writes
+        if offset == address("command")
+    )
+    assert not device.firmware.application.has_active, "which coefficients is not known"
+    assert field(device, "compensation") == ["bypassed" if bypassed else "on"]
     device.work(1)
     assert device.firmware.application.has_active
     assert controls(device.core)["compensate"] != bypassed
@@ -98,13 +105,14 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
 
 
 def test_lost_settings_leave_the_output_uncorrected() -> None:
+    """Where it was; a correction that is at work goes on, and nothing is worked on."""
     device = Device()
     device.firmware.send("set separation_deg 47.5")
     ffi, _ = firmware()
     ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
     device.start(after_fault=True)
     assert field(device, "settings") == ["lost"]
-    assert any("else preset, and bypass is on" in line for line in field(device, "advice"))
+    assert any("as they were saved, else preset" in line for line in field(device, "advice"))
     assert parameters(device)["separation_deg"] == "33.000000000"
     device.work(1)
     assert device.firmware.application.has_active
@@ -113,6 +121,33 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
     assert controls(device.core)["compensate"]
     device.start(after_fault=True)
     assert field(device, "settings") == ["kept"], "what has been ordered since"
+
+
+def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
+    device = Device()
+    device.work(1)
+    assert controls(device.core)["compensate"]
+    ffi, _ = firmware()
+    ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
+    device.core.writes.clear()
+    device.start(after_fault=True)
+    assert device.firmware.phase == "held"
+    assert not device.core.writes
+    assert field(device, "compensation") == ["on"]
+    # The operator may take it off; on again comes with a re-arm.
+    assert device.firmware.send("bypass on") == "ok\r\n"
+    assert not controls(device.core)["compensate"]
+    assert controls(device.core)["output_enable"]
+
+
+def test_another_turn_than_that_of_the_core_re_arms() -> None:
+    """The fabric was loaded anew meanwhile, or the fault came in the middle of an order."""
+    device = Device()
+    device.work(1)
+    device.core.set("counts_per_rev_active", 1000)
+    device.start(after_fault=True)
+    assert not controls(device.core)["compensate"]
+    assert device.core.get("counts_per_rev_active") == device.core.get("counts_per_rev")
 
 
 def test_a_start_without_a_fault_has_presets() -> None:
@@ -140,9 +175,9 @@ def test_faults_in_a_row_end_in_a_state_that_works_on_nothing() -> None:
     assert device.firmware.application.turns == 0
     assert not device.core.writes
     assert controls(device.core) == {
-        "compensate": False,
+        "compensate": True,  # with the last coefficients
         "output_enable": True,
-        "capture_enable": False,
+        "capture_enable": True,
     }
     assert any("third fault in a row" in line for line in field(device, "advice"))
     assert device.firmware.send("dump").startswith("error: nothing is captured in phase held")

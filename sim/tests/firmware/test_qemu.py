@@ -111,7 +111,7 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
         (bytes.fromhex("4ff4d0300047"), "prefetch_abort"),
     ],
 )
-def test_faults_end_in_bypass_and_begin_anew(
+def test_faults_leave_the_core_and_begin_anew(
     tmp_path: Path, counts: Any, code: bytes, name: str
 ) -> None:
     with running(tmp_path, core_window(None)) as machine:

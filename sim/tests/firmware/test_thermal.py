@@ -246,9 +246,9 @@ def test_the_lag_is_taken_off() -> None:
         found.append(table.celsius)
     behind = course.at(times) - np.array(found)
     assert (course.at(times) - shown)[-1] == pytest.approx(lag_s * rate, rel=0.02)
-    # After some time constants, of both, nothing but the steps, times 8.
+    # After some time constants, of both, the steps times 8, and the rest of how the lag began.
     late = behind[times > 240.0]
-    assert abs(late.mean()) < 0.01
+    assert abs(late.mean()) < 0.02
     assert np.abs(late).max() < 8 / 128
 
 

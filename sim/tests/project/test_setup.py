@@ -31,6 +31,7 @@ class Machine:
             "PATH": str(self.commands),
             "OS_RELEASE": str(release),
             "PYTHON": str(self.commands / "python3"),
+            "GHDL_LLVM": "ghdl1-llvm",
             "HOME": str(self.tree),
         }
         return subprocess.run(
@@ -68,6 +69,7 @@ def machine(tmp_path: Path) -> Machine:
         "rm",
         "mkdir",
         "env",
+        "ln",
     ):
         found = shutil.which(tool)
         assert found
@@ -106,6 +108,41 @@ def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
     assert "Debian 12, Debian 13" not in done.stderr
     assert "installing the Python packages" in done.stderr
     assert apt_log(machine) == ""
+
+
+def llvm_names(machine: Machine) -> dict[str, str]:
+    folder = machine.tree / "build" / "llvm_names"
+    return {file.name: str(file.readlink()) for file in folder.glob("*")}
+
+
+NOT_FOUND = """cat <<'end'
+	libLLVM-18.so.18.1 => not found
+	libc.so.6 => /lib/x86_64-linux-gnu/libc.so.6 (0x00007f0000000000)
+end"""
+
+
+def test_llvm_gets_the_name_that_ghdl_asks_for(machine: Machine) -> None:
+    # What Ubuntu 24.04's ghdl-llvm 4.1.0+dfsg-0ubuntu2.1 and libllvm18 1:18.1.3-1ubuntu1 print.
+    machine.command("ldd", NOT_FOUND)
+    library = "/lib/x86_64-linux-gnu/libLLVM.so.18.1"
+    machine.command("ldconfig", f"printf '\\tlibLLVM.so.18.1 (libc6,x86-64) => {library}\\n'")
+    machine.setup("ID=ubuntu\nVERSION_ID=24.04\n")
+    assert llvm_names(machine) == {"libLLVM-18.so.18.1": library}
+
+
+def test_llvm_that_is_found_gets_no_other_name(machine: Machine) -> None:
+    machine.command("ldd", "echo ' libLLVM-14.so.1 => /lib/x86_64-linux-gnu/libLLVM-14.so.1 (0x0)'")
+    machine.setup(DEBIAN_12)
+    assert llvm_names(machine) == {}
+
+
+def test_llvm_that_is_nowhere_stops_the_set_up(machine: Machine) -> None:
+    machine.command("ldd", NOT_FOUND)
+    machine.command("ldconfig", "exit 0")
+    done = machine.setup("ID=ubuntu\nVERSION_ID=24.04\n")
+    assert done.returncode == 1
+    assert "libLLVM-18.so.18.1" in done.stderr
+    assert "installing the Python packages" not in done.stderr
 
 
 def test_without_root_and_sudo_it_names_the_packages(machine: Machine) -> None:

@@ -14,6 +14,7 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
+from arctrue.workbench.effects.registry import ORDER
 from arctrue.workbench.model.model_file import read_model
 
 
@@ -54,6 +55,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     assert {path.name for path in pictures.iterdir()} == {
         "residual_branches.png",
         "residual_maps.png",
+        "residual_lines.png",
     }
 
     diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
@@ -157,7 +159,7 @@ def test_a_setting_is_changed_by_adding_again(warm_set: Path, tmp_path: Path) ->
 def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
     listed = _run("effects", "--json", tmp_path / "e.json")
     assert listed.exit_code == 0
-    assert len(_json(tmp_path / "e.json")["effects"]) == 19
+    assert len(_json(tmp_path / "e.json")["effects"]) == len(ORDER)
     shown = _run("effects", "show", "hysteresis", "--json", tmp_path / "h.json")
     assert shown.exit_code == 0
     assert _json(tmp_path / "h.json")["parameters"] == {"reversal_error": "arcsec"}

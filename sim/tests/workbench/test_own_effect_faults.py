@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import _thread
+import contextlib
 import re
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from arctrue.measurement import write_measurement_set
 from arctrue.workbench.effects.base import Effect, FitContext
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import from_folder
+from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -98,6 +101,65 @@ def test_a_fault_of_columns_is_named(
     assert int(line.group(1)) in (COLUMNS_LINE, COLUMNS_LINE - 1)
 
 
+ENDLESS = {
+    "while True: pass": "capture_columns, line 13",
+    "[0 for _ in iter(int, 1)]": "capture_columns, line 13",
+    # A bare except takes every error; it is raised again until it comes outside of it.
+    "while True:\n            try: rows.run.sum()\n            except: pass": "line 1[345]",
+}
+
+
+@pytest.mark.parametrize(("columns", "place"), ENDLESS.items())
+def test_a_loop_without_an_end_is_ended_and_named(
+    tmp_path: Path, observations: Observations, columns: str, place: str
+) -> None:
+    effect = _effect(tmp_path, columns=columns, declared="longest_call_s = 0.2")
+    said = f"{re.escape(str(tmp_path / 'mine.py'))}: .*{place}: took longer than 0.2 s"
+    with pytest.raises(EffectFileError, match=said):
+        _columns(effect, observations)
+
+
+def test_a_loop_is_ended_in_any_thread(tmp_path: Path, observations: Observations) -> None:
+    effect = _effect(tmp_path, columns="while True: pass", declared="longest_call_s = 0.2")
+    with ThreadPoolExecutor(1) as pool:
+        ended = pool.submit(_columns, effect, observations)
+        with pytest.raises(EffectFileError, match="took longer"):
+            ended.result()
+
+
+def test_a_loop_at_loading_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("arctrue.workbench.effects.registry.LOAD_S", 0.2)
+    (tmp_path / "mine.py").write_text("x = 1\nwhile x:\n    x += 1\n")
+    with pytest.raises(EffectFileError, match=r"mine.py: line [23]: took longer than 0.2 s"):
+        from_folder(tmp_path)
+
+
+def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observations) -> None:
+    """A call that ends near its limit: either its error, or its columns and nothing later."""
+    limit = 0.15
+    text = f"import time; time.sleep({limit}); return np.ones((rows.run.size, 2))"
+    effect = _effect(tmp_path, columns=text, declared=f"longest_call_s = {limit}")
+    for _ in range(4):
+        with contextlib.suppress(EffectFileError):
+            _columns(effect, observations)
+        for _ in range(100_000):
+            pass
+
+
+def test_limits_within_each_other_name_the_one_that_is_over() -> None:
+    outer, inner = TimeLimit(30.0), TimeLimit(0.1)
+
+    def endless() -> None:
+        with outer, inner:
+            while True:
+                pass
+
+    with pytest.raises(TookTooLongError):
+        endless()
+    assert inner.over
+    assert not outer.over
+
+
 def test_ctrl_c_within_an_effect_is_no_fault_of_it(
     tmp_path: Path, observations: Observations, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -136,6 +198,7 @@ def test_a_wrong_answer_is_named(
         ("compensation = 'much'", "Mine.compensation: expected 'lanes' or 'offset' or 'none'"),
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
         ("defaults = None", "Mine.defaults"),
+        ("longest_call_s = 0", "Mine.longest_call_s: expected seconds above 0"),
     ],
 )
 def test_a_wrong_declaration_is_named(tmp_path: Path, declared: str, said: str) -> None:

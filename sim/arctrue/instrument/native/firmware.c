@@ -18,6 +18,8 @@ struct processor {
     struct application application;
     struct console console;
     struct text_sink sink;
+    /* Outlives a fault. */
+    struct kept_settings kept;
     char *said;
     size_t length;
     size_t room;
@@ -51,6 +53,18 @@ static void put(void *context, const char *characters, size_t number) {
     processor->length += number;
 }
 
+static void settle(void) {
+}
+
+/* As main() does, up to the first access to the core. */
+static void prepare(struct processor *processor, const struct core_access *core, int after_fault) {
+    application_prepare(&processor->application, core);
+    application_use_copy(&processor->application, &processor->copy);
+    console_prepare(&processor->console, &processor->application, &processor->sink);
+    application_keep_settings(&processor->application, &processor->kept, settle);
+    application_recover(&processor->application, after_fault != 0);
+}
+
 EXPORTED struct processor *firmware_new(void *bus) {
     struct processor *processor = calloc(1, sizeof *processor);
     if (processor != NULL) {
@@ -62,11 +76,16 @@ EXPORTED struct processor *firmware_new(void *bus) {
         };
         processor->sink.put = put;
         processor->sink.context = processor;
-        application_prepare(&processor->application, &core);
-        application_use_copy(&processor->application, &processor->copy);
-        console_prepare(&processor->console, &processor->application, &processor->sink);
+        prepare(processor, &core, 0);
     }
     return processor;
+}
+
+/* The program begins anew after a fault: of its memory the operator's settings alone are left. */
+EXPORTED void firmware_fault(struct processor *processor) {
+    struct core_access core = processor->application.core;
+    prepare(processor, &core, 1);
+    application_begin(&processor->application);
 }
 
 EXPORTED void firmware_delete(struct processor *processor) {
@@ -86,7 +105,7 @@ EXPORTED void firmware_thermometer(struct processor *processor, int answers, dou
 }
 
 EXPORTED void firmware_start(struct processor *processor) {
-    application_start(&processor->application);
+    application_rearm(&processor->application);
 }
 
 EXPORTED void firmware_step(struct processor *processor) {

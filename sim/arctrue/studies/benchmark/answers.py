@@ -13,7 +13,9 @@ from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import Task, read_results
+from arctrue.studies.campaign.store import HEADER
 from arctrue.studies.campaign.task import digest
 from arctrue.studies.simulate.truth import fingerprint
 
@@ -62,6 +64,27 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
     order = {json.dumps(task, sort_keys=True): at for at, task in enumerate(plan.tasks(subject))}
     sets.sort(key=lambda item: order.get(json.dumps(item.task, sort_keys=True), len(order)))
     return scored(sets)
+
+
+def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
+    """The scores of every subject of which ``folder`` has results, over the sets that all have.
+
+    Raises PlanError where there is no plan, AnswersError where there are no results.
+    """
+    plan = read_plan(folder)
+    results = {
+        name: {set_name(item.task): item for item in read_results([folder / name])}
+        for name in SUBJECTS
+        if (folder / name / HEADER).exists()
+    }
+    if not results:
+        raise AnswersError(f"{folder}: no subject has answered yet: first arctrue benchmark run")
+    common = set.intersection(*(set(items) for items in results.values()))
+    order = [set_name(task) for task in plan.tasks("")]
+    return {
+        name: scored(judged((items[key].task, items[key].result) for key in order if key in common))
+        for name, items in results.items()
+    }
 
 
 def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:

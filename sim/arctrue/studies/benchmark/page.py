@@ -25,7 +25,8 @@ count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
-    arctrue benchmark page FOLDER --to docs/blind.md
+    make peers                                   # the rivals on the 200 public sets
+    arctrue benchmark page FOLDER --peers build/benchmark/public --to docs/blind.md
 
 A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
 of workers or shards. One folder takes results of one state of the code only.
@@ -59,11 +60,38 @@ that the physics is right.
 """
 
 
-def page(plan: Mapping[str, Any], code: Mapping[str, str], found: Mapping[str, Any]) -> str:
-    """The page as Markdown, from the plan, the state of the code and what was scored."""
+PEERS_TOLD = {
+    "arctrue": "`arctrue diagnose`.",
+    "stepwise_bic": (
+        "Stepwise regression: the effect whose columns lower the BIC most is added, up to three, "
+        "in white noise. It has a name for everything."
+    ),
+    "periodogram_rule": (
+        "A rule of thumb: the strongest line of the residual in angle or time at a false alarm of "
+        "1 % names one of four effects."
+    ),
+    "gaussian_process": (
+        "A smooth discrepancy over all conditions (Kennedy and O'Hagan, by scikit-learn): it sees "
+        "that something is there and has no names."
+    ),
+}
+
+
+def page(
+    plan: Mapping[str, Any],
+    code: Mapping[str, str],
+    found: Mapping[str, Any],
+    peers: Mapping[str, Mapping[str, Any]] | None = None,
+) -> str:
+    """The page as Markdown, from the plan, the state of the code and what was scored.
+
+    ``peers``: the scores of each subject over the frozen public sets.
+    """
     lines = [HEAD, "## Result", "", *_provenance(plan, code, found), ""]
     lines += _rates(found)
     lines += ["", *_probabilities(found), "", *_held_out(found), "", *_sizes(found), ""]
+    if peers:
+        lines += ["### Beside simple rivals", "", *_peers(peers), ""]
     lines += ["### Outcomes by world", "", *_outcomes(found), ""]
     lines += ["### What was said of what", "", *_confusion(found), ""]
     lines += ["### Not as it should be", "", *_failures(found), "", WORLDS_TOLD.rstrip()]
@@ -116,6 +144,24 @@ def _rates(found: Mapping[str, Any]) -> list[str]:
         goal = _goal(*goal_of(score, "all"))
         cells = [_percent(by_world[name]) for name in columns]
         lines.append(f"| {score.name} | {goal} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _peers(peers: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    first = next(iter(peers.values()))
+    lines = [
+        f"The same {first['sets']} of the frozen public sets (tier *public*), "
+        f"{first['visible']} with something that the oracle sees. Percent, interval, and how many "
+        "count:",
+        "",
+        "| | " + " | ".join(peers) + " |",
+        "|---|" + "---|" * len(peers),
+    ]
+    for score in SCORES:
+        cells = [_percent(scores["rates"][score.name]["all"]) for scores in peers.values()]
+        lines.append(f"| {score.name} | " + " | ".join(cells) + " |")
+    lines.append("")
+    lines += [f"- `{name}`: {PEERS_TOLD[name]}" for name in peers]
     return lines
 
 

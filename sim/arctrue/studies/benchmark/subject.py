@@ -61,12 +61,20 @@ def _rounded(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.7g}") for name, value in values.items()}
 
 
-SUBJECTS = {"arctrue": f"{__name__}:arctrue"}
+SUBJECTS = {
+    "arctrue": f"{__name__}:arctrue",
+    "stepwise_bic": "arctrue.studies.benchmark.peers.stepwise_bic:stepwise_bic",
+    "periodogram_rule": "arctrue.studies.benchmark.peers.periodogram_rule:periodogram_rule",
+    "gaussian_process": "arctrue.studies.benchmark.peers.gaussian_process:gaussian_process",
+}
 """``module:function`` by name; imported where they are asked."""
 
 
 def find_subject(name: str) -> Subject:
-    """The function of a subject. Raises KeyError for a name that is none."""
+    """The function of a subject.
+
+    Raises KeyError for a name that is none, ValueError where a library that it needs is missing.
+    """
     module, _, function = SUBJECTS[name].partition(":")
     found: Subject = getattr(importlib.import_module(module), function)
     return found

@@ -142,6 +142,8 @@ def pool(
     A killed worker breaks the pool: what it and the others held is done again in a new one. Once
     ``stopping()`` is true no batch is begun, and those under way are still handed out.
     """
+    # Read by numpy in the workers: sums of one thread are the same on every number of cores.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     left = dict(enumerate(batches))
     broken = 0
     while left and not stopping():

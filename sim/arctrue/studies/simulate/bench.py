@@ -81,7 +81,7 @@ class Bench:
         self._cause_random = random.spawn(len(self.causes))
 
     def measure(
-        self, experiment: Experiment, *, title: str, drive_gear_teeth: int | None = None
+        self, experiment: Experiment, *, title: str, drive_gear_teeth: float | None = None
     ) -> Measured:
         """Everything the experiment asks for."""
         floor: dict[str, float] = {}

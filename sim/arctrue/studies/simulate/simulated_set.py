@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
+from arctrue.similar import did_you_mean
 from arctrue.studies.simulate.bench import Bench, TrueNoise
 from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
 from arctrue.table.causes.base import PhysicalEffect
@@ -80,7 +81,10 @@ def simulate_set(
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:
         if item.name not in known:
-            raise ValueError(f"no cause is called {item.name}; there are: {', '.join(known)}")
+            raise ValueError(
+                f"no cause is called {item.name!r}.{did_you_mean(item.name, known)} "
+                f"There are: {', '.join(known)}"
+            )
         if item.size is not None and not item.size > 0:
             raise ValueError(f"the size of {item.name} must be positive, found {item.size}")
     table_random, cause_random, noise_random = (

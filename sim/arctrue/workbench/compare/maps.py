@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.column_unit import column_unit
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -89,6 +90,7 @@ def _capture_binnings(rows: CaptureRows) -> Iterator[_Binning | None]:
         yield _angle(rows.electrical1_rad, PHASE_BINS, "electrical phase of head 1")
     if rows.electrical2_rad is not None:
         yield _angle(rows.electrical2_rad, PHASE_BINS, "electrical phase of head 2")
+    yield from _column_binnings(rows)
 
 
 def _reference_binnings(rows: ReferenceRows) -> Iterator[_Binning | None]:
@@ -110,6 +112,12 @@ def _reference_binnings(rows: ReferenceRows) -> Iterator[_Binning | None]:
         yield _labels(np.round(np.degrees(rows.speed_rad_s), 3), "speed", "deg/s")
     if rows.electrical1_rad is not None:
         yield _angle(rows.electrical1_rad, PHASE_BINS, "electrical phase of head 1")
+    yield from _column_binnings(rows)
+
+
+def _column_binnings(rows: CaptureRows | ReferenceRows) -> Iterator[_Binning | None]:
+    for name, values in rows.conditions.items():
+        yield _values(values, name, column_unit(name))
 
 
 def variance_share(values: Float, group: Integer, bins: int) -> float:

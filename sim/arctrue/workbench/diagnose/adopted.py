@@ -10,7 +10,12 @@ from typing import ClassVar
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from arctrue.whole_file import write_whole_text
-from arctrue.workbench.diagnose.parts import Frame, ProductOfParts, condition_named
+from arctrue.workbench.diagnose.parts import (
+    Frame,
+    ProductOfParts,
+    column_condition,
+    condition_named,
+)
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.observations import Observations
 
@@ -21,6 +26,8 @@ class AdoptedProduct(ProductOfParts):
     condition_words: ClassVar[str] = ""
     time_constant_s: ClassVar[float | None] = None
     each_run: ClassVar[bool] = False
+    column: ClassVar[str | None] = None
+    column_zero: ClassVar[float] = 0.0
     wave_orders: ClassVar[tuple[float, ...]] = ()
     fixed_to: ClassVar[Frame] = "disc"
     electrical: ClassVar[int | None] = None
@@ -28,7 +35,9 @@ class AdoptedProduct(ProductOfParts):
     def __init__(self) -> None:
         """Raises ValueError for parts that do not exist."""
         super().__init__(
-            condition_named(self.condition_words, self.time_constant_s, self.each_run),
+            condition_named(self.condition_words, self.time_constant_s, self.each_run)
+            if self.column is None
+            else column_condition(self.column, self.column_zero),
             self.wave_orders,
             self.fixed_to,
             self.electrical,
@@ -38,7 +47,8 @@ class AdoptedProduct(ProductOfParts):
         for rows in (observations.capture, observations.reference):
             if rows is not None and self.condition.values(rows) is not None:
                 return []
-        return [f"the condition {self.condition.part}"]
+        what = "condition" if self.column is None else "column"
+        return [f"the {what} {self.condition.part}"]
 
 
 def adopt(product: ProductOfParts, name: str, description: str, folder: Path) -> Path:
@@ -60,6 +70,8 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
         keep_trailing_newline=True,
         autoescape=False,
     )
+    # A column's name may hold anything: it goes into the file as a quoted text only.
+    templates.filters["quoted"] = _quoted
     text = templates.get_template("adopted.py.j2").render(
         name=name,
         class_name="".join(part.capitalize() for part in name.split("_")),
@@ -68,3 +80,7 @@ def adopt(product: ProductOfParts, name: str, description: str, folder: Path) ->
     )
     write_whole_text(path, text)
     return path
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"' if text.isprintable() and not set(text) & {'"', "\\"} else repr(text)

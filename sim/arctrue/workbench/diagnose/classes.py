@@ -35,6 +35,8 @@ def alike(best: Candidate, others: Sequence[Candidate]) -> Similar:
     for other in others:
         if other.gain < LEAST_SHARE * best.gain or other.name == best.name:
             continue
+        if other.effect.unspecific and not best.effect.unspecific:
+            continue
         if not stands_in(best, other):
             continue
         if other.rank > best.rank:
@@ -67,3 +69,13 @@ def adds(item: Candidate, other: Candidate) -> bool:
 def stands_in(best: Candidate, other: Candidate) -> bool:
     """With the other in the model, the best one adds nothing more than its own search may find."""
     return not adds(best, other)
+
+
+def without_unspecific(found: Sequence[Candidate]) -> list[Candidate]:
+    """Without effects that only say what is seen, where one that says why takes as much."""
+    specific = [item for item in found if not item.effect.unspecific]
+    return [
+        item
+        for item in found
+        if not item.effect.unspecific or not any(stands_in(item, other) for other in specific)
+    ]

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
-from arctrue.workbench.diagnose.classes import adds, alike, stands_in
+from arctrue.workbench.diagnose.classes import adds, alike, stands_in, without_unspecific
 from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.every_pass import on_every_pass
@@ -521,7 +521,7 @@ def _decide(
         for item in significant
         if _matters(item, matters) and _holds_out(item) and on_every_pass(item, base)
     ]
-    real = [item for item in seen if at_other_speeds(item)]
+    real = without_unspecific([item for item in seen if at_other_speeds(item)])
     kept = {item.name for item in (*real, *result.negligible)}
     result.excluded = frozenset(item.name for item in significant if item.name not in kept)
     # Only the first was checked. Its p has paid for all places: no ΔBIC above 0 is asked for as
@@ -586,7 +586,8 @@ def _decide(
             result.unconfirmed = f"it needs {'; '.join(best.lacking_variety)}"
         _suggest(result, found)
         return
-    result.look_alikes = look_alikes(best, residuals, result.untestable, effects)
+    if not best.effect.unspecific:
+        result.look_alikes = look_alikes(best, residuals, result.untestable, effects)
     if result.look_alikes:
         result.verdict = "ambiguous"
         result.effect_class += list(result.look_alikes)
@@ -651,6 +652,8 @@ def _confirmed_beside(item: Candidate, left: Residuals) -> bool:
 
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
+    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):  # type: ignore[attr-defined]
+        return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety
 

@@ -123,6 +123,12 @@ def measurement_for_parts(
                 words += ". Record the temperature with it: warming up, which this set cannot show"
                 words += ", looks the same"
             return NextMeasurement(words, kind)
+    if product.condition.column is not None:
+        return NextMeasurement(
+            f"the same measurement with another {product.condition.column}, all else alike: the "
+            "part grows with it",
+            None,
+        )
     if any(order != round(order) for order in product.orders):
         return NextMeasurement(
             "one run of 30 turns or more: a half order changes its sign from turn to turn, an "

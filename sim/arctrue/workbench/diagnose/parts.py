@@ -26,6 +26,7 @@ from arctrue.workbench.effects.base import (
 )
 from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+from arctrue.workbench.observations.column_unit import column_unit
 
 Float = NDArray[np.float64]
 Rows = CaptureRows | ReferenceRows
@@ -37,12 +38,17 @@ class Condition:
     """A factor that depends on the conditions of a row."""
 
     part: str
-    """Name in the JSON: temperature, speed, speed^2, direction, time, settling; empty for 1."""
+    """Name in the JSON: temperature, speed, speed^2, direction, time, settling, or a column of the
+    set; empty for 1."""
     words: str
     unit: str
     values: Callable[[Rows], Float | None]
     time_constant_s: float | None = None
     each_run: bool = False
+    column: str | None = None
+    """Column of the set, where the condition is a further one of its own."""
+    column_zero: float = 0.0
+    """Value of the column at which the condition is 0."""
 
 
 def _temperature(rows: Rows) -> Float | None:
@@ -105,6 +111,30 @@ def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
     )
 
 
+def column_condition(column: str, zero: float) -> Condition:
+    """A further column of the set, less its usual value."""
+
+    def values(rows: Rows) -> Float | None:
+        found = rows.conditions.get(column)
+        return None if found is None else found - zero
+
+    unit = column_unit(column)
+    words = f"({column} − {zero:g})" if zero >= 0.0 else f"({column} + {-zero:g})"
+    return Condition(column, words, unit, values, column=column, column_zero=zero)
+
+
+def _columns(observations: Observations) -> list[Condition]:
+    """The further columns of both files, each less its median over the set."""
+    channels = [rows for rows in (observations.capture, observations.reference) if rows is not None]
+    names = dict.fromkeys(name for rows in channels for name in rows.conditions)
+    found = []
+    for name in names:
+        there = [rows.conditions[name] for rows in channels if name in rows.conditions]
+        # Rounded, so that the words and an adopted file say the value that is used.
+        found.append(column_condition(name, float(f"{np.median(np.concatenate(there)):.4g}")))
+    return found
+
+
 def condition_named(
     words: str, time_constant_s: float | None = None, each_run: bool = False
 ) -> Condition:
@@ -123,7 +153,7 @@ def condition_named(
 
 def conditions(observations: Observations) -> list[Condition]:
     """The factors that vary in this set, the simpler first; look-alikes are left out."""
-    found = [ALWAYS, *SIMPLE_CONDITIONS]
+    found = [ALWAYS, *SIMPLE_CONDITIONS, *_columns(observations)]
     longest = max(observations.longest_run_s, _reference_span(observations))
     shortest = 20.0 * max(observations.sample_period_s, 1e-9)
     if longest > 4.0 * shortest:

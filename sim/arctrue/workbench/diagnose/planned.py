@@ -13,6 +13,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.measurement.asked import (
+    FACES,
+    FASTER,
+    MORE_SAMPLES,
+    MORE_TURNS,
+    TURNED_FACES,
+    WARMER_K,
+)
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
@@ -20,12 +28,7 @@ Integer = NDArray[np.int64]
 Rows = TypeVar("Rows", CaptureRows, ReferenceRows)
 
 PAUSE_S = 600.0
-FASTER = 3.0
-WARMER_K = 4.0
-MORE_TURNS = 30
-MORE_SAMPLES = 5
 MOST_NEW_ROWS = 100_000
-FACES = 24
 CYCLES = 5
 STATION_S = 4.0
 MOVING_STATIONS = 360
@@ -48,7 +51,24 @@ def _joined(before: Rows, after: Rows) -> Rows:
         old, new = getattr(before, item.name), getattr(after, item.name)
         both = isinstance(old, np.ndarray) and isinstance(new, np.ndarray)
         values[item.name] = np.concatenate([old, new]) if both else old
+    values["conditions"] = {
+        name: np.concatenate([column, after.conditions[name]])
+        for name, column in before.conditions.items()
+    }
     return type(before)(**values)
+
+
+def _usual(rows: CaptureRows | ReferenceRows, count: int) -> dict[str, Any]:
+    """What planned rows take from the set: uncertainty and further columns, each its median."""
+    return {
+        "u_arcsec": None
+        if rows.u_arcsec is None
+        else np.full(count, float(np.median(rows.u_arcsec))),
+        "conditions": {
+            name: np.full(count, float(np.median(column)))
+            for name, column in rows.conditions.items()
+        },
+    }
 
 
 def _further_run(
@@ -100,6 +120,7 @@ def _further_run(
         head_separation_rad=rows.head_separation_rad,
         reference_temperature_c=rows.reference_temperature_c,
         difference_arcsec=np.zeros(count),
+        **_usual(rows, count),
     )
     joined = replace(_joined(rows, new), runs=rows.runs + 1)
     return replace(observations, capture=joined, kept_columns={})
@@ -184,7 +205,7 @@ def _polygon_turned(observations: Observations) -> Observations | None:
     rows = observations.reference
     if rows is None or rows.face is None or rows.faces is None:
         return None
-    shift = 2.0 * np.pi / rows.faces / 3.0
+    shift = 2.0 * np.pi / rows.faces * TURNED_FACES
     electrical = rows.electrical1_rad
     if electrical is not None and observations.grating_lines is not None:
         electrical = np.mod(electrical + shift * observations.grating_lines, 2.0 * np.pi)
@@ -227,6 +248,7 @@ def _moving_reference(observations: Observations) -> Observations | None:
                 speed_rad_s=np.full(target.size, speed),
                 run_start_s=np.full(target.size, start),
                 error_arcsec=np.zeros(target.size),
+                **_usual(rows, target.size),
             )
         )
     still = replace(rows, speed_rad_s=np.zeros(rows.run.size), face=None, faces=None)

@@ -84,6 +84,25 @@ class FitContext:
     cosine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    """Orders whose columns are taken at the true angle: a reading that is behind is not yet in
+    them. Columns at the reading have it already."""
+    coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """What was found of the effects that depend on the model, by name."""
+
+    def shifted_arcsec(
+        self, disc_rad: NDArray[np.float64], shift_rad: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """ε(ψ + shift) − ε(ψ) in arcseconds, of the orders at the true angle; shapes (rows,)."""
+        total = np.zeros_like(disc_rad, dtype=np.float64)
+        for order, cosine, sine, there in zip(
+            self.orders, self.cosine_arcsec, self.sine_arcsec, self.at_angle, strict=True
+        ):
+            if there:
+                # cos(a + s) − cos a = −2 sin(a + s/2) sin(s/2), without a difference of like size.
+                middle, half = order * (disc_rad + 0.5 * shift_rad), 0.5 * order * shift_rad
+                total += 2.0 * np.sin(half) * (sine * np.cos(middle) - cosine * np.sin(middle))
+        return total
 
     def error_arcsec(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
         """ε(ψ) in arcseconds, shape of ``disc_rad``."""
@@ -134,8 +153,14 @@ class Effect(ABC):
     """The main parameters that :meth:`parameters` gives, with their units."""
     depends_on_model: ClassVar[bool] = False
     """The columns depend on the fitted error function, so that the fit iterates."""
+    at_reading: ClassVar[bool] = False
+    """Its disc orders are taken at the reading of a head, not at the true angle."""
     step_at: ClassVar[tuple[str, str] | None] = None
     """Search parameters (run, instant) at which the only column steps from 0 to 1."""
+    longest_call_s: ClassVar[float] = 60.0
+    """Seconds that one call of a method of a user's file may take; ended then, as an error."""
+    unspecific: ClassVar[bool] = False
+    """It says what is seen and not why: an effect that says more, and fits as well, is named."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 
@@ -214,6 +239,32 @@ class Effect(ABC):
     ) -> Columns | None:
         """What each coefficient adds to ε of head 1, arcseconds; None: nothing at all."""
         return None
+
+    def capture_formula(
+        self, rows: CaptureRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """R₂ − R₁ of the effect in arcseconds, shape (rows,), written down from the physics.
+
+        ``parameters``: every coefficient and search parameter by name. No fit uses it: ``arctrue
+        effects check`` compares its finite differences with the columns. None: not given.
+        """
+        return None
+
+    def reference_formula(
+        self, rows: ReferenceRows, parameters: Mapping[str, float], context: FitContext
+    ) -> NDArray[np.float64] | None:
+        """The same for ε of head 1."""
+        return None
+
+    def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
+        """What this set tells of the form that was found, in a sentence; empty: nothing more."""
+        return ""
+
+    def derived(
+        self, parameters: Mapping[str, Parameter], nonlinear: Nonlinear, observations: Observations
+    ) -> dict[str, Parameter]:
+        """Parameters that follow from fitted ones and their σ: a period from a frequency."""
+        return {}
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
         """The best places of the search parameters for what the model leaves, best first.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dis
 import functools
 import re
@@ -21,7 +22,10 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
+from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
 
+LOAD_S = 60.0
+"""Seconds that the file itself may take when it is loaded."""
 NAME = re.compile(r"[a-z][a-z0-9_]*\Z")
 TEXTS = (
     "physics", "equation", "source", "capture_sees", "reference_sees", "told_apart_by",
@@ -38,7 +42,8 @@ def guarded(kind: type[Effect], path: Path) -> type[Effect]:
     """The effect of a user's file as a subclass whose methods are checked.
 
     Columns must be a finite float array of shape (rows, coefficients). An exception that comes
-    out of the file, an exit included, becomes an EffectFileError with file, method and line.
+    out of the file, an exit included, becomes an EffectFileError with file, method and line; so
+    does a call that takes longer than the effect's ``longest_call_s``.
     Raises EffectFileError for a declaration that is missing or of a wrong type.
     """
     _check_declarations(kind, path)
@@ -54,12 +59,7 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
     Ctrl-C comes from elsewhere, wherever the program is: only a KeyboardInterrupt that a
     ``raise`` of the file raises is the file's own.
     """
-    last = None
-    trace = error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
-            last = trace
-        trace = trace.tb_next
+    last = _last_of(path, error)
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return EffectFileError(f"{path}: line {error.lineno}: {type(error).__name__}: {error.msg}")
     if last is None or (isinstance(error, KeyboardInterrupt) and not _raised_at(last)):
@@ -67,6 +67,28 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
     where = f"{place}, line {last.tb_lineno}" if place else f"line {last.tb_lineno}"
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     return EffectFileError(f"{path}: {where}: {what}")
+
+
+def too_long(path: Path, error: BaseException, place: str, seconds: float) -> EffectFileError:
+    """The error of a call of the file that was ended after ``seconds``."""
+    last = _last_of(path, error)
+    where = ", ".join([*([place] if place else []), *([f"line {last.tb_lineno}"] if last else [])])
+    limit = "longest_call_s of the effect sets the limit" if place else "the limit of loading"
+    return EffectFileError(
+        f"{path}: {where or 'loading'}: took longer than {seconds:g} s and was ended; "
+        f"a loop without an end? ({limit})"
+    )
+
+
+def _last_of(path: Path, error: BaseException) -> TracebackType | None:
+    """The innermost place of the file through which the error came."""
+    last = None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            last = trace
+        trace = trace.tb_next
+    return last
 
 
 def _raised_at(trace: TracebackType) -> bool:
@@ -80,12 +102,21 @@ Check = Callable[[Effect, tuple[Any, ...], Any], str | None]
 
 
 def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) -> Callable[..., Any]:
+    # What this package does comes to an end; the calls of the file within it have their limits.
+    limited = not method.__module__.startswith("arctrue.")
+
     @functools.wraps(method)
     def call(self: Effect, *arguments: Any, **named: Any) -> Any:
+        limit = TimeLimit(self.longest_call_s) if limited else None
         try:
-            found = method(self, *arguments, **named)
+            with limit or contextlib.nullcontext():
+                found = method(self, *arguments, **named)
         except EffectFileError:
             raise
+        except TookTooLongError as error:
+            if limit is None or not limit.over:
+                raise
+            raise too_long(path, error, name, limit.seconds) from error
         except BaseException as error:
             mine = file_error(path, error, name)
             if mine is None:
@@ -130,6 +161,17 @@ def _shape(found: Any) -> str:
     return f"shape {found.shape}" if isinstance(found, np.ndarray) else type(found).__name__
 
 
+def _values(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    if found is None:
+        return None
+    rows = arguments[0].run.size
+    if not isinstance(found, np.ndarray) or found.shape != (rows,):
+        return f"expected an array of shape ({rows},), found {_shape(found)}"
+    if found.dtype.kind not in "fiub" or not np.isfinite(found).all():
+        return "expected finite numbers"
+    return None
+
+
 def _column_names(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     fault = _texts(effect, arguments, found)
     if fault is None:
@@ -143,6 +185,11 @@ def _texts(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None
     ):
         return None
     return f"expected a list of printable texts, found {found!r}"
+
+
+def _text(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    right = isinstance(found, str) and (not found or is_printable(found))
+    return None if right else f"expected one line of printable text, found {found!r}"
 
 
 def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
@@ -188,7 +235,11 @@ CHECKS: Mapping[str, Check] = {
     "column_names": _column_names,
     "capture_columns": _columns,
     "reference_columns": _columns,
+    "capture_formula": _values,
+    "reference_formula": _values,
     "scan": _candidates,
+    "told": _text,
+    "derived": _parameters,
     "narrowed": _nothing,
     "parameters": _parameters,
 }
@@ -212,6 +263,9 @@ def _check_declarations(kind: type[Effect], path: Path) -> None:
         isinstance(item, SearchParameter) and item.low < item.high for item in kind.search
     ):
         fail("search", "a tuple of SearchParameter, each with low below high")
+    limit = kind.longest_call_s
+    if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0.0:
+        fail("longest_call_s", "seconds above 0")
     if not isinstance(kind.defaults, Mapping):
         fail("defaults", "settings by name")
     if not isinstance(kind.parameter_units, Mapping):

@@ -11,8 +11,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import arctrue.workbench.effects.catalogue
+from arctrue.similar import did_you_mean
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.effects.guarded import EffectFileError, file_error, guarded
+from arctrue.workbench.effects.guarded import (
+    LOAD_S,
+    EffectFileError,
+    file_error,
+    guarded,
+    too_long,
+)
+from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
 
 ENTRY_POINTS = "arctrue.effects"
 
@@ -36,6 +44,7 @@ ORDER = (
     "polygon_eccentricity",
     "autocollimator_gain",
     "reference_drift",
+    "periodic_error",
 )
 """The catalogue, in the order in which it is listed."""
 
@@ -79,31 +88,40 @@ def from_folder(folder: Path) -> dict[str, type[Effect]]:
         raise EffectFileError(f"{folder}: no such folder of effects")
     found: dict[str, type[Effect]] = {}
     for path in sorted(folder.glob("*.py")):
-        if path.name.startswith(("test_", "_", "conftest")):
-            continue
-        spec = importlib.util.spec_from_file_location(f"arctrue_user_effects.{path.stem}", path)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except BaseException as error:  # a user's file can fail in any way, an exit included
-            mine = file_error(path, error)
-            if mine is not None:
-                raise mine from error
-            if not isinstance(error, Exception):
-                raise
-            raise EffectFileError(
-                f"{path}: cannot be loaded: {type(error).__name__}: {error}"
-            ) from error
-        own = effects_in(module)
-        if not own:
-            raise EffectFileError(
-                f"{path}: defines no effect; expected a class derived from "
-                "arctrue.workbench.effects.base.Effect with a name"
-            )
-        found |= {item.name: guarded(item, path) for item in own}
+        if not path.name.startswith(("test_", "_", "conftest")):
+            found |= from_file(path)
     return found
+
+
+def from_file(path: Path) -> dict[str, type[Effect]]:
+    """The effects of one Python file. Raises EffectFileError, naming it, where it fails."""
+    if not path.is_file():
+        raise EffectFileError(f"{path}: no such file of effects")
+    spec = importlib.util.spec_from_file_location(f"arctrue_user_effects.{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        with TimeLimit(LOAD_S):
+            spec.loader.exec_module(module)
+    except TookTooLongError as error:
+        raise too_long(path, error, "", LOAD_S) from error
+    except BaseException as error:  # a user's file can fail in any way, an exit included
+        mine = file_error(path, error)
+        if mine is not None:
+            raise mine from error
+        if not isinstance(error, Exception):
+            raise
+        raise EffectFileError(
+            f"{path}: cannot be loaded: {type(error).__name__}: {error}"
+        ) from error
+    own = effects_in(module)
+    if not own:
+        raise EffectFileError(
+            f"{path}: defines no effect; expected a class derived from "
+            "arctrue.workbench.effects.base.Effect with a name"
+        )
+    return {item.name: guarded(item, path) for item in own}
 
 
 def from_entry_points() -> dict[str, type[Effect]]:
@@ -143,5 +161,8 @@ def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
 def effect_class(name: str, effects: dict[str, type[Effect]]) -> type[Effect]:
     """The effect of this name. Raises EffectNotFoundError with what there is."""
     if name not in effects:
-        raise EffectNotFoundError(f"no effect is named {name!r}; there are: {', '.join(effects)}")
+        raise EffectNotFoundError(
+            f"no effect is named {name!r}.{did_you_mean(name, effects)} "
+            f"There are: {', '.join(effects)}"
+        )
     return effects[name]

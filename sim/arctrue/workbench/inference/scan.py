@@ -126,26 +126,6 @@ def stations_a_turn(rows: ReferenceRows) -> float:
     return 2.0 * np.pi / step if widest < LARGEST_GAP_STEPS * step else 0.0
 
 
-def reference_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
-    """Whole orders above ``above``, up to half the stations a turn, in the reference run."""
-    reference, precise = residuals.observations.reference, residuals.reference_precise
-    if reference is None or precise is None:
-        return []
-    highest = int(min(stations_a_turn(reference) / 2.0, DISC_BINS / 8.0))
-    if highest <= above:
-        return []
-    turn = reference.line_rad * (DISC_BINS / (2.0 * np.pi))
-    place = np.floor(turn).astype(np.int64) % DISC_BINS
-    binned = np.bincount(place, weights=precise, minlength=DISC_BINS)
-    power = np.abs(np.fft.rfft(binned)[: highest + 1]) ** 2
-    power /= order_information(residuals, np.arange(highest + 1).astype(np.float64), capture=False)
-    power[: above + 1] = 0.0
-    best = np.argsort(power)[::-1][:BEST_PLACES]
-    return scored(
-        effect, residuals, ({"order": float(order)} for order in best), float(highest - above)
-    )
-
-
 def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -> list[Candidate]:
     """Orders that are not whole, over the unwrapped angle of all revolutions together."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
@@ -171,7 +151,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
     # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
     coarse = [{"order": float(orders[index])} for index in peaks(power, BEST_PLACES)]
     found = scored(effect, residuals, coarse, 2.0 * turns * highest)
-    refined = _refined(effect, residuals, found, "order", 0.25 / turns)
+    refined = moved_to_maximum(effect, residuals, found, "order", 0.25 / turns)
     order = refined[0].nonlinear["order"] if refined else 0.0
     # Refined into the gap around a whole or half order it would be one of these.
     return found if abs(2.0 * order - round(2.0 * order)) / 2.0 < resolution else refined
@@ -223,7 +203,7 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     trials = bandwidths * longest
     fine = 0.25 / longest
     if fine > 0.9 * spacing:
-        return _refined(
+        return moved_to_maximum(
             effect, residuals, scored(effect, residuals, coarse, trials), "frequency", spacing
         )
     # Between the frequencies that a window resolves lie those of the whole run.
@@ -232,7 +212,9 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
         for place in coarse[:2]
         for frequency in place["frequency"] + np.arange(-spacing, spacing, 2.0 * fine)
     ]
-    return _refined(effect, residuals, scored(effect, residuals, places, trials), "frequency", fine)
+    return moved_to_maximum(
+        effect, residuals, scored(effect, residuals, places, trials), "frequency", fine
+    )
 
 
 def _window_power(since_s: Float, precise: Float, period: float, spacing: float) -> Float:
@@ -248,7 +230,7 @@ def _window_power(since_s: Float, precise: Float, period: float, spacing: float)
     return np.asarray(power)
 
 
-def _refined(
+def moved_to_maximum(
     effect: Effect, residuals: Residuals, found: list[Candidate], name: str, step: float
 ) -> list[Candidate]:
     """The best place moved to its maximum between the grid points.
@@ -370,8 +352,8 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     candidates = scored(effect, residuals, (item for _, item in found[:BEST_PLACES]), trials)
     if candidates:
         width = candidates[0].nonlinear["width"]
-        candidates = _refined(effect, residuals, candidates, "place", 0.5 * width)
-        candidates = _refined(effect, residuals, candidates, "width", 0.35 * width)
+        candidates = moved_to_maximum(effect, residuals, candidates, "place", 0.5 * width)
+        candidates = moved_to_maximum(effect, residuals, candidates, "width", 0.35 * width)
     return candidates
 
 
@@ -389,7 +371,7 @@ def grid_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     for parameter in effect.search:
         if not parameter.integer:
             step = (parameter.high - parameter.low) / max(parameter.steps - 1, 1)
-            found = _refined(effect, residuals, found, parameter.name, step)
+            found = moved_to_maximum(effect, residuals, found, parameter.name, step)
     return found
 
 
@@ -399,8 +381,8 @@ __all__ = [
     "disc_spectrum",
     "frequency_scan",
     "grid_scan",
+    "moved_to_maximum",
     "peaks",
-    "reference_order_scan",
     "samples_a_turn",
     "scored",
     "stations_a_turn",

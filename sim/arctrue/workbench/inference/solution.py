@@ -94,6 +94,7 @@ class Solution:
             for name, sigma in searched[index].items():
                 if name in own:
                     own[name] = replace(own[name], sigma=sigma)
+            own |= term.effect.derived(own, term.nonlinear, self.observations)
             found.append(own)
         return found
 
@@ -240,11 +241,22 @@ def context_of(solution: Solution) -> FitContext:
     orders: list[int] = []
     cosines: list[float] = []
     sines: list[float] = []
+    at_angle: list[bool] = []
+    known: dict[str, NDArray[np.float64]] = {}
     for index, term in enumerate(solution.terms):
         found = term.effect.disc_orders(term.nonlinear)
         values = solution.coefficients[solution.part(index)]
+        if term.effect.depends_on_model:
+            known[term.effect.name] = values
         for place, order in enumerate(found):
             orders.append(order)
             cosines.append(float(values[2 * place]))
             sines.append(float(values[2 * place + 1]))
-    return FitContext(np.array(cosines), np.array(sines), np.array(orders, dtype=np.int64))
+            at_angle.append(not term.effect.at_reading)
+    return FitContext(
+        np.array(cosines),
+        np.array(sines),
+        np.array(orders, dtype=np.int64),
+        np.array(at_angle, dtype=np.bool_),
+        known,
+    )

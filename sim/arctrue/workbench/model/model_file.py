@@ -29,6 +29,11 @@ UNITS = {
 """Units that a stored parameter may have; powers of hours, cycles and speeds besides."""
 
 
+def known_unit(unit: str) -> bool:
+    """True if a model file may hold a parameter of this unit."""
+    return unit in UNITS or unit.startswith(("arcsec/", "um/", "1/"))
+
+
 class ModelFileError(ValueError):
     """A model file that cannot be used: which file, which entry, what was expected."""
 
@@ -246,7 +251,7 @@ def _parameter(path: Path, place: str, entry: object) -> Parameter:
     unit = entry.get("unit")
     if not isinstance(unit, str):
         raise ModelFileError(f"{path}: {place}: expected a unit in quotes, found {unit!r}")
-    if unit not in UNITS and not unit.startswith(("arcsec/", "um/", "1/")):
+    if not known_unit(unit):
         raise ModelFileError(
             f"{path}: {place}: unknown unit {unit!r}; known are {', '.join(sorted(UNITS))}"
         )

@@ -30,7 +30,7 @@ class Observations:
     counts_per_rev: int | None
     grating_lines: int | None
     head_separation_rad: float
-    drive_gear_teeth: int | None
+    drive_gear_teeth: float | None
     disc_diameter_mm: float | None
     stored: StoredCapture | None = None
     """Every row of a capture of which ``capture`` is a part."""

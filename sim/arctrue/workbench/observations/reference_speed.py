@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Reference
+from arctrue.workbench.observations.run_speed import run_speeds
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -17,6 +18,8 @@ MOVING_STEP_DEG = 1.0
 LEAST_ROWS = 8
 EVEN = 0.05
 """At a steady speed the times between marks follow their distances to this share."""
+TARGET_NOISE_RAD = np.radians(1e-4)
+"""Of a target angle: a commanded one, or that of a finer encoder, written with four decimals."""
 SPEED_RATIO = 1.2
 """Passes over the same stations at speeds further apart than this were not stops of one length."""
 
@@ -46,7 +49,9 @@ def reference_speed(columns: Reference) -> Float | None:
     found = np.zeros(target.size)
     for rows, speed, is_near in zip(passes, speeds, near, strict=True):
         if is_near:
-            found[rows] = _mean_speed(target[rows], time_s[rows])
+            angle = np.radians(target[rows])
+            local = run_speeds(angle, time_s[rows], [(0, angle.size)], TARGET_NOISE_RAD)
+            found[rows] = local.of(np.zeros(angle.size, dtype=np.int64), slice(None))
         elif steady and speed:
             found[rows] = speed
     return found if np.any(found != 0.0) else None

@@ -100,7 +100,7 @@ class ReferenceRows(_Sliceable):
     """Number of the polygon face, 0 … faces − 1."""
     faces: int | None
     electrical1_rad: Float | None
-    teeth: int | None
+    teeth: float | None
     """drive_gear_teeth of the table."""
     speed_rad_s: Float | None
     """Signed speed of the table while the reference was read; None: it stood still or unknown."""

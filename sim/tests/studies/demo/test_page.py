@@ -149,11 +149,11 @@ def test_exit_code_follows_the_judgement(
     assert re.search(r"harmonic calculation +20 +20", output)
     code, output = run_command(monkeypatch, tmp_path, replace(result, faults=("too large",)))
     assert code == 1
-    assert "demo: too large" in output
+    assert "error: too large" in output
     for error in (DemoError("no rtl/ here"), RecordingError("no Z")):
         code, output = run_command(monkeypatch, tmp_path, error)
         assert code == 2
-        assert f"demo: {error}" in output
+        assert f"error: {error}" in output
 
 
 def test_one_act_that_cannot_run_leaves_the_other_its_page(
@@ -166,6 +166,6 @@ def test_one_act_that_cannot_run_leaves_the_other_its_page(
     monkeypatch.setattr(command, "run_second_act", no_instrument)
     answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path)])
     assert answer.exit_code == 2
-    assert "demo: second act: no netlist here" in answer.output
+    assert "error: second act: no netlist here" in answer.output
     assert (tmp_path / "index.html").exists()
     assert not (tmp_path / "second_act.html").exists()

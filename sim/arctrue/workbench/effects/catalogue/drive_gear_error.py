@@ -35,7 +35,7 @@ class DriveGearError(Effect):
         "follows with as many periods a turn as the wheel has teeth. The disc on the axis does not "
         "move against its heads, so the two heads do not see it."
     )
-    equation = "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth"
+    equation = "ε = Σ c cos(kGθ) + s sin(kGθ), G teeth (drive_gear_teeth, any number above 0)"
     source = "ISO 1328, periodic error of a gear"
     capture_sees = "nothing when the disc sits on the axis"
     reference_sees = "order G; an alias at G mod faces on a polygon"
@@ -44,7 +44,9 @@ class DriveGearError(Effect):
     plausible = "0.5 to 30″"
     parameter_units = {"multiple_K_amplitude": "arcsec", "multiple_K_phase": "deg"}
     compensation = "lanes"
-    compensation_note = "lanes at the tooth count, when the reference run has given its size"
+    compensation_note = (
+        "lanes at the tooth count, when it is whole and the reference run has given its size"
+    )
     defaults = {"multiples": [1]}
 
     def missing(self, observations: Observations) -> list[str]:
@@ -91,7 +93,9 @@ class DriveGearError(Effect):
     ) -> list[Lane]:
         teeth = observations.drive_gear_teeth
         assert teeth is not None
-        return paired_lanes([teeth * k for k in self.integers("multiples")], coefficients)
+        if teeth != round(teeth):
+            return []
+        return paired_lanes([round(teeth) * k for k in self.integers("multiples")], coefficients)
 
     def parameters(
         self,

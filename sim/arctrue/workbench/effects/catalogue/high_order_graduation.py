@@ -19,7 +19,7 @@ from arctrue.workbench.effects.base import (
 )
 from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import disc_order_scan, reference_order_scan, stations_a_turn
+from arctrue.workbench.inference.scan import disc_order_scan
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -36,12 +36,14 @@ class HighOrderGraduation(Effect):
     capture_sees = "order n with the factor e^{jnα} − 1"
     reference_sees = "order n where the stations are dense; an alias n mod 24 on 24 faces"
     told_apart_by = (
-        "a line at a whole order in the order spectrum of R₂ − R₁, or of a dense reference run"
+        "a line at a whole order in the order spectrum of R₂ − R₁; a reference run alone cannot "
+        "tell it from periodic_error"
     )
     next_measurement = "a capture with more samples a turn than twice the order"
     plausible = "0.05 to 2″"
     parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
     compensation = "lanes"
+    at_reading = True
     search = (SearchParameter("order", "1", 21.0, 4096.0, "periods a turn", integer=True),)
     defaults = {"above": 20}
 
@@ -49,15 +51,8 @@ class HighOrderGraduation(Effect):
         return (round(nonlinear["order"]),)
 
     def missing(self, observations: Observations) -> list[str]:
-        rows = observations.reference
-        if observations.capture is not None:
-            return []
-        if rows is not None and stations_a_turn(rows) > 2.0 * (self._above + 1):
-            return []
-        return [
-            "a capture of both heads, or a reference run of a whole turn with more than "
-            f"{2 * (self._above + 1)} stations"
-        ]
+        # One head cannot tell a line of the disc from a motor's cogging or a gear.
+        return [] if observations.capture is not None else ["a capture of both heads"]
 
     @property
     def _above(self) -> int:
@@ -79,8 +74,6 @@ class HighOrderGraduation(Effect):
         return harmonic_columns(rows.line_rad, [nonlinear["order"]])
 
     def scan(self, residuals: Residuals) -> list[Candidate]:
-        if residuals.observations.capture is None:
-            return reference_order_scan(self, residuals, self._above)
         return disc_order_scan(self, residuals, self._above)
 
     def parameters(

@@ -9,25 +9,32 @@ from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 ARCSEC_PER_RAD = 648_000.0 / np.pi
+LEAST_DELAY_US = 1e-3
+"""A delay below this is taken for it: the columns are those of a very small one."""
 
 
 class Latency(ScalarEffect):
-    """τ·ω in a reference run on the move."""
+    """The reading of τ before, in a reference run on the move: a constant and every order."""
 
     name = "latency"
     physics = (
         "Between the light on the disc and the number that leaves lies a delay τ. On the move the "
-        "reading is behind by τ·ω; both heads share it, so only a reference shows it."
+        "reading is that of an angle τ·ω before, with the error of that place; both heads share "
+        "it, so only a reference shows it."
     )
-    equation = "ε = −τ·ω"
+    equation = "measured ε = ε(θ − ωτ) − ωτ"
     source = "sampling of a moving scale; the paper's 290 ns are a part of it"
     capture_sees = "nothing when both heads share it"
-    reference_sees = "an offset in proportion to the speed, in runs on the move only"
+    reference_sees = (
+        "an offset in proportion to the speed, and every order turned by its multiple of ωτ, in "
+        "runs on the move only"
+    )
     told_apart_by = "a reference run at several speeds"
     next_measurement = "a reference run on the move at two speeds or more"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
     compensation_note = "depends on the speed; a servo takes it as dead time"
+    depends_on_model = True
     parameter_name = "latency"
     parameter_unit = "us"
 
@@ -47,4 +54,11 @@ class Latency(ScalarEffect):
     ) -> Columns | None:
         if rows.speed_rad_s is None:
             return None
-        return (-rows.speed_rad_s * ARCSEC_PER_RAD * 1e-6)[:, np.newaxis]
+        # The chord from no delay to the one that was found: times it, the column is exact.
+        known = context.coefficients.get(self.name)
+        delay_us = LEAST_DELAY_US if known is None else float(known[0])
+        if abs(delay_us) < LEAST_DELAY_US:
+            delay_us = LEAST_DELAY_US
+        behind_rad = rows.speed_rad_s * delay_us * 1e-6
+        total = context.shifted_arcsec(rows.angle_rad, -behind_rad) - behind_rad * ARCSEC_PER_RAD
+        return np.asarray(total / delay_us)[:, np.newaxis]

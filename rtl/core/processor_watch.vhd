@@ -1,0 +1,53 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # processor_watch
+--
+-- Says that the processor is silent: no `alive` for `limit` clocks. The correction and the output do not depend
+-- on it; they go on with the last coefficients. So a calibrator that hangs, with its interrupts on or off,
+-- is an alarm and nothing else.
+--
+-- **Latency.** `silent` rises limit + 1 clocks after the last `alive`, or after `limit` became other than 0, and
+-- falls 1 clock after the next `alive`.
+--
+-- **Number formats.** limit u32.0 clocks; 0 switches the watch off.
+--
+-- **Reset** starts the time anew.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+entity processor_watch is
+  port (
+    clock  : in    std_ulogic;
+    reset  : in    std_ulogic;
+    limit  : in    u_unsigned(31 downto 0); -- clocks, 0: off
+    alive  : in    std_ulogic;              -- pulse: the processor works
+    silent : out   std_ulogic := '0'        -- level
+  );
+end entity processor_watch;
+
+architecture rtl of processor_watch is
+
+begin
+
+  watch : process (clock) is
+
+    variable elapsed : u_unsigned(31 downto 0) := (others => '0'); -- clocks
+
+  begin
+
+    if rising_edge(clock) then
+      if reset = '1' or alive = '1' or limit = 0 then
+        elapsed := (others => '0');
+        silent  <= '0';
+      elsif elapsed >= limit then
+        silent <= '1';
+      else
+        elapsed := elapsed + 1;
+      end if;
+    end if;
+
+  end process watch;
+
+end architecture rtl;

@@ -1,0 +1,70 @@
+"""Groups of commands: one form of errors, ``-h``, and advice for a name that is wrong."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from arctrue.cli._terminal import note, tell_error
+from arctrue.similar import did_you_mean
+
+EXIT_INTERRUPTED = 130
+"""128 + SIGINT, as a shell counts it."""
+
+
+class Commands(click.Group):
+    """A group whose wrong names are answered with the name that was probably meant."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that the first word names. Raises UsageError where there is none."""
+        name = args[0]
+        if not name.startswith("-") and self.get_command(ctx, name) is None:
+            meant = did_you_mean(name, self.list_commands(ctx))
+            raise click.UsageError(f"No such command '{name}'.{meant}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+class Program(Commands):
+    """The outermost group: what goes wrong is told in one form, whoever found it."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        """As click's, with ``-h`` beside ``--help`` for every command below it."""
+        settings.setdefault("context_settings", {})["help_option_names"] = ["-h", "--help"]
+        super().__init__(*arguments, **settings)
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **options: Any,
+    ) -> Any:
+        """Run the command and end the program with its exit code."""
+        options |= {"prog_name": prog_name, "complete_var": complete_var}
+        if not standalone_mode:
+            return super().main(args, standalone_mode=False, **options)
+        try:
+            # The result is an exit code where a command ended itself, else nothing.
+            code = super().main(args, standalone_mode=False, **options)
+        except click.Abort:
+            tell_error("interrupted")
+            code = EXIT_INTERRUPTED
+        except click.ClickException as failure:
+            _tell(failure)
+            code = failure.exit_code
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _tell(failure: click.ClickException) -> None:
+    """The error, and for a wrong use how the command is used."""
+    tell_error(failure.format_message())
+    context = failure.ctx if isinstance(failure, click.UsageError) else None
+    if context is not None:
+        note(context.get_usage().replace("Usage: ", "usage: ", 1))
+        note(f"help: {context.command_path} -h")

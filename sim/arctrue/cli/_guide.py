@@ -1,0 +1,73 @@
+"""The next measurement on the terminal: what to do at the table, what to type, and what came."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+from arctrue.cli._terminal import tell_objection, tell_warning
+from arctrue.measurement import MeasurementSet
+from arctrue.measurement.asked import KINDS, at_the_table, by_device, came
+
+NOT_AS_ASKED = 1
+
+
+def next_option(function: Callable[..., None]) -> Callable[..., None]:
+    """--next KIND and --force."""
+    for option in (
+        click.option("--force", is_flag=True, help="Add it although it is not what --next says."),
+        click.option(
+            "--next",
+            "kind",
+            type=click.Choice(KINDS),
+            metavar="KIND",
+            help="The measurement that diagnose asked for, checked against the first run. "
+            f"One of {', '.join(KINDS)}.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def steps(kind: str, measurement: MeasurementSet) -> list[str]:
+    """What to do at the table, a numbered sentence each."""
+    return [
+        f"{number}. {text}" for number, text in enumerate(at_the_table(kind, measurement), start=1)
+    ]
+
+
+def commands(kind: str, folder: Path, *, model: Path | None = None) -> list[str]:
+    """What to type then; NEW is the folder of the further measurement."""
+    there = shlex.quote(str(folder))
+    with_model = "" if model is None else f" --model {shlex.quote(str(model))}"
+    if by_device(kind):
+        return [
+            f"arctrue capture PORT {there} --append --next {kind}",
+            f"arctrue diagnose {there}{with_model}",
+        ]
+    imported = "arctrue import FILE NEW"
+    if kind == "polygon_reindexed":
+        # The file has no word for how the polygon stands: it stays a set of its own.
+        model_file = "MODEL.toml" if model is None else shlex.quote(str(model))
+        return [imported, f"arctrue compare NEW --model {model_file} --no-fit"]
+    return [
+        imported,
+        f"arctrue join {there} NEW JOINED --next {kind}",
+        f"arctrue diagnose JOINED{with_model}",
+    ]
+
+
+def refuse_what_was_not_asked(
+    kind: str, before: MeasurementSet, taken: MeasurementSet, *, force: bool
+) -> None:
+    """Say what ``taken`` lacks of what was asked; ends the command unless it is forced."""
+    found = came(kind, before, taken)
+    for remark in found.remarks:
+        tell_warning(remark)
+    for fault in found.faults:
+        tell_objection(f"not what {kind} asks for: {fault}", forced=force)
+    if found.faults and not force:
+        raise SystemExit(NOT_AS_ASKED)

@@ -1,0 +1,76 @@
+"""arctrue alpha: the choice of the angle between two heads, of lanes and of bits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.report.numbers import plain
+from arctrue.whole_file import write_whole_text
+
+
+@click.command(short_help="Choose the angle between two heads for given orders.")
+@click.option(
+    "--alpha",
+    "alpha_deg",
+    type=Finite(min=1.0, max=359.0),
+    default=33.0,
+    show_default=True,
+    help="Angle to be judged beside the best ones, degrees.",
+)
+@click.option(
+    "--orders",
+    type=click.IntRange(2, 1000),
+    multiple=True,
+    help="Judge orders 1 to N; may be repeated.  [default: 10, 12, 20, 32, 40, 64]",
+)
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--out", type=OutputFolder(), help="Folder for the maps.")
+@for_people
+def alpha(
+    alpha_deg: float,
+    orders: tuple[int, ...],
+    json_file: Path | None,
+    page_file: Path | None,
+    out: Path | None,
+) -> None:
+    """Give noise gain, blind orders and sensitivity to α, and the best α for orders 1 to N.
+
+    The same for lanes and bits: what they leave of the paper's table.
+    """
+    from arctrue.studies.head_angle.choose import ORDERS, choose
+
+    asked = sorted({*orders, 40}) if page_file is not None and orders else orders
+    found = plain(choose(alpha_deg, tuple(asked) or ORDERS))
+    table = Table(title="Two heads: noise gain by α", title_justify="left")
+    for heading in ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for choice in found["choices"]:
+        for one in (choice["given"], *choice["best"]):
+            worst = one["worst_gain"]
+            table.add_row(
+                f"1 to {choice['most_order']}",
+                f"{one['alpha_deg']:.3f}°",
+                "∞" if worst is None else f"{worst:.3g} at {one['worst_order']}",
+                f"{one['gain_first']:.2f}",
+                "∞" if one["noise_arcsec"] is None else f"{one['noise_arcsec']:.4f}",
+                "∞" if one["by_mounting_arcsec"] is None else f"{one['by_mounting_arcsec']:.4f}",
+                ", ".join(map(str, one["blind"][:3])),
+            )
+        table.add_section()
+    console.print(table)
+    write_json(json_file, found)
+    if page_file is not None or out is not None:
+        from arctrue.report.alpha_page import alpha_page, plot_alpha
+
+        if page_file is not None:
+            write_whole_text(page_file, alpha_page(found))
+            console.print(f"wrote {page_file}", soft_wrap=True)
+        if out is not None:
+            console.print(f"wrote {plot_alpha(found, out)}", soft_wrap=True)

@@ -1,0 +1,85 @@
+"""arctrue methods: every method of calibration on the same simulated table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.table import Table
+
+from arctrue.cli._numbers import SEED, Finite
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._progress import Progress
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.whole_file import write_whole_text
+
+LEAST_MINUTES = 8.0
+"""Five cycles of the polygon: with fewer its positions do not reach all faces."""
+
+
+@click.command(short_help="Every method of calibration on the same simulated table.")
+@click.option(
+    "--minutes",
+    type=Finite(min=LEAST_MINUTES, max=120.0),
+    default=16.0,
+    show_default=True,
+    help="Time of measurement of each method.",
+)
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of noise and mounting.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
+@for_people
+def methods(
+    minutes: float, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
+) -> None:
+    """Compare reference, closure, equal division, free spin, and two to four heads.
+
+    Each method measures the same simulated table with the same noise for the same time. What its
+    correction leaves is scored against the true angle.
+    """
+    from arctrue.studies.methods.compare import compare_methods
+    from arctrue.studies.methods.world import MethodsSettings
+
+    with Progress("measuring") as step:
+        found = compare_methods(MethodsSettings(minutes=minutes, seed=seed), step.now)
+    _print(found)
+    write_json(json_file, found)
+    if page_file is not None or out is not None:
+        from arctrue.report.methods_page import methods_page, plot_methods
+
+        if page_file is not None:
+            write_whole_text(page_file, methods_page(found))
+            console.print(f"wrote {page_file}", soft_wrap=True)
+        if out is not None:
+            console.print(f"wrote {plot_methods(found, out)}", soft_wrap=True)
+
+
+def _print(found: dict[str, Any]) -> None:
+    table = Table(title="Left of the error of head 1, ″", title_justify="left")
+    table.add_column("method")
+    for heading in ("heads", "range", "RMS", "RMS, axis at rest"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    raw = found["uncorrected"]
+    table.add_row("uncorrected", "1", _span(raw["span_arcsec"]), f"{raw['rms_arcsec']:.2f}", "")
+    for one in found["methods"]:
+        table.add_row(
+            one["title"],
+            str(one["heads"]),
+            _span(one["span_arcsec"]),
+            f"{one['rms_arcsec']:.3f}",
+            f"{one['rms_without_motion_arcsec']:.3f}",
+        )
+    console.print(table)
+    for one in found["places"]:
+        worst = one["worst_gain_to_128"]
+        console.print(
+            f"{one['title']} at {', '.join(f'{p:g}°' for p in one['places_deg'])}: worst noise "
+            f"gain to order 128 {'∞ (not seen)' if worst is None else f'{worst:.2f}'}",
+            soft_wrap=True,
+        )
+
+
+def _span(values: list[float]) -> str:
+    return f"[{values[0]:.2f}, {values[1]:.2f}]"

@@ -1,0 +1,86 @@
+"""arctrue report: a look at a set and a model as one file to mail."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import click
+
+from arctrue.cli._progress import Progress
+from arctrue.cli._workbench import (
+    common_options,
+    console,
+    for_people,
+    load,
+    set_argument,
+    write_json,
+)
+from arctrue.report.charts.chart import ARCSEC, URAD
+from arctrue.report.examined import look_at
+from arctrue.report.view import View
+
+
+@click.command("report", short_help="Write the page of a set as one HTML file.")
+@set_argument
+@common_options
+@click.option(
+    "--unit",
+    type=click.Choice([ARCSEC, URAD]),
+    default=ARCSEC,
+    show_default=True,
+    help="Of small angles.",
+)
+@click.option("--whitened", is_flag=True, help="Draw measurement and model whitened.")
+@click.option("--against", default="", metavar="CONDITION", help="Draw what is left against it.")
+@for_people
+def report(
+    measurement_set: Path,
+    model_file: Path | None,
+    folders: tuple[Path, ...],
+    json_file: Path | None,
+    out: Path | None,
+    seed: int,
+    unit: str,
+    whitened: bool,
+    against: str,
+) -> None:
+    """Write what arctrue serve shows as one HTML file that needs no other, with SVG and PNG.
+
+    The set, measurement and model, where it fails, the finding, what is missing, how the error
+    fell, and what a device would get. Without --out: into the folder report.
+    """
+    from arctrue.report.look_report import write_look_report
+    from arctrue.report.numbers import plain
+    from arctrue.report.ranking import ranked
+
+    bench = load(measurement_set, model_file, folders)
+    with Progress("fitting") as progress:
+        examined = look_at(
+            bench.measurement_set,
+            bench.measurement,
+            bench.model,
+            bench.effects,
+            bench.observations,
+        )
+        if against and against not in examined.conditions:
+            raise ValueError(
+                f"--against {against}: expected one of {', '.join(examined.conditions)}"
+            )
+        ranking = plain(ranked(examined, progress.now, seed=seed))
+        progress.now("drawing")
+        view = View(unit=URAD if unit == URAD else ARCSEC, whitened=whitened, against=against)
+        words = ["arctrue", "report", str(measurement_set)]
+        words += [] if model_file is None else ["--model", str(model_file)]
+        words += [word for folder in folders for word in ("--effects", str(folder))]
+        paths = write_look_report(
+            examined,
+            ranking,
+            view,
+            out or Path("report"),
+            measurement_set=measurement_set,
+            command=shlex.join(words),
+        )
+    write_json(json_file, ranking["diagnosis"])
+    size = paths[0].stat().st_size / 1e6
+    console.print(f"wrote {paths[0]} ({size:.1f} MB), and its figures beside it", soft_wrap=True)

@@ -1,0 +1,84 @@
+"""arctrue serve: the page, in a browser of this machine."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import click
+
+from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._terminal import note
+from arctrue.cli._workbench import for_people
+
+_STATE = Path("arctrue") / "page"
+
+
+def state_folder() -> Path:
+    """Where sessions are kept unless another folder is named (XDG base directories)."""
+    base = os.environ.get("XDG_STATE_HOME", "")
+    return (Path(base) if base else Path.home() / ".local" / "state") / _STATE
+
+
+@click.command("serve", short_help="Open the page: see the misfit, add the effect.")
+@click.argument(
+    "folder",
+    metavar="[SET]",
+    default=Path(),
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve at.")
+@click.option(
+    "--http-port",
+    type=click.IntRange(0, 65535),
+    default=8050,
+    show_default=True,
+    help="Port to serve at; 0: any that is free.",
+)
+@click.option(
+    "--effects",
+    "folders",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="Folder of own effects: their code is run.",
+)
+@click.option(
+    "--state",
+    type=OutputFolder(),
+    help="Folder for sessions.  [default: ~/.local/state/arctrue/page]",
+)
+@click.option(
+    "--most-megabytes",
+    type=click.IntRange(1, 4096),
+    default=64,
+    show_default=True,
+    help="Of the files that are dropped in together.",
+)
+@click.option("--port", default="", help="Serial port of a device, for the button that loads.")
+@for_people
+def serve(
+    folder: Path,
+    host: str,
+    http_port: int,
+    folders: tuple[Path, ...],
+    state: Path | None,
+    most_megabytes: int,
+    port: str,
+) -> None:
+    """Serve a page that shows a set beside a model, and what is missing.
+
+    SET is a measurement set or a folder of sets (default: the present folder); the page reads no
+    other. Sets can also be dropped in or generated. It is served to this machine alone unless
+    --host says otherwise; then a token is needed.
+    """
+    from arctrue.page.server import serve as serve_page
+    from arctrue.page.settings import MEGABYTE, PageSettings
+
+    settings = PageSettings(
+        folder=folder,
+        state=state or state_folder(),
+        effect_folders=folders,
+        most_bytes=most_megabytes * MEGABYTE,
+        port=port,
+    )
+    serve_page(settings, host, http_port, note)

@@ -1,0 +1,396 @@
+"""The measurement that a diagnosis asks for: what to do at the table, and whether a run is it.
+
+A run that is asked for is the first run of the set with one condition changed; the same holds for
+a reference run. What came is compared with the first run, within the limits below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement.measurement_set import Capture, MeasurementSet, Reference
+from arctrue.runs import run_spans
+
+FASTER = 3.0
+WARMER_K = 4.0
+MORE_TURNS = 30
+MORE_SAMPLES = 5
+FACES = 24
+TURNED_FACES = 1.0 / 3.0
+"""What is asked for, beside the first run: speed, temperature, turns, samples a turn, polygon."""
+
+ENOUGH = 2.0 / 3.0
+"""Of what was asked for: at two thirds of it the condition is still changed plainly."""
+SAME_SPEED = 0.2
+"""Speeds that differ by no more are one speed, as for the poses of a reference run."""
+SAME_TEMPERATURE_K = 1.0
+"""More is told: then two conditions have changed."""
+TURNED_WITHIN = 0.1
+"""Of a face: how far off the asked third of a face the polygon may stand."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a capture, in the figures that a measurement is asked for with."""
+
+    speed_deg_s: float
+    """Signed."""
+    turns: float
+    samples_a_turn: float
+    temperature_c: float | None
+
+    @property
+    def way(self) -> str:
+        """As the commands say it."""
+        return "up" if self.speed_deg_s > 0.0 else "down"
+
+
+@dataclass(frozen=True)
+class Came:
+    """What is lacking of what was asked for, and what else should be known, in words."""
+
+    faults: list[str]
+    remarks: list[str]
+
+
+def runs_of(capture: Capture, counts_per_rev: float) -> list[Run]:
+    """The runs of a capture with a whole sample more than one."""
+    found = []
+    for start, end in run_spans(capture.run):
+        travel = float(capture.head1_counts[end - 1] - capture.head1_counts[start]) / counts_per_rev
+        seconds = float(capture.time_s[end - 1] - capture.time_s[start])
+        if end - start < 2 or travel == 0.0 or seconds <= 0.0:
+            continue
+        celsius = capture.temperature_c
+        found.append(
+            Run(
+                speed_deg_s=360.0 * travel / seconds,
+                turns=abs(travel),
+                samples_a_turn=(end - start - 1) / abs(travel),
+                temperature_c=None if celsius is None else float(np.mean(celsius[start:end])),
+            )
+        )
+    return found
+
+
+def at_the_table(kind: str, before: MeasurementSet) -> list[str]:
+    """What to do there, one sentence each. Raises ValueError for a kind that there is not."""
+    asked = _asked(kind)
+    if isinstance(asked, _OfACapture):
+        return asked.steps(_first_run(kind, before))
+    return asked.steps(before)
+
+
+def by_device(kind: str) -> bool:
+    """True if ``arctrue capture`` can record it: the device captures one turn of both heads."""
+    return kind in ("speed", "direction", "again", "warm")
+
+
+def came(kind: str, before: MeasurementSet, taken: MeasurementSet) -> Came:
+    """How far ``taken`` is what was asked for beside ``before``.
+
+    Of several runs the one counts that lacks least. Raises ValueError for a kind that there is not.
+    """
+    asked = _asked(kind)
+    if isinstance(asked, _OfACapture):
+        first = _first_run(kind, before)
+        if taken.capture is None:
+            return Came(["it has no capture of both heads"], [])
+        runs = runs_of(taken.capture, float(taken.table.counts_per_rev or 1))
+        if not runs:
+            return Came(["no run of it turns"], [])
+        return min(
+            (Came(asked.faults(first, run), _remarks(kind, first, run)) for run in runs),
+            key=lambda one: len(one.faults),
+        )
+    if taken.reference is None:
+        return Came(["it has no reference run"], [])
+    return Came(asked.faults(before, taken.reference), [])
+
+
+@dataclass(frozen=True)
+class _OfACapture:
+    steps: Callable[[Run], list[str]]
+    faults: Callable[[Run, Run], list[str]]
+
+
+@dataclass(frozen=True)
+class _OfAReference:
+    steps: Callable[[MeasurementSet], list[str]]
+    faults: Callable[[MeasurementSet, Reference], list[str]]
+
+
+def _asked(kind: str) -> _OfACapture | _OfAReference:
+    if kind not in _KINDS:
+        raise ValueError(f"no measurement is called {kind!r}; there are: {', '.join(_KINDS)}")
+    return _KINDS[kind]
+
+
+def _first_run(kind: str, before: MeasurementSet) -> Run:
+    runs = (
+        []
+        if before.capture is None
+        else runs_of(before.capture, float(before.table.counts_per_rev or 1))
+    )
+    if not runs:
+        raise ValueError(f"{kind} is asked beside the first run of a capture, and the set has none")
+    return runs[0]
+
+
+def _speed(run: Run) -> str:
+    return f"{abs(run.speed_deg_s):.3g}°/s"
+
+
+def _same_way(first: Run, run: Run) -> list[str]:
+    return [] if first.way == run.way else [f"it turns {run.way}, expected {first.way}"]
+
+
+def _same_speed(first: Run, run: Run) -> list[str]:
+    ratio = abs(run.speed_deg_s / first.speed_deg_s)
+    if abs(ratio - 1.0) <= SAME_SPEED:
+        return []
+    return [f"it turns at {_speed(run)}, expected the {_speed(first)} of the first run"]
+
+
+def _whole_turn(run: Run) -> list[str]:
+    # A capture of one turn ends a sample before the turn does.
+    if run.turns + 1.5 / run.samples_a_turn >= 1.0:
+        return []
+    return [f"it covers {run.turns:.2f} of a turn, expected a whole one"]
+
+
+def _remarks(kind: str, first: Run, run: Run) -> list[str]:
+    if kind == "warm" or first.temperature_c is None or run.temperature_c is None:
+        return []
+    off = run.temperature_c - first.temperature_c
+    if abs(off) <= SAME_TEMPERATURE_K:
+        return []
+    return [f"it is {abs(off):.1f} K {'warmer' if off > 0.0 else 'colder'} than the first run too"]
+
+
+def _speed_steps(first: Run) -> list[str]:
+    speed = FASTER * abs(first.speed_deg_s)
+    return [f"turn the table {first.way} at {speed:.3g}°/s (first run: {_speed(first)})"]
+
+
+def _speed_faults(first: Run, run: Run) -> list[str]:
+    least = ENOUGH * FASTER * abs(first.speed_deg_s)
+    faults = [*_same_way(first, run), *_whole_turn(run)]
+    if abs(run.speed_deg_s) < least:
+        faults.append(f"it turns at {_speed(run)}, expected {least:.3g}°/s or more")
+    return faults
+
+
+def _direction_steps(first: Run) -> list[str]:
+    way = "down" if first.way == "up" else "up"
+    return [f"turn the table {way} at {_speed(first)} (first run: {first.way})"]
+
+
+def _direction_faults(first: Run, run: Run) -> list[str]:
+    faults = [*_same_speed(first, run), *_whole_turn(run)]
+    if run.way == first.way:
+        faults.append(f"it turns {run.way} as the first run does, expected the other way")
+    return faults
+
+
+def _again_steps(first: Run) -> list[str]:
+    return [
+        "let the table stand still for ten minutes",
+        f"turn it {first.way} at {_speed(first)}, as in the first run",
+    ]
+
+
+def _again_faults(first: Run, run: Run) -> list[str]:
+    return [*_same_way(first, run), *_same_speed(first, run), *_whole_turn(run)]
+
+
+def _warm_steps(first: Run) -> list[str]:
+    now = "" if first.temperature_c is None else f", to {first.temperature_c + WARMER_K:.1f} °C"
+    return [
+        f"warm the table by {WARMER_K:g} K{now}, and wait until it is steady",
+        f"turn it {first.way} at {_speed(first)}, as in the first run",
+    ]
+
+
+def _warm_faults(first: Run, run: Run) -> list[str]:
+    faults = _again_faults(first, run)
+    if first.temperature_c is None or run.temperature_c is None:
+        which = "the set" if first.temperature_c is None else "it"
+        return [*faults, f"{which} has no temperature_c, so that nobody can tell"]
+    least = first.temperature_c + ENOUGH * WARMER_K
+    if run.temperature_c < least:
+        faults.append(f"it is at {run.temperature_c:.1f} °C, expected {least:.1f} °C or more")
+    return faults
+
+
+def _turns_steps(first: Run) -> list[str]:
+    return [
+        f"turn the table {first.way} at {_speed(first)} for {MORE_TURNS} turns in one recording "
+        "(the device keeps one turn: use a recorder that keeps them all)"
+    ]
+
+
+def _turns_faults(first: Run, run: Run) -> list[str]:
+    faults = [*_same_way(first, run), *_same_speed(first, run)]
+    if run.turns < ENOUGH * MORE_TURNS:
+        faults.append(f"it has {run.turns:.1f} turns, expected {ENOUGH * MORE_TURNS:.0f} or more")
+    return faults
+
+
+def _samples_steps(first: Run) -> list[str]:
+    return [
+        f"turn the table {first.way} with {MORE_SAMPLES * first.samples_a_turn:,.0f} samples a "
+        f"turn (first run: {first.samples_a_turn:,.0f}): a recorder of a higher rate, or a "
+        "slower table"
+    ]
+
+
+def _samples_faults(first: Run, run: Run) -> list[str]:
+    faults = [*_same_way(first, run), *_whole_turn(run)]
+    least = ENOUGH * MORE_SAMPLES * first.samples_a_turn
+    if run.samples_a_turn < least:
+        faults.append(
+            f"it has {run.samples_a_turn:,.0f} samples a turn, expected {least:,.0f} or more"
+        )
+    return faults
+
+
+def _faces(before: MeasurementSet) -> int:
+    stated = None if before.reference is None else before.reference.faces
+    return stated or before.table.faces or FACES
+
+
+def _targets(reference: Reference) -> NDArray[np.float64]:
+    """The different angles of a turn that were gone to, degrees."""
+    return np.unique(np.round(np.mod(reference.target_deg, 360.0), 3) % 360.0)
+
+
+def _both_ways(reference: Reference) -> list[str]:
+    if reference.direction is None:
+        return ["it has no column direction"]
+    if np.unique(np.sign(reference.direction)).size < 2:
+        return ["it was approached from one direction only, expected both"]
+    return []
+
+
+def _reference_steps(before: MeasurementSet) -> list[str]:
+    return [
+        f"put a polygon of {_faces(before)} faces on the table, and an autocollimator before it",
+        "go to each face upwards, then back to each face downwards; five cycles or more",
+    ]
+
+
+def _reference_faults(before: MeasurementSet, reference: Reference) -> list[str]:
+    there, least = _targets(reference).size, round(ENOUGH * _faces(before))
+    faults = _both_ways(reference)
+    if there < least:
+        faults.append(f"it has {there} targets, expected {least} or more around the turn")
+    return faults
+
+
+def _back_steps(before: MeasurementSet) -> list[str]:
+    return [
+        "repeat the reference run with every target approached from the other side, "
+        "direction = -1 in reference.csv"
+    ]
+
+
+def _back_faults(before: MeasurementSet, reference: Reference) -> list[str]:
+    if before.reference is None or before.reference.direction is None:
+        return _both_ways(reference)
+    if reference.direction is None:
+        return ["it has no column direction"]
+    new = set(np.sign(reference.direction)) - set(np.sign(before.reference.direction))
+    return [] if new else ["its targets are approached from the same side as before"]
+
+
+def _turned_steps(before: MeasurementSet) -> list[str]:
+    third = TURNED_FACES * 360.0 / _faces(before)
+    return [
+        f"turn the polygon on the table by {third:g}°, a third of a face, and line it up anew",
+        f"repeat the reference run with targets {third:g}° further",
+    ]
+
+
+def _turned_faults(before: MeasurementSet, reference: Reference) -> list[str]:
+    if before.reference is None:
+        return ["the set has no reference run yet"]
+    face_deg = 360.0 / _faces(before)
+    old, new = (_phase_deg(rows, face_deg) for rows in (before.reference, reference))
+    moved = (new - old) % face_deg / face_deg
+    if min(abs(moved - TURNED_FACES), abs(moved - 1.0 + TURNED_FACES)) <= TURNED_WITHIN:
+        return []
+    return [
+        f"its targets stand {moved:.2f} of a face beside those of before, expected "
+        f"{TURNED_FACES:.2f}"
+    ]
+
+
+def _phase_deg(reference: Reference, face_deg: float) -> float:
+    """Where the targets stand within a face: the mean direction on its circle, degrees."""
+    turns = np.exp(2j * np.pi * reference.target_deg / face_deg)
+    return float(np.angle(turns.mean())) / (2.0 * np.pi) * face_deg
+
+
+def _reindexed_steps(before: MeasurementSet) -> list[str]:
+    return [
+        "put the polygon on the table again, some whole faces further",
+        "repeat the reference run at the same targets, and keep it as a set of its own",
+    ]
+
+
+def _reindexed_faults(before: MeasurementSet, reference: Reference) -> list[str]:
+    if before.reference is None:
+        return ["the set has no reference run yet"]
+    old, new = _targets(before.reference), _targets(reference)
+    if old.size == new.size and np.allclose(old, new, atol=0.01):
+        return []
+    return [f"its {new.size} targets are not the {old.size} of the set"]
+
+
+def _moving_steps(before: MeasurementSet) -> list[str]:
+    return [
+        "read a reference encoder while the table turns, with time_s in each row",
+        f"turn up, down, and up at {FASTER:g} times the speed; a whole turn each",
+    ]
+
+
+def _moving_faults(before: MeasurementSet, reference: Reference) -> list[str]:
+    if reference.time_s is None:
+        return ["it has no column time_s"]
+    run = np.zeros(reference.target_deg.size) if reference.run is None else reference.run
+    speeds = [
+        (reference.target_deg[end - 1] - reference.target_deg[start])
+        / (reference.time_s[end - 1] - reference.time_s[start])
+        for start, end in run_spans(run)
+        if end - start > 1 and reference.time_s[end - 1] > reference.time_s[start]
+    ]
+    faults = []
+    if not (any(speed > 0.0 for speed in speeds) and any(speed < 0.0 for speed in speeds)):
+        faults.append("its runs do not go both ways")
+    sizes = [abs(speed) for speed in speeds if speed]
+    if not sizes or max(sizes) < ENOUGH * FASTER * min(sizes):
+        faults.append(f"its runs have one speed, expected two {ENOUGH * FASTER:g} times apart")
+    return faults
+
+
+_KINDS: dict[str, _OfACapture | _OfAReference] = {
+    "speed": _OfACapture(_speed_steps, _speed_faults),
+    "direction": _OfACapture(_direction_steps, _direction_faults),
+    "again": _OfACapture(_again_steps, _again_faults),
+    "warm": _OfACapture(_warm_steps, _warm_faults),
+    "turns": _OfACapture(_turns_steps, _turns_faults),
+    "samples": _OfACapture(_samples_steps, _samples_faults),
+    "reference": _OfAReference(_reference_steps, _reference_faults),
+    "reference_back": _OfAReference(_back_steps, _back_faults),
+    "polygon_turned": _OfAReference(_turned_steps, _turned_faults),
+    "polygon_reindexed": _OfAReference(_reindexed_steps, _reindexed_faults),
+    "moving_reference": _OfAReference(_moving_steps, _moving_faults),
+}
+
+KINDS = tuple(_KINDS)
+"""Names of the measurements, as a diagnosis asks for them."""

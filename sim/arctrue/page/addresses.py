@@ -1,0 +1,14 @@
+"""Addresses of steps."""
+
+from __future__ import annotations
+
+from flask import redirect, url_for
+from werkzeug.wrappers import Response
+
+from arctrue.page.session import Session
+
+
+def to_step(session: Session, number: int, query: str = "", place: str = "") -> Response:
+    """Go to the page of a step, so that loading it again changes nothing (HTTP 303)."""
+    address = url_for("look.look", name=session.name, number=number)
+    return redirect(f"{address}{query}{'#' + place if place else ''}", 303)

@@ -1,0 +1,83 @@
+"""The page as a Flask application."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from dataclasses import dataclass
+
+from flask import Flask, Response, render_template, send_file
+from jinja2 import ChoiceLoader, PackageLoader, StrictUndefined
+from werkzeug.exceptions import HTTPException
+
+from arctrue.page.commands import Commands
+from arctrue.page.folder import ChosenFolder
+from arctrue.page.guard import guard
+from arctrue.page.jobs import Jobs
+from arctrue.page.look_pages import look_pages
+from arctrue.page.looks import Looks
+from arctrue.page.plotly_file import plotly_file
+from arctrue.page.session import NoSuchSessionError, Sessions
+from arctrue.page.settings import PageSettings
+from arctrue.page.start_pages import start_pages
+from arctrue.workbench.effects.registry import catalogue
+
+
+@dataclass(frozen=True)
+class Page:
+    """The application, and what a server of it needs."""
+
+    app: Flask
+    jobs: Jobs
+    looks: Looks
+    folder: ChosenFolder
+
+
+def make_page(settings: PageSettings) -> Page:
+    """The application and its background processes.
+
+    Raises EffectFileError for a folder of effects that cannot be used, OSError for the state's.
+    """
+    app = Flask("arctrue.page", static_folder="static", template_folder="templates")
+    app.jinja_loader = ChoiceLoader(
+        [PackageLoader("arctrue.page"), PackageLoader("arctrue.report")]
+    )
+    app.jinja_env.undefined = StrictUndefined
+    app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
+    app.config["MAX_CONTENT_LENGTH"] = settings.most_bytes
+    guard(app, settings.hosts, settings.token)
+    commands = Commands(settings.effect_folders)
+    sessions = Sessions(settings.state)
+    looks = Looks(sessions, catalogue(settings.effect_folders), commands)
+    jobs = Jobs(settings.effect_folders)
+    folder = ChosenFolder(settings.folder)
+    app.register_blueprint(start_pages(settings, folder, looks, commands))
+    app.register_blueprint(look_pages(settings, looks, jobs, commands))
+
+    @app.get("/style.css")
+    def style() -> Response:
+        return Response(render_template("live_style.css.j2"), mimetype="text/css")
+
+    @app.get("/plotly.js")
+    def plotly() -> Response:
+        return send_file(plotly_file(), mimetype="text/javascript", max_age=86_400)
+
+    @app.errorhandler(NoSuchSessionError)
+    def gone(error: NoSuchSessionError) -> tuple[str, int]:
+        return _sentence(f"Not here: {error}. It may have been deleted."), 404
+
+    @app.errorhandler(HTTPException)
+    def refused(error: HTTPException) -> tuple[str, int]:
+        return _sentence(f"{error.name}: {error.description}"), error.code or 500
+
+    @app.errorhandler(Exception)
+    def broken(error: Exception) -> tuple[str, int]:
+        traceback.print_exception(error, file=sys.stderr)
+        said = "The program has a fault; its terminal says more. Nothing that was kept is lost"
+        return _sentence(f"{said}: {type(error).__name__}: {error}."), 500
+
+    return Page(app, jobs, looks, folder)
+
+
+def _sentence(text: str) -> str:
+    return render_template("sentence.html.j2", text=text)

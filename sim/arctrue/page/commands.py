@@ -1,0 +1,62 @@
+"""The command line that does what a button does."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from arctrue.page.session import Opened
+
+MODEL = "model.toml"
+"""The name under which a model is downloaded."""
+COEFFICIENTS = "coefficients.toml"
+
+
+class Commands:
+    """With the folders of own effects that ``arctrue serve`` was given."""
+
+    def __init__(self, effect_folders: Sequence[Path]) -> None:
+        """Each folder becomes ``--effects FOLDER``."""
+        self._folders = [word for folder in effect_folders for word in ("--effects", str(folder))]
+
+    def _line(self, *words: str) -> str:
+        return shlex.join(["arctrue", *words])
+
+    def of_step(self, action: str, effect: str, opened: Opened) -> str:
+        """What made a step: open, add, drop or load."""
+        if action in ("add", "drop"):
+            return self.change(action, effect, opened)
+        return self.on_model("compare", opened)
+
+    def change(self, action: str, effect: str, opened: Opened) -> str:
+        """``arctrue add`` or ``drop``."""
+        return self._line(action, effect, opened.named, "--model", MODEL, *self._folders)
+
+    def on_model(self, command: str, opened: Opened) -> str:
+        """A command that takes a set and a model: compare, diagnose, export, report."""
+        return self._line(command, opened.named, "--model", MODEL, *self._folders)
+
+    def export(self, opened: Opened, temperature_c: float | None) -> str:
+        """``arctrue export``, at a temperature where the set has one."""
+        at = [] if temperature_c is None else ["--temperature", f"{temperature_c:g}"]
+        words = ["export", opened.named, "--model", MODEL, *at, "--coefficients", COEFFICIENTS]
+        return self._line(*words, *self._folders)
+
+    def history(self) -> str:
+        """``arctrue history``."""
+        return self._line("history", "--model", MODEL)
+
+    def load(self, port: str) -> str:
+        """``arctrue load``."""
+        return self._line("load", port, COEFFICIENTS)
+
+    def simulate(self, out: str, experiment: str, seed: int, *, hidden: bool) -> str:
+        """``arctrue simulate``."""
+        drawn = ["--hidden"] if hidden else []
+        return self._line("simulate", out, *drawn, "--experiment", experiment, "--seed", str(seed))
+
+    def imported(self, files: Sequence[str], answers: Sequence[tuple[str, str]], out: str) -> str:
+        """``arctrue import``."""
+        said = [word for option, answer in answers for word in (option, answer)]
+        return self._line("import", *said, *files, out)

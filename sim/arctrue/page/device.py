@@ -1,0 +1,43 @@
+"""Coefficients of a step into a running device, as ``arctrue load`` does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
+from arctrue.gateware.coefficient_file import read_coefficient_file
+
+_WAIT_S = 120.0
+
+
+def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> str:
+    """Send and wait for the turn that judges them; returns a sentence.
+
+    Raises ValueError where there is no device or nothing to load, or the device refuses.
+    """
+    if not port:
+        raise ValueError("no device: start the page with --port PORT")
+    if "file" not in device:
+        raise ValueError("there are no coefficients for a device here")
+    if device["objections"] and not force:
+        raise ValueError(f"not loaded: {'; '.join(device['objections'])}")
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "coefficients.toml"
+        path.write_text(device["file"], encoding="utf-8")
+        coefficients = read_coefficient_file(path)
+    try:
+        console = Console(port)
+        try:
+            send_coefficients(console, coefficients, lambda done, all_: None)
+            wait_until_judged(console, _WAIT_S)
+        finally:
+            console.close()
+    except LoadRefusedError as error:
+        raise ValueError(f"the device refuses: {error}") from error
+    except ConsoleError as error:
+        raise ValueError(str(error)) from error
+    return f"{len(device['orders'])} orders are loaded and active."

@@ -1,0 +1,98 @@
+"""The sets of the folder that the server was started for; nothing outside it is read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from arctrue.measurement import MeasurementError
+from arctrue.measurement.description import FILE_NAME, read_description
+from arctrue.measurement.reader import data_file
+from arctrue.printable import one_line
+
+_DEPTH = 2
+MOST_SETS = 200
+_MASK = "mask.csv"
+
+
+@dataclass(frozen=True)
+class FoundSet:
+    """A folder that holds a measurement.toml; ``name`` is relative to the chosen folder."""
+
+    name: str
+    title: str
+    fault: str
+    """Why it cannot be opened; empty: it can."""
+
+
+class ChosenFolder:
+    """A folder of sets, or one set."""
+
+    def __init__(self, folder: Path) -> None:
+        """``folder``: as the command line named it."""
+        self.named = folder
+        self._root = folder.resolve()
+
+    @property
+    def is_set(self) -> bool:
+        """True where the folder itself is one set."""
+        return (self._root / FILE_NAME).is_file()
+
+    def sets(self) -> list[FoundSet]:
+        """All down to two folders deep, by name."""
+        places = [self._root] if self.is_set else []
+        level = [self._root]
+        for _ in range(_DEPTH):
+            level = [
+                path
+                for folder in level
+                for path in _folders(folder)
+                if path.resolve().is_relative_to(self._root)
+            ]
+            places += [path for path in level if (path / FILE_NAME).is_file()]
+        return [self._found(path) for path in sorted(places)[:MOST_SETS]]
+
+    def _found(self, path: Path) -> FoundSet:
+        name = str(path.relative_to(self._root))
+        try:
+            title = read_description(path).values[""].get("title", "")
+        except MeasurementError as error:
+            return FoundSet(name, "", one_line(str(error)))
+        return FoundSet(name, title, "")
+
+    def path(self, name: str) -> Path:
+        """The folder of a set. Raises ValueError for one that is, or whose files are, outside."""
+        path = self._root / name
+        try:
+            inside = path.resolve().is_relative_to(self._root)
+        except (OSError, ValueError):
+            inside = False
+        if not inside or not (path / FILE_NAME).is_file():
+            raise ValueError(
+                f"{one_line(name)[:80]}: no measurement set of the folder {self.named}"
+            )
+        description = read_description(path)
+        files = [path / FILE_NAME, path / _MASK]
+        files += [
+            file for part in ("capture", "reference") if (file := data_file(description, part))
+        ]
+        for file in files:
+            if file.exists() and not file.resolve().is_relative_to(self._root):
+                raise ValueError(
+                    f"{file.name} of {one_line(name)} is a link to a file outside {self.named}, "
+                    "which the page does not read: copy the file into the folder"
+                )
+        return path
+
+    def as_named(self, name: str) -> str:
+        """The set as a command line names it."""
+        return str(self.named if name == "." else self.named / name)
+
+
+def _folders(folder: Path) -> list[Path]:
+    try:
+        return sorted(
+            path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
+        )
+    except OSError:
+        return []

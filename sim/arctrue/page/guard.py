@@ -1,0 +1,60 @@
+"""Who may ask the server, and what a browser may do with an answer.
+
+Another page in the same browser can send requests to 127.0.0.1 too: the name of the host must be
+the server's own, and what changes something must come from the page itself.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Collection
+from urllib.parse import urlsplit
+
+from flask import Flask, Request, Response, abort, make_response, redirect, request
+from werkzeug.wrappers import Response as AnyResponse
+
+_COOKIE = "arctrue_token"
+_POLICY = (
+    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
+)
+"""plotly.js writes styles of its own; no script but the server's runs."""
+
+
+def guard(app: Flask, hosts: Collection[str], token: str) -> None:
+    """Look at every request first. ``hosts``: names with port; empty: any. ``token``: "": none."""
+
+    @app.before_request
+    def only_from_here() -> AnyResponse | None:
+        if hosts and request.host not in hosts:
+            abort(403, f"this server is {', '.join(sorted(hosts))}, not {request.host[:80]!r}")
+        if request.method not in ("GET", "HEAD") and not _same_origin(request):
+            abort(403, "this request came from another page and was not carried out")
+        return _without_token(token) if token else None
+
+    @app.after_request
+    def harmless(response: Response) -> Response:
+        response.headers["Content-Security-Policy"] = _POLICY
+        response.headers["X-Content-Type-Options"] = "nosniff"
+        # With no-referrer a form would not say where it comes from.
+        response.headers["Referrer-Policy"] = "same-origin"
+        return response
+
+
+def _same_origin(asked: Request) -> bool:
+    origin = asked.headers.get("Origin")
+    if origin is not None:
+        return urlsplit(origin).netloc == asked.host
+    return asked.headers.get("Sec-Fetch-Site", "same-origin") in ("same-origin", "none")
+
+
+def _without_token(token: str) -> AnyResponse | None:
+    """The token comes once in the address and then in a cookie."""
+    if hmac.compare_digest(request.cookies.get(_COOKIE, "").encode(), token.encode()):
+        return None
+    given = request.args.get("token", "")
+    if not hmac.compare_digest(given.encode(), token.encode()):
+        abort(403, "this page needs the token that arctrue serve printed: …/?token=TOKEN")
+    answer = make_response(redirect(request.path))
+    answer.set_cookie(_COOKIE, token, httponly=True, samesite="Strict")
+    return answer

@@ -1,0 +1,53 @@
+"""``python -m arctrue.page.ranking_job SESSION STEP [EFFECTS…]``: ranks one step of a session."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+# Before numpy is imported: as the command line does, see arctrue.cli.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from arctrue.page.jobs import PROGRESS
+from arctrue.page.looks import examine
+from arctrue.page.session import Session
+from arctrue.report.numbers import plain
+from arctrue.report.ranking import Ranking, ranked
+from arctrue.whole_file import write_whole_text
+from arctrue.workbench.effects.registry import catalogue
+
+_BETWEEN_S = 0.2
+
+
+class _Progress:
+    """Says what is done, in a file that the page reads; not more often than anybody looks."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._said = path, 0.0
+
+    def __call__(self, doing: str) -> None:
+        if time.monotonic() - self._said >= _BETWEEN_S:
+            self._said = time.monotonic()
+            write_whole_text(self._path, json.dumps({"doing": doing}))
+
+
+def main(session_folder: str, step: str, *effect_folders: str) -> None:
+    """Write the ranking of a step beside its model, once partly and once whole."""
+    session, number = Session(Path(session_folder)), int(step)
+    progress = _Progress(session.step_folder(number) / PROGRESS)
+    progress("reading the set")
+    effects = catalogue([Path(folder) for folder in effect_folders])
+    examined = examine(session.opened, session.model(number), effects)
+
+    def partly(found: Ranking) -> None:
+        session.write_ranking(number, plain({**found, "whole": False}))
+
+    found = ranked(examined, progress, partly)
+    session.write_ranking(number, plain({**found, "whole": True}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

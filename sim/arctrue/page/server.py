@@ -1,0 +1,66 @@
+"""Serves the page until it is interrupted."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from collections.abc import Callable
+from dataclasses import replace
+
+from waitress import create_server  # type: ignore[import-untyped]
+
+from arctrue.page.app import make_page
+from arctrue.page.settings import MEGABYTE, PageSettings
+from arctrue.page.start_pages import open_set_of
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_THREADS = 8
+_TOKEN_BYTES = 18
+
+
+def serve(settings: PageSettings, host: str, port: int, say: Callable[[str], None]) -> None:
+    """Serve at ``host``:``port`` (0: a free one); tells its address first.
+
+    Only names of this machine are answered at a loopback address; anything else needs a token.
+    Raises OSError for an address that cannot be taken.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((host, port))
+    except OSError:
+        listening.close()
+        raise
+    taken = listening.getsockname()[1]
+    if host in LOOPBACK:
+        names = {f"{name}:{taken}" for name in ("127.0.0.1", "localhost", "[::1]")}
+        settings = replace(settings, hosts=names)
+        query = ""
+    else:
+        settings = replace(settings, token=secrets.token_urlsafe(_TOKEN_BYTES))
+        query = f"?token={settings.token}"
+        say(
+            f"warning: {host} can be reached by other machines, and the connection is not "
+            "encrypted; only who has the token gets in"
+        )
+    page = make_page(settings)
+    path = "/"
+    if page.folder.is_set:
+        session, step = open_set_of(page.folder, ".", page.looks)
+        path = f"/s/{session.name}/{step.number}/"
+    server = create_server(
+        page.app,
+        sockets=[listening],
+        threads=_THREADS,
+        # Above the limit of the page, which says so in a sentence; far above, nothing is taken.
+        max_request_body_size=4 * settings.most_bytes + MEGABYTE,
+        ident=None,
+    )
+    shown = f"[{host}]" if ":" in host else host
+    say(f"serving http://{shown}:{taken}{path}{query}  (Ctrl-C ends it)")
+    try:
+        server.run()
+    finally:
+        page.jobs.end_all()
+        server.close()

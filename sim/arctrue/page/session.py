@@ -1,0 +1,193 @@
+"""What was opened in the page and every step of its model, kept in a folder."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import shutil
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from arctrue.report.ranking import Ranking
+from arctrue.whole_file import write_whole_text
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.model.model_file import read_model, write_model
+
+_NAME = re.compile(r"[a-z0-9]{16}")
+_BYTES = 8
+_SESSION, _STEP, _MODEL, _RANKING = "session.json", "step.json", "model.toml", "ranking.json"
+SET = "set"
+"""Folder of a set that was dropped in or generated."""
+
+
+class NoSuchSessionError(LookupError):
+    """An address of a session or a step that is not there (any more)."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What a session is of."""
+
+    title: str
+    folder: str
+    """Of the measurement set."""
+    named: str
+    """The set as a command line names it."""
+    command: str
+    """What makes this set again; empty for one that was recorded."""
+    generated: bool
+    date: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """One state of the model; ``parent`` is the number of the state that it came from."""
+
+    number: int
+    parent: int | None
+    action: str
+    """open, add, drop or load."""
+    effect: str
+    command: str
+    """The command line that does the same."""
+    seconds: float
+    """That the fit took."""
+
+
+class Session:
+    """One folder: the set (if it is not the reader's own), and ``1``, ``2``, … for the steps."""
+
+    def __init__(self, folder: Path) -> None:
+        """A session that is there."""
+        self.folder = folder
+        self.name = folder.name
+
+    @property
+    def opened(self) -> Opened:
+        """What it is of."""
+        return Opened(**_read(self.folder / _SESSION))
+
+    def steps(self) -> list[Step]:
+        """All of them, in the order in which they were made."""
+        found = [
+            Step(**_read(path))
+            for path in self.folder.glob(f"*/{_STEP}")
+            if path.parent.name.isdigit()
+        ]
+        return sorted(found, key=lambda step: step.number)
+
+    def step(self, number: int) -> Step:
+        """One of them. Raises NoSuchSessionError."""
+        path = self.folder / str(number) / _STEP
+        if not path.is_file():
+            raise NoSuchSessionError(f"step {number} is not there")
+        return Step(**_read(path))
+
+    def step_folder(self, number: int) -> Path:
+        """Where a step's files are."""
+        return self.folder / str(number)
+
+    def model_file(self, number: int) -> Path:
+        """The model of a step."""
+        return self.folder / str(number) / _MODEL
+
+    def model(self, number: int) -> Model:
+        """The model of a step. Raises ModelFileError."""
+        return read_model(self.model_file(number))
+
+    def ranking(self, number: int) -> Ranking | None:
+        """What was found missing at a step, once it is known."""
+        path = self.folder / str(number) / _RANKING
+        return _read(path) if path.is_file() else None
+
+    def ranking_is_whole(self, number: int) -> bool:
+        """True once nothing of it is missing."""
+        found = self.ranking(number)
+        return found is not None and bool(found["whole"])
+
+    def write_ranking(self, number: int, found: Ranking) -> None:
+        """Keep it. Raises OSError."""
+        text = json.dumps(found, ensure_ascii=False)
+        write_whole_text(self.folder / str(number) / _RANKING, text)
+
+    def grow(
+        self,
+        model: Model,
+        *,
+        parent: int | None,
+        action: str,
+        effect: str,
+        command: str,
+        seconds: float,
+    ) -> Step:
+        """One step more; nothing that is there is changed. Raises OSError."""
+        number = len(self.steps()) + 1
+        while True:
+            try:
+                (self.folder / str(number)).mkdir()
+                break
+            except FileExistsError:  # another request was first
+                number += 1
+        write_model(self.model_file(number), model)
+        step = Step(number, parent, action, effect, command, seconds)
+        write_whole_text(self.folder / str(number) / _STEP, json.dumps(asdict(step)))
+        return step
+
+
+class Sessions:
+    """All sessions of a state folder."""
+
+    def __init__(self, folder: Path) -> None:
+        """The folder is made, for its owner alone. Raises OSError."""
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+
+    def make(self) -> Path:
+        """The empty folder of a new session, which :meth:`open` makes one."""
+        folder = self.folder / secrets.token_hex(_BYTES)
+        folder.mkdir(mode=0o700)
+        return folder
+
+    def open(self, folder: Path, opened: Opened) -> Session:
+        """The session of ``folder``, from now on listed. Raises OSError."""
+        write_whole_text(folder / _SESSION, json.dumps(asdict(opened), ensure_ascii=False))
+        return Session(folder)
+
+    def __getitem__(self, name: str) -> Session:
+        """One of them. Raises NoSuchSessionError."""
+        folder = self.folder / name
+        if not _NAME.fullmatch(name) or not (folder / _SESSION).is_file():
+            raise NoSuchSessionError(f"there is no session {name[:32]!r}")
+        return Session(folder)
+
+    def all(self) -> list[Session]:
+        """The newest first."""
+        found = [
+            Session(path.parent)
+            for path in self.folder.glob(f"*/{_SESSION}")
+            if _NAME.fullmatch(path.parent.name)
+        ]
+        return sorted(found, key=lambda item: item.opened.date, reverse=True)
+
+    def forget(self, name: str) -> None:
+        """Delete a session with all that it holds. Raises NoSuchSessionError."""
+        shutil.rmtree(self[name].folder, onerror=_make_writable)
+
+
+def now() -> str:
+    """UTC, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def _make_writable(function: Any, path: str, _: Any) -> None:
+    """A truth file is read-only."""
+    Path(path).chmod(0o600)
+    function(path)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return data

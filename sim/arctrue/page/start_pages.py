@@ -1,0 +1,193 @@
+"""The first page: choose a set, drop one in, or have a table with a hidden effect made."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flask import Blueprint, render_template, request
+from werkzeug.exceptions import RequestEntityTooLarge
+from werkzeug.wrappers import Response
+
+from arctrue.importing import Ambiguous, AmbiguousError
+from arctrue.measurement import write_measurement_set
+from arctrue.measurement.description import read_description
+from arctrue.page.addresses import to_step
+from arctrue.page.commands import Commands
+from arctrue.page.folder import ChosenFolder
+from arctrue.page.looks import Looks
+from arctrue.page.people import PEOPLE_ERRORS, sentence
+from arctrue.page.session import SET, Opened, Session, Step, now
+from arctrue.page.settings import MEGABYTE, PageSettings
+from arctrue.page.uploads import keep, receive
+from arctrue.studies.simulate.experiment import EXPERIMENTS
+from arctrue.studies.simulate.hidden import hidden_effect
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.studies.simulate.truth import write_truth
+
+_UPLOAD = "files"
+_KINDS = {
+    "short": "short: four runs of 3,000 samples, and a polygon",
+    "full": "full: four runs of 18,000 samples, and a polygon",
+    "lean": "lean: one run only",
+}
+_LARGEST_SEED = 2**32 - 1
+
+
+def start_pages(
+    settings: PageSettings, folder: ChosenFolder, looks: Looks, commands: Commands
+) -> Blueprint:
+    """Routes of the first page."""
+    pages = Blueprint("start", __name__)
+
+    def start(status: int = 200, **told: Any) -> tuple[str, int]:
+        """``told``: a sentence beside the part that it is about; a question of an import."""
+        sessions = [(session, session.opened) for session in looks.sessions.all()[:20]]
+        shown: dict[str, Any] = {
+            "open": "",
+            "drop": "",
+            "generate": "",
+            "asked": None,
+            "answers": {},
+            "kept": "",
+        }
+        return (
+            render_template(
+                "start.html.j2",
+                sets=folder.sets(),
+                folder=folder.named,
+                sessions=sessions,
+                kinds=_KINDS,
+                most_megabytes=settings.most_bytes // MEGABYTE,
+                most_bytes=settings.most_bytes,
+                **{**shown, **told},
+            ),
+            status,
+        )
+
+    @pages.get("/")
+    def first() -> tuple[str, int]:
+        return start()
+
+    @pages.post("/open")
+    def open_set() -> tuple[str, int] | Response:
+        try:
+            session, step = open_set_of(folder, request.form.get("set", ""), looks)
+        except PEOPLE_ERRORS as error:
+            return start(422, open=sentence(error))
+        return to_step(session, step.number)
+
+    @pages.post("/generate")
+    def generate() -> tuple[str, int] | Response:
+        place = looks.sessions.make()
+        try:
+            opened = _generated(place, request.form.get("experiment", ""), request.form, commands)
+            session, step = looks.first(place, opened)
+        except PEOPLE_ERRORS as error:
+            shutil.rmtree(place, ignore_errors=True)
+            return start(422, generate=sentence(error, place))
+        return to_step(session, step.number)
+
+    @pages.post("/drop")
+    def drop_in() -> tuple[str, int] | Response:
+        try:
+            answers = _answers(request.form)
+            place, paths = _kept(looks, request.form.get("kept", ""))
+        except RequestEntityTooLarge:
+            most = settings.most_bytes // MEGABYTE
+            return start(
+                413, drop=f"The files are larger than {most} MB together, which is the limit."
+            )
+        try:
+            if not paths:
+                paths = keep(request.files.getlist("file"), place / _UPLOAD)
+            session, step = _received(looks, place, paths, answers, commands)
+        except AmbiguousError as error:
+            asked = _told(error.asked, place / _UPLOAD)
+            return start(422, asked=asked, answers=answers, kept=place.name)
+        except PEOPLE_ERRORS as error:
+            shutil.rmtree(place, ignore_errors=True)
+            return start(422, drop=sentence(error, place / _UPLOAD).replace(f"{place / SET}/", ""))
+        return to_step(session, step.number)
+
+    @pages.post("/forget/<name>")
+    def forget(name: str) -> tuple[str, int]:
+        looks.sessions.forget(name)
+        return start()
+
+    return pages
+
+
+def open_set_of(folder: ChosenFolder, name: str, looks: Looks) -> tuple[Session, Step]:
+    """A session of a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
+    path, named = folder.path(name), folder.as_named(name)
+    title = read_description(path).values[""].get("title", "") or path.resolve().name
+    place = looks.sessions.make()
+    try:
+        opened = Opened(title, str(path.resolve()), named, "", generated=False, date=now())
+        return looks.first(place, opened)
+    except PEOPLE_ERRORS:
+        shutil.rmtree(place, ignore_errors=True)
+        raise
+
+
+def _generated(place: Path, experiment: str, form: Any, commands: Commands) -> Opened:
+    if experiment not in _KINDS:
+        raise ValueError(f"experiment: expected {', '.join(_KINDS)}, found {experiment[:40]!r}")
+    text = form.get("seed", "").strip()
+    if not text:
+        seed = int(np.random.SeedSequence().generate_state(1)[0])
+    elif text.isascii() and text.isdigit() and int(text) <= _LARGEST_SEED:
+        seed = int(text)
+    else:
+        raise ValueError(f"seed: expected a whole number from 0, found {text[:40]!r}")
+    hidden = form.get("hidden", "1") == "1"
+    wanted = [Wanted(hidden_effect(seed))] if hidden else []
+    made = simulate_set(wanted, EXPERIMENTS[experiment](), seed)
+    write_measurement_set(place / SET, made.measurement)
+    write_truth(place / SET, made.truth)
+    name = "table"
+    return Opened(
+        title=f"a table with {'a hidden effect' if hidden else 'nothing hidden'}, seed {seed}",
+        folder=str(place / SET),
+        named=name,
+        command=commands.simulate(name, experiment, seed, hidden=hidden),
+        generated=True,
+        date=now(),
+    )
+
+
+def _answers(form: Any) -> dict[str, str]:
+    return {
+        name.removeprefix("answer:"): value
+        for name, value in form.items()
+        if name.startswith("answer:") and value.strip()
+    }
+
+
+def _kept(looks: Looks, name: str) -> tuple[Path, list[Path]]:
+    """The folder of this upload, and the files of an earlier try that a question held up."""
+    if name.isalnum():
+        place = looks.sessions.folder / name
+        files = place / _UPLOAD
+        if files.is_dir() and not (place / "session.json").exists():
+            return place, sorted(files.iterdir())
+    return looks.sessions.make(), []
+
+
+def _received(
+    looks: Looks, place: Path, paths: list[Path], answers: dict[str, str], commands: Commands
+) -> tuple[Session, Step]:
+    received = receive(paths, place / SET, answers)
+    name = "table"
+    command = commands.imported(received.files, received.answers, name) if received.imported else ""
+    opened = Opened(received.title, str(place / SET), name, command, generated=False, date=now())
+    return looks.first(place, opened)
+
+
+def _told(asked: Ambiguous, folder: Path) -> Ambiguous:
+    """The question without the server's own path."""
+    question = asked.question.replace(f"{folder}/", "")
+    return Ambiguous(asked.option, question, list(asked.answers), asked.free_text)

@@ -1,0 +1,138 @@
+"use strict";
+// Draws the plots, follows the diagnosis and hands files over. Without it the page shows pictures
+// and all buttons work.
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function dressed(layout) {
+  const axis = { gridcolor: colour("--grid"), linecolor: colour("--axis"), zeroline: false };
+  const found = { ...layout, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)" };
+  found.font = { color: colour("--ink"), size: 12, family: getComputedStyle(document.body).fontFamily };
+  found.hoverlabel = { bgcolor: colour("--paper"), font: { color: colour("--ink") } };
+  for (const key of Object.keys(layout)) {
+    if (/^[xy]axis/.test(key)) found[key] = { ...axis, ...layout[key] };
+  }
+  return found;
+}
+
+async function draw(place) {
+  try {
+    const width = Math.round(place.clientWidth);
+    const joint = place.dataset.url.includes("?") ? "&" : "?";
+    const answer = await fetch(`${place.dataset.url}${joint}width=${width}`);
+    if (!answer.ok) throw new Error(`${answer.status}`);
+    const figure = await answer.json();
+    for (const trace of figure.data) {
+      // A line in the ink of light paper is drawn in that of the present one.
+      if (trace.line && trace.line.color === "#1c2530") trace.line.color = colour("--ink");
+    }
+    const layout = dressed(figure.layout);
+    place.replaceChildren();
+    await Plotly.newPlot(place, figure.data, layout, { responsive: true, displaylogo: false });
+    place.setAttribute("aria-label", figure.layout.meta.words);
+    place.dataset.drawn = "1";
+  } catch (error) {
+    place.textContent = `This figure could not be drawn (${error.message}). Load the page again.`;
+  }
+}
+
+const drawAll = (root) => Promise.all([...root.querySelectorAll(".plot")].map(draw));
+
+function wire(root) {
+  for (const select of root.querySelectorAll("select[data-submits]")) {
+    select.addEventListener("change", () => select.form.requestSubmit());
+  }
+  for (const form of root.querySelectorAll("form")) {
+    form.addEventListener("submit", (event) => beforeSending(event, form));
+  }
+  for (const zone of root.querySelectorAll(".drop")) {
+    const input = zone.querySelector("input");
+    zone.addEventListener("dragover", (event) => { event.preventDefault(); zone.classList.add("over"); });
+    zone.addEventListener("dragleave", () => zone.classList.remove("over"));
+    zone.addEventListener("drop", (event) => {
+      event.preventDefault();
+      zone.classList.remove("over");
+      input.files = event.dataTransfer.files;
+    });
+  }
+}
+
+function beforeSending(event, form) {
+  const most = Number(form.dataset.mostBytes || 0);
+  const files = [...form.querySelectorAll("input[type=file]")].flatMap((input) => [...input.files]);
+  const bytes = files.reduce((sum, file) => sum + file.size, 0);
+  const problem = form.querySelector("[data-problem]");
+  if (most && bytes > most) {
+    event.preventDefault();
+    problem.textContent = `The files have ${(bytes / 1e6).toFixed(0)} MB together; the limit is ${most / 1e6} MB.`;
+    return;
+  }
+  if (form.method !== "post") return;
+  // After this event: a disabled button would not send its value.
+  setTimeout(() => {
+    for (const button of form.querySelectorAll("button")) {
+      button.disabled = true;
+      if (form.dataset.works) button.textContent = form.dataset.works;
+    }
+  });
+}
+
+async function renewed() {
+  // What the diagnosis has found since, without touching the rest of the page.
+  const answer = await fetch(location.href);
+  const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+  for (const part of document.querySelectorAll("[data-live]")) {
+    const other = fresh.getElementById(part.id);
+    if (!other || part.contains(document.activeElement) && part.id !== "missing") continue;
+    part.replaceChildren(...other.childNodes);
+    wire(part);
+    await drawAll(part);
+  }
+}
+
+async function follow(main) {
+  let partly = main.dataset.partly === "true";
+  for (;;) {
+    await new Promise((resolve) => setTimeout(resolve, 400));
+    let state;
+    try {
+      state = await (await fetch(main.dataset.ranking)).json();
+    } catch {
+      continue; // a busy or restarted server: ask again
+    }
+    if (state.state !== "running") {
+      await renewed();
+      main.dataset.state = state.state;
+      return;
+    }
+    if (state.partly && !partly) {
+      partly = true;
+      await renewed();
+    }
+    const doing = document.getElementById("doing");
+    if (doing) {
+      doing.textContent = state.doing;
+      document.getElementById("seconds").textContent = state.seconds;
+    }
+  }
+}
+
+document.addEventListener("DOMContentLoaded", async () => {
+  wire(document);
+  document.getElementById("theme")?.addEventListener("click", () => {
+    const root = document.documentElement;
+    const dark = root.dataset.theme
+      ? root.dataset.theme === "dark"
+      : matchMedia("(prefers-color-scheme: dark)").matches;
+    root.dataset.theme = dark ? "light" : "dark";
+    try { localStorage.setItem("theme", root.dataset.theme); } catch { /* not kept */ }
+    drawAll(document);
+  });
+  const main = document.querySelector("main[data-ranking]");
+  if (!main) return;
+  await drawAll(document);
+  if (main.dataset.state === "running") await follow(main);
+});
+
+// Back: the browser may show the page as it was left, with its buttons disabled.
+addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });

@@ -1,0 +1,106 @@
+"""Files that were dropped into the page: a measurement set, or recordings of other programs.
+
+They are read by arctrue's own readers, from a folder of their own. No code in them is run.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Protocol
+
+from arctrue.importing import (
+    Ambiguous,
+    AmbiguousError,
+    Choices,
+    ReadSettings,
+    Settings,
+    import_recordings,
+    read_recording,
+)
+from arctrue.measurement import Origin, Table, read_measurement_set, write_measurement_set
+from arctrue.measurement.description import FILE_NAME
+from arctrue.printable import one_line
+
+MOST_FILES = 16
+_LONGEST = 80
+_SAFE = re.compile(r"[^\w.\- ]+")
+
+
+class Sent(Protocol):
+    """A file of a form."""
+
+    filename: str | None
+
+    def save(self, dst: str) -> None:
+        """Write it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Received:
+    """A set made of what was sent, and the options of ``arctrue import`` that make it again."""
+
+    title: str
+    files: list[str]
+    answers: list[tuple[str, str]]
+    imported: bool
+
+
+def keep(sent: Sequence[Sent], folder: Path) -> list[Path]:
+    """Write the files into ``folder`` under names of their own. Raises ValueError."""
+    there = [file for file in sent if file.filename]
+    if not there:
+        raise ValueError("no file was chosen: choose or drop at least one")
+    if len(there) > MOST_FILES:
+        raise ValueError(f"{len(there)} files at once; expected at most {MOST_FILES}")
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for file in there:
+        path = folder / safe_name(file.filename or "")
+        if path in paths:
+            raise ValueError(f"{path.name}: two files of this name were sent")
+        file.save(str(path))
+        paths.append(path)
+    return paths
+
+
+def safe_name(name: str) -> str:
+    """The last part of a name without anything that a file system or a terminal obeys."""
+    last = re.split(r"[/\\]", name)[-1]
+    safe = _SAFE.sub("_", one_line(last)).lstrip(".").strip()[-_LONGEST:]
+    return safe or "file"
+
+
+def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Received:
+    """Make the set ``out`` of files that were kept.
+
+    With a measurement.toml among them they are a set; else ``arctrue import`` reads them, its
+    questions answered by ``answers``: the option (``--unit head1``) gives the answer. Raises
+    AmbiguousError for a question that is open, MeasurementError, ValueError.
+    """
+    if any(path.name == FILE_NAME for path in paths):
+        out.mkdir(parents=True, exist_ok=True)
+        for path in paths:
+            shutil.copyfile(path, out / path.name)
+        title = read_measurement_set(out).title or "dropped in"
+        return Received(title, [path.name for path in paths], [], imported=False)
+    choices = Choices(lambda asked: _answer(asked, answers))
+    recordings = [read_recording(path, "", ReadSettings(), choices) for path in paths]
+    imported = import_recordings(recordings, Settings(table=Table()), choices)
+    names = [path.name for path in paths]
+    title = imported.measurement.title or ", ".join(names)
+    origin = Origin(None, f"arctrue {version('arctrue')}")
+    write_measurement_set(out, replace(imported.measurement, origin=origin, title=title))
+    return Received(title, names, choices.answers, imported=True)
+
+
+def _answer(asked: Ambiguous, answers: Mapping[str, str]) -> str:
+    given = answers.get(asked.option, "").strip()
+    if not given or (not asked.free_text and given not in asked.answers):
+        raise AmbiguousError(asked)
+    return given

@@ -1,0 +1,67 @@
+"""Means of rows in bins: what a picture of 72,000 rows can show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+TURN_BINS = 180
+"""Two degrees each."""
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Of the bins that hold rows; every array has shape (bins,)."""
+
+    centre: Float
+    mean: Float
+    low: Float
+    high: Float
+    standard_error: Float
+    """Of the mean, were the rows independent; 0 for a single row."""
+    rows: Integer
+
+
+def of_groups(values: Float, group: Integer, centres: Float) -> Bins:
+    """Bins of which ``group``, shape (rows,), gives the number of each row."""
+    size = centres.size
+    rows = np.bincount(group, minlength=size)
+    there = rows > 0
+    counts = np.maximum(rows, 1)
+    mean = np.bincount(group, values, size) / counts
+    square = np.bincount(group, (values - mean[group]) ** 2, size)
+    low, high = np.full(size, np.inf), np.full(size, -np.inf)
+    np.minimum.at(low, group, values)
+    np.maximum.at(high, group, values)
+    error = np.sqrt(square / np.maximum(rows - 1, 1) / counts)
+    return Bins(centres[there], mean[there], low[there], high[there], error[there], rows[there])
+
+
+def of_turn(angle_rad: Float, values: Float, bins: int = TURN_BINS) -> Bins:
+    """Bins round the turn, centres in degrees."""
+    group = turn_group(angle_rad, bins)
+    return of_groups(values, group, (np.arange(bins) + 0.5) * 360.0 / bins)
+
+
+def turn_group(angle_rad: Float, bins: int) -> Integer:
+    """Number of the bin of each angle."""
+    part = np.mod(angle_rad / (2.0 * np.pi), 1.0)
+    return np.minimum((part * bins).astype(np.int64), bins - 1)
+
+
+def of_values(condition: Float, values: Float, bins: int = 24) -> Bins:
+    """Bins over a condition: one for each value where there are few, else equal steps."""
+    names, group = np.unique(condition, return_inverse=True)
+    if names.size <= bins:
+        return of_groups(values, group.astype(np.int64), names.astype(np.float64))
+    low, high = float(condition.min()), float(condition.max())
+    step = (high - low) / bins
+    group = np.minimum(((condition - low) / step).astype(np.int64), bins - 1)
+    # Rows may stand at one end of a step: the place of their mean is that of their condition.
+    rows = np.maximum(np.bincount(group, minlength=bins), 1)
+    return of_groups(values, group, np.bincount(group, condition, bins) / rows)

@@ -1,0 +1,32 @@
+"""An effect over its condition: what the data say beside what the effect says."""
+
+from __future__ import annotations
+
+from arctrue.report.charts.chart import ARCSEC, CHANNEL_COLOUR, Axis, Chart, Curve, Panel
+from arctrue.report.finding import Finding
+
+_INK = "#5a6470"
+
+
+def finding_chart(finding: Finding, condition: str) -> Chart:
+    """Measured amplitude with its standard error in each step, and the fitted effect's."""
+    panels = []
+    for item in finding.over(condition):
+        what = "amplitude of its wave" if item.amplitude else "its part of what was measured"
+        layers = [
+            Curve(
+                item.x,
+                item.measured,
+                "measured",
+                CHANNEL_COLOUR[item.channel],
+                kind="points",
+                y_error=item.standard_error,
+            ),
+            Curve(item.x, item.effect, finding.effect.replace("_", " "), _INK, dash="dash"),
+        ]
+        panels.append(
+            Panel(Axis(item.name, item.unit), Axis(what, ARCSEC), layers, item.channel.capitalize())
+        )
+    name = finding.effect.replace("_", " ")
+    words = f"How large {name} is, against {panels[0].x.label if panels else 'nothing'}."
+    return Chart("finding", words, panels, beside=True, panel_height=3.0)

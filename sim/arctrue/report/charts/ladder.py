@@ -1,0 +1,70 @@
+"""How the error fell, step by step, above the noise of the repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    CHANNEL_COLOUR,
+    QUIET,
+    Axis,
+    Chart,
+    Curve,
+    Layer,
+    Panel,
+)
+from arctrue.workbench.model.model import HistoryStep
+
+Float = NDArray[np.float64]
+
+_DATE = 10
+"""Characters of the day in an ISO 8601 date."""
+
+
+def ladder(history: Sequence[HistoryStep]) -> Chart:
+    """RMS of each channel at every step, fitted and held out; the noise is the floor."""
+    channels = [name for name in CHANNEL_COLOUR if any(name in step.rms_arcsec for step in history)]
+    place = np.arange(len(history), dtype=np.float64)
+    ticks = [(float(number), _name(step, number)) for number, step in enumerate(history)]
+    panels = []
+    for channel in channels:
+        colour = CHANNEL_COLOUR[channel]
+        fitted = _of(history, "rms_arcsec", channel)
+        held_out = _of(history, "heldout_rms_arcsec", channel)
+        noise = _of(history, "noise_arcsec", channel)
+        labels = [f"{value:.3f}″" if np.isfinite(value) else "" for value in fitted]
+        layers: list[Layer] = [
+            Curve(place, noise, "noise floor", QUIET, dash="dot"),
+            Curve(place, fitted, "fitted", colour, kind="both", size=6, labels=labels),
+            Curve(place, held_out, "held out", colour, kind="points", marker="hollow", size=9),
+        ]
+        every = np.concatenate([fitted, held_out, noise])
+        every = every[np.isfinite(every) & (every > 0.0)]
+        reach = (float(every.min()) / 1.25, float(every.max()) * 1.35) if every.size else None
+        panels.append(
+            Panel(
+                Axis("step", ticks=ticks, reach=(-0.5, max(len(history), 2) - 0.5)),
+                Axis("RMS of what is left", ARCSEC, logarithmic=every.size > 0, reach=reach),
+                layers,
+                channel.capitalize(),
+            )
+        )
+    told = "; ".join(
+        f"{name} from {history[0].rms_arcsec[name]:.3f}″ to {history[-1].rms_arcsec[name]:.3f}″"
+        for name in channels
+        if name in history[0].rms_arcsec and name in history[-1].rms_arcsec
+    )
+    return Chart("ladder", f"How the error fell: {told}.", panels, beside=True, panel_height=3.2)
+
+
+def _name(step: HistoryStep, number: int) -> str:
+    effect = "the first model" if step.action == "fit" else step.effect.replace("_", " ")
+    return f"{number + 1} {step.action}\n{effect}"
+
+
+def _of(history: Sequence[HistoryStep], figure: str, channel: str) -> Float:
+    return np.array([getattr(step, figure).get(channel, np.nan) for step in history])

@@ -1,0 +1,60 @@
+"""What the lanes of the gateware take away: amplitude by order, and the error before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    COLOURS,
+    Axis,
+    Bars,
+    Chart,
+    Curve,
+    Panel,
+    angle_axis,
+)
+
+
+def lanes_chart(
+    orders: Sequence[int],
+    amplitudes_arcsec: Sequence[float],
+    at_reference: Sequence[Sequence[float]] | None,
+) -> Chart:
+    """``at_reference``: target in degrees, error before and after at the rows of the reference."""
+    place = np.arange(len(orders), dtype=np.float64)
+    ticks = [(float(number), str(order)) for number, order in enumerate(orders)]
+    panels = [
+        Panel(
+            Axis("order, cycles a turn", ticks=ticks),
+            Axis("amplitude of the lane", ARCSEC),
+            [Bars(place, np.array(amplitudes_arcsec, dtype=np.float64))],
+            "Lanes",
+        )
+    ]
+    if at_reference is not None:
+        target, before, after = (_array(values) for values in at_reference)
+        degrees = np.mod(target, 360.0)
+        panels.append(
+            Panel(
+                angle_axis(),
+                Axis("error against the reference", ARCSEC),
+                [
+                    Curve(degrees, before, "as measured", COLOURS[1], kind="points", size=4.0),
+                    Curve(
+                        degrees, after, "with the lanes", COLOURS[0], kind="points",
+                        marker="diamond", size=4.0,
+                    ),
+                ],
+                "Reference run through the bit-true gateware",
+            )
+        )  # fmt: skip
+    words = f"{len(orders)} lanes; the largest is {max(amplitudes_arcsec, default=0.0):.3f}″."
+    return Chart("lanes", words, panels)
+
+
+def _array(values: Sequence[float]) -> NDArray[np.float64]:
+    return np.array(values, dtype=np.float64)

@@ -1,0 +1,72 @@
+"""What was measured over the angle, and what the model says, both channels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.report.charts.bins import of_turn
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    CHANNEL_COLOUR,
+    QUIET,
+    Axis,
+    Band,
+    Chart,
+    Curve,
+    Panel,
+    angle_axis,
+)
+from arctrue.report.examined import Examined
+
+_BINS = 360
+_MOST_POINTS = 1500
+
+
+def measurement_and_model(examined: Examined, *, whitened: bool = False) -> Chart:
+    """Bands from the lowest to the highest row of each degree, and the model's mean there.
+
+    ``whitened``: both multiplied by the inverse root of the noise's covariance, so that noise
+    alone would scatter by 1 about the model.
+    """
+    panels = [_panel(examined, channel, whitened) for channel in examined.channels]
+    how = "whitened" if whitened else "as measured"
+    return Chart(
+        "measurement_and_model",
+        f"Measurement and model over the angle of the table, {how}: "
+        f"{', '.join(examined.model.names())}.",
+        panels,
+    )
+
+
+def _panel(examined: Examined, channel: str, whitened: bool) -> Panel:
+    measured = examined.measured(channel)
+    model = measured - examined.left(channel)
+    if whitened:
+        noise = examined.solution.noise
+        of_rows = noise.capture if channel == "capture" else noise.reference
+        assert of_rows is not None
+        measured, model = of_rows.whiten(measured), of_rows.whiten(model)
+    angle = examined.angle_rad(channel)
+    colour = CHANNEL_COLOUR[channel]
+    seen, told = of_turn(angle, measured, _BINS), of_turn(angle, model, _BINS)
+    what = "R₂ − R₁ − α" if channel == "capture" else "error of head 1"
+    layers: list[Band | Curve] = []
+    if measured.size <= _MOST_POINTS:
+        degrees = np.mod(np.degrees(angle), 360.0)
+        layers.append(
+            Curve(degrees, measured, "measured", colour, kind="points", size=3.5, marker="circle")
+        )
+    else:
+        layers.append(Band(seen.centre, seen.low, seen.high, "measured, lowest to highest", colour))
+        layers.append(Curve(seen.centre, seen.mean, "measured, mean", colour, width=1.2))
+    layers.append(Curve(told.centre, told.mean, "model", "#1c2530", dash="dash", width=1.4))
+    if channel == "reference" and told.centre.size < _BINS // 3:
+        layers[-1] = Curve(
+            told.centre, told.mean, "model", QUIET, kind="both", dash="dash", marker="hollow"
+        )
+    return Panel(
+        angle_axis(),
+        Axis(what, "standard deviations" if whitened else ARCSEC),
+        layers,
+        title=f"{channel.capitalize()}: measurement and model",
+    )

@@ -1,0 +1,80 @@
+"""What the model leaves against one condition: temperature, speed, time, phase, …"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.bins import Bins, of_turn, of_values
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    CHANNEL_COLOUR,
+    Axis,
+    Chart,
+    Curve,
+    Layer,
+    Level,
+    Panel,
+)
+from arctrue.report.examined import Condition, Examined
+
+Float = NDArray[np.float64]
+
+_ROUND_BINS = 72
+
+
+def residual_against(examined: Examined, condition: Condition) -> Chart:
+    """Mean and standard error of what is left in bins of the condition, both channels.
+
+    The standard error is that of independent rows: slow noise scatters the means by more.
+    """
+    panels = []
+    for channel, values in condition.values.items():
+        left = examined.left(channel)
+        seen = bins_over(condition, values, left - left.mean())
+        layers: list[Layer] = [
+            Level(0.0),
+            Curve(
+                seen.centre,
+                seen.mean,
+                "",
+                CHANNEL_COLOUR[channel],
+                kind="both" if condition.goes_round and channel == "capture" else "points",
+                y_error=seen.standard_error,
+            ),
+        ]
+        panels.append(
+            Panel(
+                Axis(condition.name, condition.unit),
+                Axis("mean of what is left", ARCSEC),
+                layers,
+                title=channel.capitalize(),
+            )
+        )
+    return Chart(
+        "residual_against",
+        f"Mean of what the model leaves against {condition.name}.",
+        panels,
+        beside=True,
+        panel_height=3.0,
+    )
+
+
+def bins_over(condition: Condition, values: Float, left: Float) -> Bins:
+    """Bins of the residual over a condition: round the turn, or from end to end."""
+    if condition.goes_round:
+        places = np.unique(np.round(np.mod(values, 2.0 * np.pi), 6)).size
+        return of_turn(values, left, min(_ROUND_BINS, max(places, 1)) if places < 72 else 72)
+    return of_values(values, left)
+
+
+def share_of_variance(condition: Condition, values: Float, left: Float) -> float:
+    """Share of the residual's variance that the means over the condition take, less what as many
+    means take of independent noise: rank of the conditions before the diagnosis is there."""
+    centred = left - left.mean()
+    whole = float(centred @ centred)
+    if whole <= 0.0:
+        return 0.0
+    seen = bins_over(condition, values, centred)
+    taken = float(np.sum(seen.rows * seen.mean**2)) / whole
+    return max(taken - (seen.rows.size - 1) / max(left.size - 1, 1), 0.0)

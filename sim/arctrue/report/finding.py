@@ -1,0 +1,200 @@
+"""How large an effect is in each step of its condition: what the data say beside what it says.
+
+The effect's own columns times their coefficients are c, the residual of the whole model r. What
+belongs to the effect is c + r (component plus residual). Over a condition x and a phase φ the wave
+w(φ) is the leading right singular vector of the cell means of c; the amplitude at x is the
+projection of the rows on w there, once of c + r (measured) and once of c (the effect). An effect
+that is a function of a phase alone is drawn over that phase.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.bins import of_turn, turn_group
+from arctrue.report.examined import Condition, Examined
+from arctrue.workbench.inference.normal_equations import channel_columns
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+_STEPS = 16
+_PHASE_BINS = 72
+PHYSICAL = ("temperature", "speed", "direction", "time")
+"""What can cause something, before what only goes along with it."""
+_NEARLY = 0.8
+_OF_A_PHASE = 0.5
+"""An effect of which one phase takes more than this share is drawn over that phase."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """An effect over one condition in one channel; arrays (steps,), arcseconds."""
+
+    channel: str
+    condition: str
+    """Key of the condition."""
+    name: str
+    unit: str
+    amplitude: bool
+    """True: of its wave; False: its value itself."""
+    share: float
+    """Of the effect's sum of squares that the drawn line holds."""
+    variation: float
+    """Part of that share that a constant amplitude would not hold."""
+    x: Float
+    measured: Float
+    standard_error: Float
+    effect: Float
+
+    def data(self) -> dict[str, Any]:
+        """As JSON."""
+        return {
+            key: value.tolist() if isinstance(value, np.ndarray) else value
+            for key, value in vars(self).items()
+        }
+
+    @classmethod
+    def of_data(cls, data: Mapping[str, Any]) -> Shown:
+        """From JSON."""
+        arrays = ("x", "measured", "standard_error", "effect")
+        values: dict[str, Any] = {
+            key: np.array(value) if key in arrays else value for key, value in data.items()
+        }
+        return cls(**values)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """An effect over every condition of the set, and the one that shows it best."""
+
+    effect: str
+    shown: list[Shown]
+    best: str
+    """Key of a condition; empty where nothing can be drawn."""
+
+    def over(self, condition: str) -> list[Shown]:
+        """Both channels over one condition."""
+        return [item for item in self.shown if item.condition == condition]
+
+
+def finding_of(examined: Examined, solution: Solution) -> Finding:
+    """The last effect of ``solution``, a model of the set of ``examined``."""
+    term = solution.terms[-1]
+    coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
+    residuals = Residuals(solution)
+    shown: list[Shown] = []
+    for channel in examined.channels:
+        left = residuals.capture_arcsec if channel == "capture" else residuals.reference_arcsec
+        assert left is not None
+        columns = channel_columns(
+            (term,), solution.observations, solution.context, capture=channel == "capture"
+        )
+        own = columns @ coefficients
+        if not float(own @ own) > 0.0:
+            continue
+        phases = [
+            values
+            for condition in examined.conditions.values()
+            if condition.goes_round and (values := condition.values.get(channel)) is not None
+        ]
+        for condition in examined.conditions.values():
+            values = condition.values.get(channel)
+            if values is not None:
+                shown.append(_shown(channel, condition, values, phases, own, left))
+    return Finding(term.effect.name, shown, _best(shown))
+
+
+def _best(shown: list[Shown]) -> str:
+    """A phase that holds most of it, else the condition whose steps differ most.
+
+    Conditions that change together hold nearly as much as one another: the first of
+    :data:`PHYSICAL` of these is taken, and before any number of a run.
+    """
+    phases = [item for item in shown if not item.amplitude and item.share >= _OF_A_PHASE]
+    if phases:
+        return max(phases, key=lambda item: item.share).condition
+    held = {item.condition: item.variation for item in shown if item.amplitude}
+    most = max(held.values(), default=0.0)
+    for name in PHYSICAL:
+        if held.get(name, 0.0) >= _NEARLY * most and name in held:
+            return name
+    return max(held, key=lambda name: held[name], default="")
+
+
+def _shown(
+    channel: str,
+    condition: Condition,
+    values: Float,
+    phases: list[Float],
+    own: Float,
+    left: Float,
+) -> Shown:
+    if condition.goes_round:
+        seen, told = of_turn(values, own + left, _PHASE_BINS), of_turn(values, own, _PHASE_BINS)
+        share = float(np.sum(told.rows * told.mean**2)) / float(own @ own)
+        lines = (told.centre, seen.mean, seen.standard_error, told.mean)
+        return Shown(channel, condition.key, condition.name, "deg", False, share, share, *lines)
+    group, centres = _steps(values)
+    best = max(
+        (_along(own, left, group, centres, phase) for phase in [None, *phases]),
+        key=lambda item: item[0],
+    )
+    share, variation, *found = best
+    return Shown(
+        channel,
+        condition.key,
+        condition.name,
+        condition.unit,
+        True,
+        share,
+        variation,
+        *found,
+    )
+
+
+def _steps(values: Float) -> tuple[Integer, Float]:
+    """Number of the step of every row, and the mean of the condition in each."""
+    names, group = np.unique(values, return_inverse=True)
+    if names.size <= _STEPS:
+        return group.astype(np.int64), names.astype(np.float64)
+    low, high = float(values.min()), float(values.max())
+    width = (high - low) / _STEPS
+    number = np.minimum(((values - low) / width).astype(np.int64), _STEPS - 1)
+    rows = np.maximum(np.bincount(number, minlength=_STEPS), 1)
+    return number, np.bincount(number, values, _STEPS) / rows
+
+
+def _along(
+    own: Float, left: Float, group: Integer, centres: Float, phase: Float | None
+) -> tuple[float, float, Float, Float, Float, Float]:
+    """Share, variation, then x, measured, standard error and effect of each step with rows."""
+    bins = 1 if phase is None else _PHASE_BINS
+    place = np.zeros(own.size, dtype=np.int64) if phase is None else turn_group(phase, bins)
+    cell, size = group * bins + place, centres.size * bins
+    rows = np.bincount(cell, minlength=size).reshape(-1, bins)
+    sums = np.bincount(cell, own, size).reshape(-1, bins)
+    weighted = sums / np.sqrt(np.maximum(rows, 1))
+    _, _, right = np.linalg.svd(weighted, full_matrices=False)
+    wave = right[0] * np.sqrt(bins / max(float(right[0] @ right[0]), 1e-300))
+    if float(np.sum(weighted @ right[0])) < 0.0:
+        wave = -wave
+    pattern = wave[place]
+    square = np.bincount(group, pattern**2, centres.size)
+    there = square > 0.0
+    safe = np.maximum(square, 1e-300)
+    told = np.bincount(group, pattern * own, centres.size) / safe
+    seen = np.bincount(group, pattern * (own + left), centres.size) / safe
+    error = float(left.std()) / np.sqrt(safe)
+    whole = float(own @ own)
+    share = float(np.sum(told**2 * square)) / whole
+    constant = float(np.sum(told * square)) / float(square.sum())
+    variation = share - constant**2 * float(square.sum()) / whole
+    return share, variation, centres[there], seen[there], error[there], told[there]

@@ -1,0 +1,32 @@
+"""Logarithmic axes whose labels are plain numbers.
+
+Text in figures is not read as mathematics (see the package), so that matplotlib's own labels,
+powers of ten in its mathematical notation, would be shown as their source.
+"""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+
+def set_log_y(axes: Axes, *, label_minor_ticks: bool = False) -> None:
+    """Make the vertical axis logarithmic."""
+    axes.set_yscale("log")
+    _label_with_numbers(axes.yaxis, label_minor_ticks)
+
+
+def set_symmetric_log_x(axes: Axes, linear_to: float) -> None:
+    """Make the horizontal axis logarithmic on both sides of ±``linear_to``, linear between."""
+    axes.set_xscale("symlog", linthresh=linear_to)
+    _label_with_numbers(axes.xaxis, label_minor_ticks=False)
+
+
+def _label_with_numbers(axis: Axis, label_minor_ticks: bool) -> None:
+    axis.set_major_formatter(FuncFormatter(_number))
+    axis.set_minor_formatter(FuncFormatter(_number) if label_minor_ticks else NullFormatter())
+
+
+def _number(value: float, _: int | None) -> str:
+    return f"{value:,.10g}".replace("-", "−")

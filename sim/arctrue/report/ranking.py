@@ -1,0 +1,127 @@
+"""What is missing, where the model fails and what a device would get: the slow half of a look.
+
+It runs beside the page or before a report, and its outcome is JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+from arctrue.calibration.calibration import objections
+from arctrue.calibration.comparison import compare as compare_with_reference
+from arctrue.gateware.coefficient_file import coefficient_file_text
+from arctrue.generated.number_formats import LANES_DEFAULT
+from arctrue.report.examined import Examined
+from arctrue.report.finding import Finding, Shown, finding_of
+from arctrue.workbench.compare.comparison import compare
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data, sentences
+from arctrue.workbench.model.export import export_model
+
+Progress = Callable[[str], None]
+Ranking = dict[str, Any]
+"""``diagnosis`` (schema 2), ``sentences``, ``finding``, ``findings``, ``regressors`` and
+``device``."""
+
+SEED = 1
+"""Of the draws that say what chance alone explains, as in ``arctrue compare``."""
+
+
+def ranked(
+    examined: Examined,
+    progress: Progress = lambda text: None,
+    partly: Callable[[Ranking], None] = lambda found: None,
+    *,
+    seed: int = SEED,
+) -> Ranking:
+    """Diagnosis, finding, findings and lanes; ``partly`` gets the diagnosis before the rest."""
+    result = diagnose(
+        examined.observations, list(examined.solution.terms), examined.effects, progress=progress
+    )
+    found: Ranking = {
+        "diagnosis": diagnosis_data(result, examined.model.names()),
+        "sentences": sentences(result),
+        "finding": _finding(examined, result),
+        "findings": [],
+        "regressors": [],
+        "device": None,
+    }
+    partly(found)
+    progress("where the model fails")
+    compared = compare(examined.solution, seed)
+    found["findings"] = [asdict(item) for item in compared.findings]
+    found["regressors"] = [
+        {"channel": item.channel, "condition": item.condition, "share": item.excess_share}
+        for item in compared.maps
+    ]
+    progress("what the gateware would get")
+    found["device"] = device_data(examined)
+    return found
+
+
+def _finding(examined: Examined, result: Diagnosis) -> dict[str, Any] | None:
+    """Of what is named, of the first that is not told apart, or of what was added last."""
+    first = result.named or result.described
+    if first is None and result.effect_class:
+        first = next(
+            (item for item in result.candidates if item.name == result.effect_class[0]), None
+        )
+    solution = examined.solution if first is None else first.solution
+    if first is None and len(solution.terms) < 2:
+        return None
+    found = finding_of(examined, solution)
+    return {
+        "effect": found.effect,
+        "added": first is None,
+        "best": found.best,
+        "shown": [item.data() for item in found.shown],
+    }
+
+
+def finding_from(data: dict[str, Any]) -> Finding:
+    """The finding of a ranking that was kept as JSON."""
+    return Finding(data["effect"], [Shown.of_data(item) for item in data["shown"]], data["best"])
+
+
+def device_data(examined: Examined, temperature_c: float | None = None) -> dict[str, Any]:
+    """Lanes, what they leave, what speaks against them, and the file; or why there is none.
+
+    Of effects that depend on the temperature: at ``temperature_c``, or at that of the set's rows
+    in the middle.
+    """
+    if temperature_c is None and examined.observations.has_temperature:
+        temperature_c = round(examined.observations.reference_temperature_c, 2)
+    try:
+        export = export_model(
+            examined.model,
+            examined.observations,
+            examined.effects,
+            lanes=LANES_DEFAULT,
+            temperature_c=temperature_c,
+        )
+    except ValueError as error:
+        return {"refused": str(error), "temperature_c": temperature_c}
+    reference = examined.measurement.reference
+    at_reference = None
+    if reference is not None:
+        if reference.mask is not None:
+            reference = reference.where(~reference.mask)
+        seen = compare_with_reference(reference, export.coefficients)
+        at_reference = [
+            seen.target_deg.tolist(),
+            seen.before_arcsec.tolist(),
+            seen.after_arcsec.tolist(),
+        ]
+    return {
+        "temperature_c": temperature_c,
+        "orders": export.orders,
+        "amplitudes_arcsec": export.amplitudes_arcsec,
+        "lanes": LANES_DEFAULT,
+        "left_out": export.left_out,
+        "warnings": export.warnings,
+        "objections": objections(examined.measurement, export.coefficients),
+        "at_reference": at_reference,
+        "file": coefficient_file_text(export.coefficients, title=examined.title),
+    }

@@ -1,0 +1,362 @@
+"""The page of a look in the order of the thought: what each section says, for a template.
+
+The set, measurement and model, where it fails, the finding, what is missing, ladder, device.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.chart import URAD_PER_ARCSEC
+from arctrue.report.examined import Examined
+from arctrue.report.ranking import Ranking
+from arctrue.report.view import View, ranked_conditions
+from arctrue.runs import run_spans
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.observations import CaptureRows
+
+Float = NDArray[np.float64]
+
+MOST_RUNS = 24
+MOST_MASKED = 5
+CARDS, LEAST_CARDS = 6, 2
+"""Candidates drawn as cards, at most and at least; the others stand in a table below."""
+LEAST_SHARE = 0.005
+"""Probability from which a candidate has a card."""
+NAMED_P = 0.01
+"""As in :mod:`arctrue.workbench.diagnose.diagnosis`: above it nothing is named."""
+
+
+def words(name: str) -> str:
+    """The name of an effect as it is read."""
+    return name.replace("_", " ")
+
+
+def angle_text(view: View, value: float | None, digits: int = 3) -> str:
+    """A small angle in the reader's unit; an en dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if view.unit == "urad":
+        return f"{value * URAD_PER_ARCSEC:.{max(digits - 1, 1)}f} µrad".replace("-", "−")
+    return f"{value:.{digits}f}″".replace("-", "−")
+
+
+def set_section(examined: Examined, ranking: Ranking | None) -> dict[str, Any]:
+    """Runs, speeds, temperatures, faults, masked rows, and what the set cannot see."""
+    table = examined.measurement.table
+    facts = [
+        ("counts a turn", None if table.counts_per_rev is None else f"{table.counts_per_rev:,}"),
+        ("grating lines", None if table.grating_lines is None else f"{table.grating_lines:,}"),
+        (
+            "angle between the heads",
+            None if table.head_separation_deg is None else f"{table.head_separation_deg:g}°",
+        ),
+        ("teeth of the drive", table.drive_gear_teeth),
+        ("faces of the polygon", examined.observations.faces),
+    ]
+    diagnosis = None if ranking is None else ranking["diagnosis"]
+    masked = examined.observations.masked
+    return {
+        "facts": [(name, value) for name, value in facts if value is not None],
+        "channels": [_channel(examined, name) for name in examined.channels],
+        "masked": len(masked),
+        "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
+        "warnings": list(examined.measurement.warnings),
+        "faults": None if diagnosis is None else diagnosis["data_faults"],
+        "blind_orders": None if diagnosis is None else diagnosis["covers"]["blind_orders"],
+    }
+
+
+def _channel(examined: Examined, channel: str) -> dict[str, Any]:
+    rows = examined.rows(channel)
+    spans = run_spans(rows.run)
+    runs = []
+    for start, end in spans[:MOST_RUNS]:
+        part = slice(start, end)
+        speed = rows.speed_rad_s
+        angle = rows.angle_rad if isinstance(rows, CaptureRows) else rows.target_rad
+        runs.append(
+            {
+                "run": int(rows.run[start]),
+                "rows": f"{end - start:,}",
+                "speed": None if speed is None else _signed(np.degrees(np.median(speed[part])), 1),
+                "turns": f"{float(np.ptp(angle[part])) / (2.0 * np.pi):.1f}",
+                "temperature": _range(rows.temperature_c, part),
+                "seconds": None if rows.time_s is None else f"{np.ptp(rows.time_s[part]):.1f}",
+            }
+        )
+    whole = examined.observations.capture_rows if channel == "capture" else rows.run.size
+    return {"name": channel, "rows": f"{whole:,}", "runs": runs, "more": len(spans) - len(runs)}
+
+
+def _range(values: Float | None, part: slice) -> str | None:
+    if values is None:
+        return None
+    low, high = float(values[part].min()), float(values[part].max())
+    return f"{low:.2f}" if high - low < 0.01 else f"{low:.2f} … {high:.2f}"
+
+
+def _signed(value: float, digits: int) -> str:
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def model_section(examined: Examined, view: View) -> list[dict[str, Any]]:
+    """Every effect of the model with its parameters; the last of its name can be dropped."""
+    found = []
+    for entry in examined.model.effects:
+        parameters = [
+            {
+                "name": words(name),
+                "value": f"{item.value:.4g}".replace("-", "−"),
+                "sigma": f"{item.sigma:.2g}" if math.isfinite(item.sigma) else "–",
+                "unit": _unit(item.unit),
+            }
+            for name, item in entry.parameters.items()
+        ]
+        found.append(
+            {
+                "name": entry.name,
+                "words": words(entry.name),
+                "settings": entry.settings,
+                "parameters": parameters,
+                "can_be_dropped": len(examined.model.effects) > 1,
+            }
+        )
+    return found
+
+
+def _unit(unit: str) -> str:
+    return {"1": "", "arcsec": "″", "deg": "°"}.get(unit, unit.replace("arcsec", "″"))
+
+
+def channels_section(examined: Examined, view: View) -> list[dict[str, str]]:
+    """How far the model is from each channel."""
+    last = examined.model.history[-1]
+    return [
+        {
+            "name": channel,
+            "rms": angle_text(view, last.rms_arcsec[channel]),
+            "peak": angle_text(view, last.peak_arcsec[channel]),
+            "held_out": angle_text(view, last.heldout_rms_arcsec.get(channel)),
+            "noise": angle_text(view, last.noise_arcsec.get(channel)),
+        }
+        for channel in examined.channels
+        if channel in last.rms_arcsec
+    ]
+
+
+def where_section(examined: Examined, ranking: Ranking | None, view: View) -> dict[str, Any]:
+    """The ranked conditions, the one that is drawn, and the findings in words."""
+    conditions = ranked_conditions(examined, ranking)
+    keys = [condition.key for condition, _ in conditions]
+    return {
+        "conditions": [
+            {"key": item.key, "name": item.name, "share": f"{share:.0%}"}
+            for item, share in conditions
+        ],
+        "against": view.against if view.against in keys else keys[0],
+        "beyond_chance": bool(ranking and ranking["regressors"]),
+        "findings": [] if ranking is None else ranking["findings"],
+    }
+
+
+def finding_section(
+    examined: Examined, ranking: Ranking | None, view: View
+) -> dict[str, Any] | None:
+    """The effect that is drawn, and over what it can be."""
+    if ranking is None or ranking["finding"] is None or not ranking["finding"]["best"]:
+        return None
+    found = ranking["finding"]
+    keys = list(dict.fromkeys(item["condition"] for item in found["shown"]))
+    names = {item["condition"]: item["name"] for item in found["shown"]}
+    return {
+        "effect": words(found["effect"]),
+        "added": found["added"],
+        "over": view.finding if view.finding in keys else found["best"],
+        "conditions": [{"key": key, "name": names[key]} for key in keys],
+    }
+
+
+def missing_section(
+    examined: Examined, ranking: Ranking | None, view: View
+) -> dict[str, Any] | None:
+    """Verdict, cards, what was not tested and why; None before the diagnosis."""
+    if ranking is None:
+        return None
+    diagnosis = ranking["diagnosis"]
+    probability: Mapping[str, float] = diagnosis["probability"]
+    candidates = sorted(
+        diagnosis["candidates"],
+        key=lambda item: (-probability.get(item["effect"], 0.0), -item["delta_bic"]),
+    )
+    held_out = examined.model.history[-1].heldout_rms_arcsec
+    cards = [_card(item, diagnosis, examined.effects, held_out, view) for item in candidates]
+    worth = sum(card["in_class"] or card["share"] >= LEAST_SHARE for card in cards)
+    shown = min(max(worth, LEAST_CARDS), CARDS)
+    not_tested: dict[str, list[str]] = {}
+    for name, lacking in diagnosis["cannot_be_tested"].items():
+        not_tested.setdefault("; ".join(lacking), []).append(words(name))
+    return {
+        "verdict": diagnosis["verdict"],
+        "sentences": ranking["sentences"],
+        "cards": cards[:shown],
+        "others": cards[shown:],
+        "none": _percent(probability.get("none", 0.0)),
+        "unknown": _percent(probability.get("unknown", 0.0)),
+        "not_tested": [
+            {"names": ", ".join(names), "lacks": lacks} for lacks, names in not_tested.items()
+        ],
+        "next_measurement": diagnosis["next_measurement"],
+    }
+
+
+def _card(
+    item: Mapping[str, Any],
+    diagnosis: Mapping[str, Any],
+    effects: Mapping[str, type[Effect]],
+    held_out_before: Mapping[str, float],
+    view: View,
+) -> dict[str, Any]:
+    name = item["effect"]
+    effect = effects.get(name)
+    alike = [other for other in diagnosis["class"] if other != name]
+    in_class = name in diagnosis["class"]
+    look_alikes = [words(other) for other in alike] if in_class else []
+    for other, lacking in diagnosis["look_alikes"].items():
+        if in_class and other != name:
+            look_alikes.append(f"{words(other)} (cannot be tested: {'; '.join(lacking)})")
+    after = item["heldout_after_arcsec"]
+    before = {**held_out_before, **item["heldout_before_arcsec"]}
+    return {
+        "name": name,
+        "words": words(name),
+        "physics": "" if effect is None else effect.physics,
+        "probability": _percent(diagnosis["probability"].get(name, 0.0)),
+        "share": diagnosis["probability"].get(name, 0.0),
+        "named": name == diagnosis["named"],
+        "in_class": in_class,
+        "evidence": evidence_in_words(item["p_corrected"], item["delta_bic"]),
+        "held_out": [
+            {
+                "channel": channel,
+                "before": angle_text(view, before[channel], 4),
+                "after": angle_text(view, after[channel], 4),
+                "rises": after[channel] > before[channel],
+            }
+            for channel in before
+            if channel in after
+        ],
+        "fitted": [
+            {
+                "channel": channel,
+                "before": angle_text(view, item["rms_before_arcsec"][channel], 4),
+                "after": angle_text(view, value, 4),
+            }
+            for channel, value in item["rms_after_arcsec"].items()
+            if channel not in after
+        ],
+        "sizes": [
+            {"channel": channel, "size": angle_text(view, size)}
+            for channel, size in item["size_arcsec"].items()
+        ],
+        "look_alikes": look_alikes,
+        "lacking_variety": item["lacking_variety"],
+        "next_measurement": (
+            diagnosis["next_measurement"]
+            if in_class and diagnosis["next_measurement"]
+            else "" if effect is None else effect.next_measurement
+        ),
+    }  # fmt: skip
+
+
+def evidence_in_words(p_value: float, delta_bic: float) -> str:
+    """How rare such a gain is by chance, all that was tried charged for."""
+    if p_value < 1e-9:
+        said = "Chance alone would do this in less than one of a thousand million such sets"
+    elif p_value < 1e-6:
+        said = "Chance alone would do this in less than one of a million such sets"
+    elif p_value < NAMED_P:
+        said = f"Chance alone would do this in one of {_round(1.0 / p_value):,} such sets"
+    elif p_value < 0.5:
+        said = (
+            f"Chance alone does this in one of {max(round(1.0 / p_value), 2)} such sets: too often "
+            "for a name"
+        )
+    else:
+        said = "Chance alone does as much in most such sets"
+    bic = f"{delta_bic:,.0f}".replace("-", "−")
+    p_text = f"{p_value:.2g}" if p_value >= 1e-99 else "below 1e−99"
+    return f"{said} (p {p_text.replace('e-', 'e−')}, ΔBIC {bic})."
+
+
+def _round(value: float) -> int:
+    digits = max(int(math.log10(max(value, 1.0))) - 1, 0)
+    return int(round(value / 10**digits) * 10**digits)
+
+
+def _percent(share: float) -> str:
+    if share >= 0.995:
+        return "above 99 %"
+    if share < 0.005:
+        return "below 1 %"
+    return f"{100.0 * share:.0f} %"
+
+
+def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:
+    """A row a step and channel, as ``arctrue history`` prints it, with its date."""
+    rows = []
+    for number, step in enumerate(examined.model.history, start=1):
+        for place, channel in enumerate(step.rms_arcsec):
+            rows.append(
+                {
+                    "step": f"{number} {step.action}" if place == 0 else "",
+                    "effect": words(step.effect) if place == 0 else "",
+                    "date": step.date[:16].replace("T", " ") if place == 0 else "",
+                    "channel": channel,
+                    "rms": angle_text(view, step.rms_arcsec[channel], 4),
+                    "held_out": angle_text(view, step.heldout_rms_arcsec.get(channel), 4),
+                    "peak": angle_text(view, step.peak_arcsec[channel]),
+                    "noise": angle_text(view, step.noise_arcsec.get(channel), 4),
+                }
+            )
+    return rows
+
+
+def device_section(ranking: Ranking | None, view: View) -> dict[str, Any] | None:
+    """Lanes, what they leave out, and what speaks against them; None before it is known."""
+    device = None if ranking is None else ranking["device"]
+    if device is None or "refused" in device:
+        return device
+    return {
+        **device,
+        "rows": [
+            {"order": order, "amplitude": angle_text(view, amplitude, 4)}
+            for order, amplitude in zip(device["orders"], device["amplitudes_arcsec"], strict=True)
+        ],
+    }
+
+
+def story(examined: Examined, ranking: Ranking | None, view: View) -> dict[str, Any]:
+    """All sections."""
+    return {
+        "title": examined.title,
+        "set": set_section(examined, ranking),
+        "model": model_section(examined, view),
+        "channels": channels_section(examined, view),
+        "where": where_section(examined, ranking, view),
+        "finding": finding_section(examined, ranking, view),
+        "missing": missing_section(examined, ranking, view),
+        "ladder": ladder_section(examined, view),
+        "device": device_section(ranking, view),
+    }
+
+
+def addable(examined: Examined) -> Sequence[str]:
+    """Effects that ``add`` takes: those that are not there, and those with a search."""
+    there = set(examined.model.names())
+    return [name for name, effect in examined.effects.items() if name not in there or effect.search]

@@ -1,0 +1,148 @@
+"""What of a look is drawn, and how: the part of an address behind the question mark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, cast
+from urllib.parse import urlencode
+
+from arctrue.report.charts.branches import branches
+from arctrue.report.charts.chart import ARCSEC, URAD, Angle, Chart, in_unit
+from arctrue.report.charts.finding_chart import finding_chart
+from arctrue.report.charts.heat_map import heat_map
+from arctrue.report.charts.ladder import ladder
+from arctrue.report.charts.lanes_chart import lanes_chart
+from arctrue.report.charts.measurement_and_model import measurement_and_model
+from arctrue.report.charts.residual_against import residual_against, share_of_variance
+from arctrue.report.charts.spectrum import ALONG, Along, spectrum
+from arctrue.report.examined import Condition, Examined
+from arctrue.report.ranking import Ranking, finding_from
+
+FIGURES = (
+    "measurement_and_model",
+    "residual_against",
+    "branches",
+    "spectrum",
+    "heat_map",
+    "finding",
+    "ladder",
+    "lanes",
+)
+"""In the order of the page."""
+
+
+_HOTTEST_C = 200.0
+
+
+@dataclass(frozen=True)
+class View:
+    """The reader's choices; "" means the best one that is known."""
+
+    unit: Angle = ARCSEC
+    whitened: bool = False
+    against: str = ""
+    along: Along = "order"
+    finding: str = ""
+    temperature_c: float | None = None
+    """At which the device would be corrected; None: as the set was measured."""
+    reveal: bool = False
+
+    @classmethod
+    def of_query(cls, query: Mapping[str, str]) -> View:
+        """What an address says; what it says wrongly is left out."""
+        along = query.get("along", "order")
+        return cls(
+            unit=URAD if query.get("unit") == URAD else ARCSEC,
+            whitened=query.get("whitened") == "1",
+            against=query.get("against", ""),
+            along=cast(Along, along) if along in ALONG else "order",
+            finding=query.get("finding", ""),
+            temperature_c=_temperature(query.get("temperature", "")),
+            reveal=query.get("reveal") == "1",
+        )
+
+    def query(self, **changes: Any) -> str:
+        """The part of the address for this view, with changes; empty for the first view."""
+        other = replace(self, **changes)
+        said = {
+            "unit": other.unit if other.unit != ARCSEC else "",
+            "whitened": "1" if other.whitened else "",
+            "against": other.against,
+            "along": other.along if other.along != "order" else "",
+            "finding": other.finding,
+            "temperature": "" if other.temperature_c is None else f"{other.temperature_c:g}",
+            "reveal": "1" if other.reveal else "",
+        }
+        text = urlencode({key: value for key, value in said.items() if value})
+        return f"?{text}" if text else ""
+
+
+def _temperature(text: str) -> float | None:
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return value if abs(value) <= _HOTTEST_C else None
+
+
+def ranked_conditions(examined: Examined, ranking: Ranking | None) -> list[tuple[Condition, float]]:
+    """Every condition with the share of the residual that follows it, the largest first.
+
+    With a ranking the share is that beyond what chance draws of the noise reach; before, that
+    beyond independent noise.
+    """
+    shares: dict[str, float] = {}
+    for key, condition in examined.conditions.items():
+        if ranking is not None and ranking["regressors"]:
+            names = {condition.name, key}
+            told = [r["share"] for r in ranking["regressors"] if r["condition"] in names]
+            shares[key] = max(told, default=0.0)
+        else:
+            shares[key] = max(
+                share_of_variance(condition, values, examined.left(channel))
+                for channel, values in condition.values.items()
+            )
+    found = [(examined.conditions[key], share) for key, share in shares.items()]
+    return sorted(found, key=lambda item: -item[1])
+
+
+def chart_of(name: str, examined: Examined, ranking: Ranking | None, view: View) -> Chart | None:
+    """One of :data:`FIGURES` in the reader's unit; None where there is nothing to draw yet.
+
+    Raises KeyError for another name.
+    """
+    if name not in FIGURES:
+        raise KeyError(name)
+    found = _chart(name, examined, ranking, view)
+    return None if found is None or not found.panels else in_unit(found, view.unit)
+
+
+def _chart(name: str, examined: Examined, ranking: Ranking | None, view: View) -> Chart | None:
+    if name == "measurement_and_model":
+        return measurement_and_model(examined, whitened=view.whitened)
+    if name == "residual_against":
+        condition = examined.conditions.get(view.against)
+        if condition is None:
+            condition = ranked_conditions(examined, ranking)[0][0]
+        return residual_against(examined, condition)
+    if name == "branches":
+        return branches(examined)
+    if name == "spectrum":
+        return spectrum(examined, view.along)
+    if name == "heat_map":
+        return heat_map(examined)
+    if name == "ladder":
+        return ladder(examined.model.history)
+    if ranking is None:
+        return None
+    if name == "finding":
+        if ranking["finding"] is None:
+            return None
+        found = finding_from(ranking["finding"])
+        over = view.finding if found.over(view.finding) else found.best
+        return finding_chart(found, over) if over else None
+    device = ranking["device"]
+    if device is None or "refused" in device or not device["orders"]:
+        return None
+    return lanes_chart(device["orders"], device["amplitudes_arcsec"], device["at_reference"])

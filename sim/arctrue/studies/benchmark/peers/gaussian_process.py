@@ -1,0 +1,100 @@
+"""A Gaussian process over the conditions: is there a discrepancy that noise does not explain?
+
+The discrepancy of Kennedy and O'Hagan (2001): a smooth function of the conditions beside the model.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.studies.benchmark.peers.textbook import Fit, Float, Problem, Whole, problem
+
+try:
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+except ImportError as error:
+    raise ValueError(
+        "the subject gaussian_process needs scikit-learn: pip install 'arctrue[peers]'"
+    ) from error
+
+BLOCKS_A_RUN = 48
+CYCLES_TOGETHER = 2
+
+
+def gaussian_process(folder: Path) -> dict[str, Any]:
+    """``unknown`` where a smooth function beats white noise by its BIC: it has no names.
+
+    The likelihood grows with the cube of the rows, so a run is averaged over 48 stretches, and the
+    reference over two cycles.
+    """
+    fit = Fit(problem(folder))
+    left = fit.left()
+    channels = (
+        _capture(fit.given, left[fit.part(0)]),
+        _reference(fit.given, left[fit.part(1)]),
+    )
+    sees = [_beats_noise(*channel) for channel in channels if channel[1].size > 4]
+    verdict = "unknown" if any(sees) else "adequate"
+    return {"verdict": verdict, "named": None, "class": [], "beside": []}
+
+
+def _capture(given: Problem, left: Float) -> tuple[Float, Float]:
+    """Means over stretches of each run: conditions ``(n, c)`` and residual ``(n,)``."""
+    if not left.size:
+        return np.zeros((0, 4)), left
+    order = np.zeros(left.size, dtype=np.int64)
+    for place, number in enumerate(given.runs):
+        inside = np.flatnonzero(given.run == number)
+        stretch = np.arange(inside.size) * BLOCKS_A_RUN // inside.size
+        order[inside] = place * BLOCKS_A_RUN + stretch
+    conditions = [np.cos(given.theta), np.sin(given.theta), given.time_s, given.speed]
+    if given.warmth_k.size:
+        conditions.append(given.warmth_k)
+    return _means(order, conditions, left)
+
+
+def _reference(given: Problem, left: Float) -> tuple[Float, Float]:
+    """Means of a station's rows from one side over neighbouring cycles."""
+    if not left.size:
+        return np.zeros((0, 4)), left
+    station = np.unique(np.round(np.degrees(given.target), 6), return_inverse=True)[1]
+    side = station * 2 + (given.direction > 0)
+    # The k-th visit to a station from a side stands for its cycle.
+    order = np.argsort(side, kind="stable")
+    begins = np.flatnonzero(np.diff(side[order], prepend=-1))
+    visit = np.empty(side.size, dtype=np.int64)
+    visit[order] = np.arange(side.size) - np.repeat(begins, np.diff(begins, append=side.size))
+    together = side * (side.size + 1) + visit // CYCLES_TOGETHER
+    conditions = [np.cos(given.target), np.sin(given.target), given.reference_s, given.direction]
+    return _means(together, conditions, left)
+
+
+def _means(group: Whole, conditions: list[Float], left: Float) -> tuple[Float, Float]:
+    _, place, number = np.unique(group, return_inverse=True, return_counts=True)
+    columns = [np.bincount(place, column) / number for column in (*conditions, left)]
+    return np.stack(columns[:-1], axis=1), columns[-1]
+
+
+def _beats_noise(conditions: Float, values: Float) -> bool:
+    spread = conditions.std(axis=0)
+    inputs = (conditions / np.where(spread > 0, spread, 1.0))[:, spread > 0]
+    outputs = values / max(float(values.std()), 1e-12)
+    lengths = np.ones(inputs.shape[1])
+    smooth = ConstantKernel(0.5) * RBF(lengths, (0.05, 1e3)) + WhiteKernel(0.5)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        found = GaussianProcessRegressor(smooth, random_state=0).fit(inputs, outputs)
+    gain = float(found.log_marginal_likelihood_value_) - _white_log_likelihood(outputs)
+    # An amplitude and a length for each condition more than white noise has.
+    return gain > 0.5 * (1 + lengths.size) * float(np.log(values.size))
+
+
+def _white_log_likelihood(values: Float) -> float:
+    """Of the variance that fits best."""
+    variance = float(np.mean(values**2))
+    return -0.5 * values.size * (float(np.log(2 * np.pi * variance)) + 1.0)

@@ -1,0 +1,63 @@
+"""The rule of thumb: the strongest line of the residual, by where it lies, names the effect."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from arctrue.studies.benchmark.peers.textbook import BASE_ORDERS, Fit, Float, Problem, problem
+
+FALSE_ALARM = 0.01
+HIGHEST_ORDER = 400
+
+
+def periodogram_rule(folder: Path) -> dict[str, Any]:
+    """A line in angle or in time at a false alarm of 1 % in white noise; else adequate."""
+    fit = Fit(problem(folder))
+    given, left = fit.given, fit.left()[fit.part(0)]
+    if not left.size:
+        return {"verdict": "cannot_tell", "named": None, "class": [], "beside": []}
+    turn_rows = 2 * np.pi / max(float(np.median(np.abs(np.diff(given.theta)))), 1e-9)
+    highest = min(HIGHEST_ORDER, turn_rows / 2.0 - BASE_ORDERS)
+    order, by_angle = _in_angle(given.theta, left, np.arange(0.5, highest, 0.5))
+    by_time = _in_time(given, left)
+    if min(by_angle, by_time) > FALSE_ALARM:
+        return {"verdict": "adequate", "named": None, "class": [], "beside": []}
+    if by_time < by_angle:
+        name = "vibration"
+    elif order != round(order):
+        name = "bearing_ball_pass"
+    else:
+        name = "radial_error_motion" if order <= BASE_ORDERS else "high_order_graduation"
+    return {"verdict": "named", "named": name, "class": [name], "beside": []}
+
+
+def _in_angle(angle: Float, left: Float, orders: Float) -> tuple[float, float]:
+    """The strongest of the evenly spaced orders and its false-alarm probability."""
+    values = left - left.mean()
+    turned = values * np.exp(-1j * orders[0] * angle)
+    step = np.exp(-1j * (orders[1] - orders[0]) * angle)
+    power = np.empty(orders.size)
+    for at in range(orders.size):
+        power[at] = abs(turned.sum()) ** 2 / values.size
+        turned *= step
+    return float(orders[power.argmax()]), _chance(float(power.max()), values, orders.size)
+
+
+def _in_time(given: Problem, left: Float) -> float:
+    """The smallest false-alarm probability of the runs' strongest lines."""
+    best = 1.0
+    for number in given.runs:
+        values = left[given.run == number]
+        values = values - values.mean()
+        power = np.abs(np.fft.rfft(values)[1:]) ** 2 / values.size
+        best = min(best, _chance(float(power.max()), values, power.size * given.runs.size))
+    return best
+
+
+def _chance(power: float, values: Float, places: int) -> float:
+    """Of white noise to have such a line at one of so many places: exp(−power/σ²) at each."""
+    ratio = power / max(float(values.var()), 1e-30)
+    return float(-np.expm1(places * np.log1p(-np.exp(-min(max(ratio, 1e-12), 700.0)))))

@@ -1,0 +1,66 @@
+"""The figures of ``arctrue alpha`` as plain values."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from arctrue.studies.head_angle.lanes_and_bits import (
+    ITERATIONS,
+    LANES,
+    WIDTHS,
+    residual_map,
+    residual_of_lanes,
+    rounding_arcsec,
+)
+from arctrue.studies.head_angle.maps import (
+    PAPER_DEG,
+    AlphaChoice,
+    Disc,
+    best_choices,
+    detuned,
+    judged,
+    least_worst_gain,
+)
+
+ORDERS = (10, 12, 20, 32, 40, 64)
+"""Up to which the best α is given."""
+
+
+def choose(alpha_deg: float = PAPER_DEG, most_orders: Sequence[int] = ORDERS) -> dict[str, Any]:
+    """``alpha_deg`` and the best α for orders 1 to N, for every N of ``most_orders``."""
+    disc = Disc.of_paper()
+    return {
+        "schema": 1,
+        "alpha_deg": alpha_deg,
+        "disc": {
+            "orders": disc.orders.tolist(),
+            "amplitude_arcsec": disc.amplitude_arcsec.tolist(),
+        },
+        "choices": [
+            {
+                "most_order": most,
+                "least_worst_gain": least_worst_gain(most),
+                "given": _plain(judged(alpha_deg, most, disc)),
+                "best": [_plain(one) for one in best_choices(most, disc)[:3]],
+            }
+            for most in most_orders
+        ],
+        "lanes": [
+            {"lanes": lanes, "residual_arcsec": residual_of_lanes(disc, lanes)} for lanes in LANES
+        ],
+        "bits": {
+            "widths": list(WIDTHS),
+            "iterations": list(ITERATIONS),
+            "residual_arcsec": residual_map(disc).tolist(),
+        },
+        "rounding_arcsec": rounding_arcsec(),
+    }
+
+
+def _plain(one: AlphaChoice) -> dict[str, Any]:
+    return dataclasses.asdict(one) | {
+        "total_arcsec": one.total_arcsec,
+        "worst_gain_within_tolerance": detuned(one.alpha_deg, one.most_order),
+    }

@@ -1,0 +1,146 @@
+"""Noise gain, blind orders and sensitivity to α, over α and order; and the best α.
+
+Of orders 1 to N no α has a worst gain below 1/(2 sin(π/(N + 1))): the N + 1 points e^{jnα},
+n = 0 … N, lie on a circle, so that two of them, n₁ and n₂, are no further apart than neighbours of
+N + 1 even points, and order |n₁ − n₂| is as weak as they are close. α = 360°·k/(N + 1) reaches
+it for every k that shares no divisor with N + 1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.calibration.head_separation import U_NOMINAL_RAD
+from arctrue.calibration.transfer_function import noise_gain
+from arctrue.instrument.revolution import GRADUATION_ARCSEC, GRADUATION_ORDERS
+from arctrue.units import RAD_PER_ARCSEC
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+PAPER_DEG = 33.0
+ECCENTRICITY_ARCSEC = 144.0
+"""Order 1 of the paper's table as it is simulated here."""
+TOLERANCE_ARCSEC = 50.0
+
+
+def gain_map(alpha_deg: Float, orders: Integer) -> Float:
+    """|TF(n)|, noise of ε over noise of R₂ − R₁, ``(angles, orders)``; inf: not seen."""
+    return np.array([noise_gain(orders, math.radians(alpha)) for alpha in alpha_deg])
+
+
+def sensitivity_map(alpha_deg: Float, orders: Integer) -> Float:
+    """n·|TF(n)|: relative error of order n for an error of α in radians, ``(angles, orders)``."""
+    return gain_map(alpha_deg, orders) * orders
+
+
+def least_worst_gain(most_order: int) -> float:
+    """The bound of this module's head, which no α beats for orders 1 to ``most_order``."""
+    return 1.0 / (2.0 * math.sin(math.pi / (most_order + 1)))
+
+
+def blind_orders(alpha_deg: float, most_order: int) -> list[int]:
+    """Orders up to ``most_order`` that cannot be seen."""
+    orders = np.arange(1, most_order + 1)
+    return [int(n) for n in orders[~np.isfinite(noise_gain(orders, math.radians(alpha_deg)))]]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """Amplitudes of the errors that are there, arcseconds."""
+
+    orders: Integer
+    amplitude_arcsec: Float
+
+    @classmethod
+    def of_paper(cls) -> Disc:
+        """The disc of ``arctrue revolution``: the paper's range of error."""
+        return cls(
+            np.array([1, *GRADUATION_ORDERS]), np.array([ECCENTRICITY_ARCSEC, *GRADUATION_ARCSEC])
+        )
+
+
+@dataclass(frozen=True)
+class AlphaChoice:
+    """How good one α is for orders 1 to ``most_order``."""
+
+    alpha_deg: float
+    most_order: int
+    worst_gain: float
+    worst_order: int
+    rms_gain: float
+    gain_first: float
+    noise_arcsec: float
+    """RMS error over the turn from the noise of one captured turn."""
+    by_mounting_arcsec: float
+    """RMS error over the turn for α taken as nominal (± 50″, rectangular)."""
+    blind: tuple[int, ...]
+    """Blind orders up to 128."""
+
+    @property
+    def total_arcsec(self) -> float:
+        """Both together."""
+        return math.hypot(self.noise_arcsec, self.by_mounting_arcsec)
+
+
+def judged(
+    alpha_deg: float,
+    most_order: int,
+    disc: Disc,
+    *,
+    noise_arcsec: float = 0.1,
+    samples: int = 12_000,
+    u_alpha_rad: float = U_NOMINAL_RAD,
+) -> AlphaChoice:
+    """Judge one α. White noise s of each head gives a component of ε the variance 4|TF|²s²/K."""
+    alpha = math.radians(alpha_deg)
+    orders = np.arange(1, most_order + 1)
+    gain = noise_gain(orders, alpha)
+    slope = disc.orders * noise_gain(disc.orders, alpha) * disc.amplitude_arcsec
+    worst = int(np.argmax(gain))
+    return AlphaChoice(
+        alpha_deg,
+        most_order,
+        float(gain[worst]),
+        worst + 1,
+        float(np.sqrt(np.mean(gain**2))),
+        float(gain[0]),
+        float(noise_arcsec * np.sqrt(4.0 / samples * np.sum(gain**2))),
+        float(u_alpha_rad * np.sqrt(0.5 * np.sum(slope[disc.orders <= most_order] ** 2))),
+        tuple(blind_orders(alpha_deg, 128)),
+    )
+
+
+def candidates_deg(most_order: int) -> Float:
+    """The α up to 180° whose worst gain is the least that there is, rising."""
+    points = most_order + 1
+    return np.array(
+        [360.0 * k / points for k in range(1, points // 2 + 1) if math.gcd(k, points) == 1]
+    )
+
+
+def best_choices(most_order: int, disc: Disc, least_deg: float = 20.0) -> list[AlphaChoice]:
+    """All α of least worst gain that leave room for two heads, best in total first.
+
+    ``least_deg``: two read heads of the paper's size do not stand closer.
+    """
+    found = [
+        judged(alpha, most_order, disc)
+        for alpha in candidates_deg(most_order).tolist()
+        if alpha >= least_deg
+    ]
+    return sorted(found, key=lambda one: one.total_arcsec)
+
+
+def detuned(alpha_deg: float, most_order: int) -> float:
+    """Worst gain at the worse end of the mounting tolerance."""
+    orders = np.arange(1, most_order + 1)
+    ends = [
+        noise_gain(orders, math.radians(alpha_deg) + side * TOLERANCE_ARCSEC * RAD_PER_ARCSEC)
+        for side in (-1.0, 1.0)
+    ]
+    return float(np.max(ends))

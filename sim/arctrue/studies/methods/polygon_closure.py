@@ -1,0 +1,92 @@
+"""Closure: the polygon is put on anew in every cycle, so that its faces and the table part.
+
+In cycle i, at station j the error by the polygon is ε_j + p_(j − s_i) + c_i, with the shift s_i,
+the error p of the face and the zero c_i of the cycle. Both errors have no mean: the circle closes.
+Least squares solves for ε and p where the shifts connect all faces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.studies.methods.method import Method, fitted_harmonics, of_harmonics
+from arctrue.studies.methods.world import Correction, World
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Errors of the table and of the faces, arcseconds, ``(faces,)``, each with the mean 0."""
+
+    table_arcsec: Float
+    faces_arcsec: Float
+    u_table_arcsec: Float
+    """Standard uncertainty from the scatter that the fit leaves, ``(faces,)``."""
+    scatter_arcsec: float
+    degrees_of_freedom: int
+
+
+def closure(errors_arcsec: Float, face: Integer) -> Closure:
+    """Separate table and polygon; ``errors_arcsec`` and ``face`` are ``(cycles, faces)``.
+
+    Raises ValueError where the shifts do not connect all faces: one position of the polygon is
+    the simplest case.
+    """
+    cycles, faces = errors_arcsec.shape
+    rows = np.arange(errors_arcsec.size)
+    station = np.tile(np.arange(faces), cycles)
+    cycle = np.repeat(np.arange(cycles), faces)
+    design = np.zeros((rows.size + 2, 2 * faces + cycles))
+    design[rows, station] = 1.0
+    design[rows, faces + face.ravel()] = 1.0
+    design[rows, 2 * faces + cycle] = 1.0
+    design[-2, :faces] = 1.0
+    design[-1, faces : 2 * faces] = 1.0
+    if np.linalg.matrix_rank(design) < design.shape[1]:
+        raise ValueError(
+            "the positions of the polygon do not separate its faces from the table; put it on "
+            "anew by a number of faces that shares no divisor with their number"
+        )
+    observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
+    found = np.linalg.lstsq(design, observed)[0]
+    left = errors_arcsec.ravel() - design[:-2] @ found
+    freedom = rows.size + 2 - design.shape[1]
+    scatter = float(np.sqrt(left @ left / freedom)) if freedom > 0 else float("nan")
+    spread = np.linalg.inv(design.T @ design)
+    return Closure(
+        found[:faces],
+        found[faces : 2 * faces],
+        scatter * np.sqrt(np.diag(spread)[:faces]),
+        scatter,
+        freedom,
+    )
+
+
+def spread_shifts(cycles: int, faces: int) -> list[int]:
+    """As many different positions as there are cycles, all round the turn."""
+    return [(cycle * faces) // cycles for cycle in range(cycles)]
+
+
+def _run(world: World) -> Correction:
+    cycles = world.settings.cycles
+    faces = world.instruments()[0].faces
+    reading, errors, face = world.stations(spread_shifts(cycles, faces))
+    orders = np.arange(1, (faces + 1) // 2)
+    table = closure(errors, face).table_arcsec
+    return of_harmonics(orders, fitted_harmonics(orders, reading, table))
+
+
+POLYGON_CLOSURE = Method(
+    "polygon_closure",
+    "Closure by re-indexing the polygon",
+    "cg-23 (EURAMET); Kim et al. [21]",
+    1,
+    "a polygon without certificate, put on anew in every cycle; autocollimator",
+    "orders from 12 on, which appear as lower ones; the autocollimator's own error",
+    _run,
+)

@@ -1,0 +1,52 @@
+"""A look-up table from a reference instrument: polygon and autocollimator, ten cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.studies.methods.method import Method, fitted_harmonics, of_harmonics
+from arctrue.studies.methods.world import TURN_RAD, Correction, World
+
+Float = NDArray[np.float64]
+
+
+def station_errors(world: World) -> tuple[Float, Float]:
+    """Readings in radians and mean errors in arcseconds at the faces, ``(faces,)``."""
+    reading, errors, _ = world.stations([0] * world.settings.cycles)
+    return reading, np.asarray(errors.mean(axis=0))
+
+
+def straight_lines(reading_rad: Float, error_arcsec: Float) -> Correction:
+    """Between two stations the table is a straight line, as controllers do it."""
+    return lambda at: np.interp(at, reading_rad, error_arcsec, period=TURN_RAD)
+
+
+def _table(world: World) -> Correction:
+    return straight_lines(*station_errors(world))
+
+
+def _harmonics(world: World) -> Correction:
+    reading, error = station_errors(world)
+    orders = np.arange(1, (reading.size + 1) // 2)
+    return of_harmonics(orders, fitted_harmonics(orders, reading, error))
+
+
+LOOK_UP_TABLE = Method(
+    "look_up_table",
+    "Look-up table from a reference",
+    "ISO 230-1 [1]; read-only tables in the controller [17]",
+    1,
+    "polygon of 24 faces with its certificate, autocollimator, a free top of the table",
+    "what lies between the faces: orders from 12 on, and 1.2″ of an order 1 of 144″",
+    _table,
+)
+REFERENCE_HARMONICS = Method(
+    "reference_harmonics",
+    "Harmonics from a reference",
+    "Zhou et al. [15]",
+    1,
+    "the same",
+    "orders from 12 on, which appear as lower ones",
+    _harmonics,
+)

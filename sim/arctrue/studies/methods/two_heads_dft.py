@@ -1,0 +1,72 @@
+"""The paper's method: two heads, a discrete Fourier transform, ε(R) for ε(θ)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.fourier import fourier
+from arctrue.calibration.head_separation import Choice
+from arctrue.calibration.least_squares import least_squares
+from arctrue.studies.methods.method import Method, of_harmonics
+from arctrue.studies.methods.world import Correction, World
+
+SEPARATION_RAD = float(np.radians(33.0))
+
+
+def captured(world: World) -> WholeTurns:
+    """All turns of two heads 33° apart as one capture."""
+    counts = np.concatenate(list(world.turns([0.0, -SEPARATION_RAD])), axis=1)
+    step = world.settings.counts_per_rev / world.settings.samples_a_turn
+    return WholeTurns(0, world.settings.turns, counts[0], counts[1], step)
+
+
+def _fourier(world: World, choice: Choice) -> Correction:
+    estimate, _ = fourier(
+        [captured(world)],
+        world.settings.counts_per_rev,
+        SEPARATION_RAD,
+        world.settings.orders,
+        choice,
+    )
+    return of_harmonics(estimate.orders, estimate.values)
+
+
+def _least_squares(world: World) -> Correction:
+    estimate, _ = least_squares(
+        [captured(world)],
+        world.settings.counts_per_rev,
+        SEPARATION_RAD,
+        world.settings.orders,
+        "measured",
+    )
+    return of_harmonics(estimate.orders, estimate.values)
+
+
+PAPER_DFT = Method(
+    "two_heads_dft",
+    "Two heads, DFT, α nominal (the paper)",
+    "Geckeler et al. [8]; equations (1) to (8)",
+    2,
+    "two heads, α to ± 50″ by mounting; an even speed",
+    "orders 120, 240, …; weak at 11, 22, …; radial motion counts as disc",
+    lambda world: _fourier(world, "nominal"),
+)
+MEASURED_DFT = Method(
+    "two_heads_dft_measured",
+    "Two heads, DFT, α measured by the index",
+    "the same, α from mean(R₂ − R₁)",
+    2,
+    "two heads, one index mark; an even speed",
+    "the same",
+    lambda world: _fourier(world, "measured"),
+)
+TWO_HEADS_LEAST_SQUARES = Method(
+    "two_heads_least_squares",
+    "Two heads, least squares",
+    "arctrue calibrate",
+    2,
+    "two heads, one index mark; any speed",
+    "the same",
+    _least_squares,
+)

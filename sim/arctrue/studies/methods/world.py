@@ -1,0 +1,239 @@
+"""The table that every method measures: one disc, one bearing, one noise, one time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.instrument.revolution import (
+    ECCENTRICITY_DIRECTION_RAD,
+    ECCENTRICITY_M,
+    GRADUATION_ARCSEC,
+    GRADUATION_ORDERS,
+    GRADUATION_PHASES_RAD,
+)
+from arctrue.studies.paper.polygon import Autocollimator, Polygon
+from arctrue.studies.paper.published import PUBLISHED
+from arctrue.table import (
+    DISC_RADIUS_M,
+    DiscEccentricity,
+    GraduationHarmonics,
+    Head,
+    Motion,
+    PhysicalEffect,
+    RotaryTable,
+    TableState,
+)
+from arctrue.table.causes.radial_motion import RadialMotion
+from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
+
+Float = NDArray[np.float64]
+Counts = NDArray[np.int64]
+Correction = Callable[[Float], Float]
+"""Error of head 1 in arcseconds as a function of its reading in radians, any shape."""
+
+TURN_RAD = 2.0 * np.pi
+SCORED_ANGLES = 7200
+"""A twentieth of a degree: 60 points in a wave of order 120."""
+MOUNTING_ARCSEC = 50.0
+"""A head stands within ± this of its nominal place: the paper's tolerance."""
+
+WEAK_ORDER = 11
+"""α = 33° amplifies its noise 19 times."""
+SYMMETRIC_ORDERS = (12, 24)
+"""Orders that 4 or 12 heads at equal distances do not see; 24 faces do not see 24 either."""
+BLIND_ORDER = 120
+"""Two heads 33° apart do not see it."""
+
+
+@dataclass(frozen=True)
+class MethodsSettings:
+    """Conditions that are the same for all methods."""
+
+    minutes: float = 16.0
+    """The paper's ten cycles: 24 faces, 4 s each; or 80 turns at 30°/s."""
+    station_s: float = 4.0
+    speed_deg_s: float = 30.0
+    sampling_hz: float = 1000.0
+    noise_arcsec: float = 0.1
+    """Standard deviation of a reading of a head."""
+    scatter_arcsec: float = 0.08
+    """Of a reading of the autocollimator, as in ``arctrue paper``."""
+    radial_motion_m: float = 0.1e-6
+    """Amplitude of the axis' motion of order 2; order 3 has half of it."""
+    ripple_rad: float = 0.002
+    ripple_order: int = 7
+    most_order: int = 40
+    counts_per_rev: int = 1 << 24
+    seed: int = 1
+
+    @property
+    def time_s(self) -> float:
+        """Time of measurement of every method, without what lies between two parts of it."""
+        return 60.0 * self.minutes
+
+    @property
+    def turns(self) -> int:
+        """Whole turns of a capture."""
+        return int(self.time_s * self.speed_deg_s / 360.0)
+
+    @property
+    def cycles(self) -> int:
+        """Whole cycles of the polygon."""
+        return int(self.time_s / (self.station_s * PUBLISHED.faces))
+
+    @property
+    def samples_a_turn(self) -> int:
+        """Samples in a turn."""
+        return round(360.0 / self.speed_deg_s * self.sampling_hz)
+
+    @property
+    def orders(self) -> NDArray[np.int64]:
+        """Orders that a method fits where it can: 1 to ``most_order``, and the blind one."""
+        return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a correction leaves of the error of head 1, arcseconds; the mean is removed."""
+
+    angle_rad: Float
+    error_arcsec: Float
+
+    @property
+    def span_arcsec(self) -> tuple[float, float]:
+        """Lowest and highest error."""
+        return float(self.error_arcsec.min()), float(self.error_arcsec.max())
+
+    @property
+    def rms_arcsec(self) -> float:
+        """Root mean square over the turn."""
+        return float(np.sqrt(np.mean(self.error_arcsec**2)))
+
+    def amplitude_arcsec(self, most_order: int = 128) -> Float:
+        """Amplitude of orders 1 to ``most_order``."""
+        lines = np.fft.rfft(self.error_arcsec) * (2.0 / self.error_arcsec.size)
+        return np.asarray(np.abs(lines[1 : most_order + 1]))
+
+
+@dataclass(frozen=True)
+class World:
+    """The simulated table and what can be measured on it."""
+
+    settings: MethodsSettings
+
+    @cached_property
+    def effects(self) -> tuple[PhysicalEffect, ...]:
+        """Disc of ``arctrue revolution`` with four further orders, and a bearing that moves."""
+        extra = (WEAK_ORDER, *SYMMETRIC_ORDERS, BLIND_ORDER)
+        orders = (*(o for o in GRADUATION_ORDERS if o not in extra), *extra)
+        known = dict(zip(GRADUATION_ORDERS, GRADUATION_ARCSEC, strict=True))
+        phases = dict(zip(GRADUATION_ORDERS, GRADUATION_PHASES_RAD, strict=True))
+        further = {11: 0.4, 12: 0.2, 24: 0.3, 120: 0.2}
+        size = self.settings.radial_motion_m
+        return (
+            DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
+            GraduationHarmonics(
+                orders,
+                tuple(further.get(o, known.get(o, 0.0)) * RAD_PER_ARCSEC for o in orders),
+                tuple(phases.get(o, 0.7 * o) for o in orders),
+            ),
+            RadialMotion.along(2, size, 0.6, 1.0),
+            RadialMotion(3, 0.5 * size * np.exp(0.4j)),
+        )
+
+    def table(self, places_rad: Sequence[float] = (0.0,)) -> RotaryTable:
+        """Heads near their nominal places, each up to 50″ off; the first, head 1, defines 0.
+
+        Their index marks repeat to ± 1 count. A place has the same head in every method.
+        """
+        heads = []
+        for place in places_rad:
+            own = np.random.default_rng(
+                [self.settings.seed, round(np.degrees(place % TURN_RAD) * 1e3)]
+            )
+            off = own.uniform(-MOUNTING_ARCSEC, MOUNTING_ARCSEC) * RAD_PER_ARCSEC
+            index = int(own.integers(-1, 2))
+            first = place == 0.0
+            heads.append(
+                Head.on_circle(DISC_RADIUS_M, 0.0 if first else place + off, 0 if first else index)
+            )
+        return RotaryTable(
+            heads=tuple(heads),
+            effects=self.effects,
+            counts_per_rev=self.settings.counts_per_rev,
+            noise_rad=self.settings.noise_arcsec * RAD_PER_ARCSEC,
+        )
+
+    @property
+    def count_rad(self) -> float:
+        """One count, radians."""
+        return TURN_RAD / self.settings.counts_per_rev
+
+    def turns(self, places_rad: Sequence[float]) -> Iterator[Counts]:
+        """Counts of all heads, turn after turn, each ``(heads, samples)``; one common latch."""
+        given = self.settings
+        table = self.table(places_rad)
+        random = np.random.default_rng([given.seed, len(places_rad)])
+        duration_s = given.turns * given.samples_a_turn / given.sampling_hz
+        motion = Motion.steady(
+            float(np.radians(given.speed_deg_s)),
+            duration_s,
+            ripple_rad=given.ripple_rad,
+            ripple_order=given.ripple_order,
+        )
+        for turn in range(given.turns):
+            sample = np.arange(given.samples_a_turn) + turn * given.samples_a_turn
+            state = motion.state(sample / given.sampling_hz)
+            yield np.stack([table.counts(head, state, random) for head in range(len(places_rad))])
+
+    def reading_at_rest_rad(self, angle_rad: Float) -> Float:
+        """Head 1 at rest at each angle, the mean of many latches: no noise, no counts."""
+        return self.table().reading_rad(0, TableState.at_rest(angle_rad))
+
+    def instruments(self) -> tuple[Polygon, Autocollimator]:
+        """The polygon and the autocollimator of the paper's Table 3."""
+        random = np.random.default_rng([self.settings.seed, 24])
+        return (
+            Polygon.drawn(PUBLISHED, random),
+            Autocollimator.drawn(PUBLISHED, self.settings.scatter_arcsec, random),
+        )
+
+    def stations(self, shifts: Sequence[int]) -> tuple[Float, Float, NDArray[np.int64]]:
+        """Readings of the polygon, a cycle each: reading of head 1 and its error by the polygon.
+
+        In cycle i the polygon is put on ``shifts[i]`` faces further. At each of 24 angles the table
+        is brought to the target by the *reading* of head 1 and stands for ``station_s``; both
+        instruments are averaged. Returns readings in radians ``(faces,)``, errors in arcseconds
+        ``(cycles, faces)`` and which face was seen ``(cycles, faces)``.
+        """
+        polygon, autocollimator = self.instruments()
+        random = np.random.default_rng([self.settings.seed, 25])
+        faces = polygon.faces
+        target: Float = np.arange(faces) * np.float64(TURN_RAD / faces)
+        stands = target.copy()
+        for _ in range(6):
+            stands += target - self.reading_at_rest_rad(stands)
+        place = np.arange(faces, dtype=np.intp)
+        errors, seen = [], []
+        for shift in shifts:
+            face = (place - shift) % faces
+            direction = polygon.direction_rad(face, stands - target)
+            # The autocollimator's error belongs to the place in its field, that is to the station.
+            reading = autocollimator.reading_rad(place, direction, random)
+            errors.append(-reading * ARCSEC_PER_RAD)
+            seen.append(face)
+        return target, np.array(errors), np.array(seen, dtype=np.int64)
+
+    def score(self, correction: Correction | None) -> Score:
+        """Error of head 1 against the true angle with ``correction``; None: uncorrected."""
+        angle: Float = np.arange(SCORED_ANGLES) * np.float64(TURN_RAD / SCORED_ANGLES)
+        reading = self.reading_at_rest_rad(angle)
+        error = (reading - angle) * ARCSEC_PER_RAD
+        if correction is not None:
+            error = error - correction(reading)
+        return Score(angle, error - error.mean())

@@ -1,0 +1,185 @@
+"""Input quantities of the calibration, and the distribution that each is drawn from."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from arctrue.generated.number_formats import LANES_DEFAULT
+
+Random = np.random.Generator
+Values = Mapping[str, float]
+
+NOISE_ARCSEC = (0.05, 0.3)
+SEPARATION_ARCSEC = 50.0
+"""Tolerance of the heads' mounting (docs/architecture.md) and of their index sensors."""
+INDEX_COUNTS = 1
+RIPPLE_PERCENT = (0.1, 5.0)
+RIPPLE_ORDERS = (1, 8)
+RADIAL_MOTION_UM = (0.01, 0.1)
+RADIAL_MOTION_ORDERS = (2, 8)
+WARMING_K = 0.5
+HUB_UM_PER_K = (0.1, 0.9)
+BRACKET_ARCSEC_PER_K = (0.1, 1.0)
+LANES = (4, 8, 16, 32)
+
+QUIET: Values = {
+    "noise_arcsec": 0.0,
+    "separation_arcsec": 0.0,
+    "detection_arcsec": 0.0,
+    "u_detection_arcsec": 0.0,
+    "index_counts": 0.0,
+    "ripple_percent": 0.0,
+    "ripple_order": 1.0,
+    "ripple_phase_rad": 0.0,
+    "motion_order": 2.0,
+    "forward_um": 0.0,
+    "forward_rad": 0.0,
+    "backward_um": 0.0,
+    "backward_rad": 0.0,
+    "warming_k": 0.0,
+    "hub_um_per_k": 0.0,
+    "hub_rad": 0.0,
+    "bracket_arcsec_per_k": 0.0,
+    "lanes": float(LANES_DEFAULT),
+}
+"""Every quantity where it does no harm."""
+
+
+def _log_uniform(random: Random, limits: tuple[float, float]) -> float:
+    return float(np.exp(random.uniform(*np.log(limits))))
+
+
+def _turn(random: Random) -> float:
+    return float(random.uniform(0.0, 2.0 * np.pi))
+
+
+def _noise(random: Random) -> dict[str, float]:
+    return {"noise_arcsec": _log_uniform(random, NOISE_ARCSEC)}
+
+
+def _separation(random: Random) -> dict[str, float]:
+    mounting, detection = random.uniform(-SEPARATION_ARCSEC, SEPARATION_ARCSEC, 2)
+    return {
+        "separation_arcsec": float(mounting),
+        "detection_arcsec": float(detection),
+        "u_detection_arcsec": SEPARATION_ARCSEC / math.sqrt(3.0),
+        "index_counts": float(INDEX_COUNTS),
+    }
+
+
+def _ripple(random: Random) -> dict[str, float]:
+    return {
+        "ripple_percent": _log_uniform(random, RIPPLE_PERCENT),
+        "ripple_order": float(random.integers(RIPPLE_ORDERS[0], RIPPLE_ORDERS[1] + 1)),
+        "ripple_phase_rad": _turn(random),
+    }
+
+
+def _radial_motion(random: Random) -> dict[str, float]:
+    size_um, share = _log_uniform(random, RADIAL_MOTION_UM), float(random.uniform())
+    return {
+        "motion_order": float(
+            random.integers(RADIAL_MOTION_ORDERS[0], RADIAL_MOTION_ORDERS[1] + 1)
+        ),
+        "forward_um": size_um * share,
+        "forward_rad": _turn(random),
+        "backward_um": size_um * (1.0 - share),
+        "backward_rad": _turn(random),
+    }
+
+
+def _temperature(random: Random) -> dict[str, float]:
+    return {
+        "warming_k": float(random.uniform(-WARMING_K, WARMING_K)),
+        "hub_um_per_k": _log_uniform(random, HUB_UM_PER_K),
+        "hub_rad": _turn(random),
+        "bracket_arcsec_per_k": _log_uniform(random, BRACKET_ARCSEC_PER_K),
+    }
+
+
+def _lanes(random: Random) -> dict[str, float]:
+    return {"lanes": float(random.choice(LANES))}
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """One input quantity, or a few that belong together."""
+
+    title: str
+    """For the page."""
+    distribution: str
+    """In words."""
+    draw: Callable[[Random], dict[str, float]]
+
+
+def _between(limits: tuple[float, float]) -> str:
+    return f"{limits[0]:g} … {limits[1]:g}"
+
+
+INPUTS: dict[str, Input] = {
+    "noise": Input(
+        "noise of each head",
+        f"white; standard deviation {_between(NOISE_ARCSEC)}″, log-uniform",
+        _noise,
+    ),
+    "separation": Input(
+        "α and index",
+        f"mounting and place of the index sensors each rectangular, ±{SEPARATION_ARCSEC:g}″; "
+        f"each index ±{INDEX_COUNTS} count in each run",
+        _separation,
+    ),
+    "ripple": Input(
+        "ripple of the speed",
+        f"{_between(RIPPLE_PERCENT)} %, log-uniform, "
+        f"{RIPPLE_ORDERS[0]} … {RIPPLE_ORDERS[1]} times a turn",
+        _ripple,
+    ),
+    "radial_motion": Input(
+        "radial motion of the axis",
+        f"{_between(RADIAL_MOTION_UM)} µm, log-uniform, an ellipse "
+        f"{RADIAL_MOTION_ORDERS[0]} … {RADIAL_MOTION_ORDERS[1]} times a turn",
+        _radial_motion,
+    ),
+    "temperature": Input(
+        "temperature during the capture",
+        f"changes by ±{WARMING_K:g} K, rectangular; hub {_between(HUB_UM_PER_K)} µm/K, bracket "
+        f"of head 2 {_between(BRACKET_ARCSEC_PER_K)}″/K, log-uniform",
+        _temperature,
+    ),
+    "lanes": Input("lanes of the gateware", f"one of {', '.join(map(str, LANES))}", _lanes),
+}
+"""By name, in the order of their streams of random numbers."""
+
+CASES: dict[str, tuple[str, ...]] = {
+    "quantisation": (),
+    "noise": ("noise",),
+    **{name: ("noise", name) for name in INPUTS if name != "noise"},
+    "all": tuple(INPUTS),
+}
+"""Which inputs act. Whole counts and coefficient words always do: alone in ``quantisation``."""
+
+
+def drawn(seed: int, case: str) -> dict[str, float]:
+    """All quantities of a trial: those of the case drawn, the others where they do no harm.
+
+    An input has a stream of random numbers of its own, so trial by trial it is the same in
+    every case. Raises KeyError for an unknown case.
+    """
+    found = dict(QUIET)
+    for number, (name, item) in enumerate(INPUTS.items()):
+        if name in CASES[case]:
+            found |= item.draw(np.random.default_rng([seed, 1, number]))
+    return found
+
+
+def ellipse_m(values: Values) -> tuple[complex, complex]:
+    """The two circles of the radial motion, metres."""
+    return (
+        cmath.rect(values["forward_um"] * 1e-6, values["forward_rad"]),
+        cmath.rect(values["backward_um"] * 1e-6, values["backward_rad"]),
+    )

@@ -1,0 +1,174 @@
+"""The page of the Monte Carlo calculation: where the stated uncertainty holds and where not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from arctrue.studies.monte_carlo.inputs import CASES, INPUTS
+from arctrue.studies.monte_carlo.trial import ECCENTRICITY_UM, GRADUATION_ARCSEC
+
+HEAD = """# Uncertainty of the whole calibration
+
+`arctrue monte-carlo` propagates distributions as supplement 1 of the GUM (JCGM 101:2008) does: each
+trial draws a table and all input quantities, measures two heads, runs `arctrue calibrate` and
+compares what it says with the truth. *Coverage* is how often the truth lies in the region that the
+stated uncertainty gives for 95 %: of an order, the ellipse of its cosine and sine in their stated
+covariance; of the error at a reading ±1.96 u; of α ±1.65 u, its error being rectangular.
+
+    arctrue monte-carlo FOLDER --trials 400          # --workers N, --scheduler ADDRESS, --shard i/n
+    arctrue monte-carlo FOLDER --trials 400 --page docs/monte-carlo.md
+
+A stopped calculation goes on where it stopped; see [campaigns](campaigns.md).
+"""
+
+READING = """## How to read it
+
+The truth is the error R₁ − θ of head 1 as a function of its reading, at the mean temperature of the
+capture. Radial motion is a part of it: it moves the reading. A deviation is what is stated less the
+truth. An uncertainty is called *too small* or *too large* where chance explains its coverage in
+less than 1 % of such calculations, over all figures of one case. *Estimate*: the sum of all orders
+fitted. *Corrected*: the angle behind the bit-true gateware, with the lanes that there are and whole
+counts; it is compared with the same u of the estimate, which knows of neither.
+
+The same trial has the same table and the same draws in every case, so cases differ by their inputs
+alone. `quantisation` has no other input: whole counts of 2²⁴ a turn and the gateware's words, which
+act in all other cases too.
+"""
+
+
+def page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+    """The page as Markdown, from the campaign's header and what was scored."""
+    plan, code = header["plan"], header["code"]
+    libraries = ", ".join(f"{name} {code[name]}" for name in sorted(code) if name != "arctrue")
+    number = max(case["trials"] for case in found.values())
+    part = "" if number == plan["trials"] else f" (of {plan['trials']}: the run was stopped)"
+    runs, turns = _number(plan["runs"], "run"), _number(plan["turns"], "turn")
+    lines = [HEAD, "## Result", ""]
+    lines += [
+        f"{number} trials of each case{part}, seed {plan['seed']}; {runs} of {turns} with "
+        f"{plan['samples']:,} samples a turn, method {plan['method']}. "
+        f"Source `{code['arctrue']}`; {libraries}.",
+        "",
+        *_summary(found),
+        "",
+        "### Where the stated uncertainty is off",
+        "",
+        *where_off(found),
+        "",
+        "### By order",
+        "",
+        *_orders(found),
+        "",
+        "## What is drawn",
+        "",
+        f"The table: a disc {ECCENTRICITY_UM[0]:g} … {ECCENTRICITY_UM[1]:g} µm off the axis, and "
+        f"graduation errors of orders 2 to 20, {GRADUATION_ARCSEC[0]:g} … "
+        f"{GRADUATION_ARCSEC[1]:g}″ each, log-uniform.",
+        "",
+        "| input | drawn |",
+        "|---|---|",
+        *(f"| {item.title} | {item.distribution} |" for item in INPUTS.values()),
+        "",
+        READING.rstrip(),
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _number(number: int, what: str) -> str:
+    return f"{number} {what}{'s' if number > 1 else ''}"
+
+
+def _title(case: str) -> str:
+    if not CASES[case]:
+        return "quantisation alone"
+    if case == "all":
+        return "all"
+    added = [name for name in CASES[case] if name != "noise"]
+    return f"noise, {INPUTS[added[0]].title}" if added else "noise"
+
+
+def _summary(found: Mapping[str, Any]) -> list[str]:
+    lines = [
+        "| inputs that act | coverage of orders, mean (least) % | of α % | of the estimate over "
+        "the turn % | of the corrected angle % | deviation of the estimate, RMS ″ | "
+        "stated u, RMS ″ | corrected, RMS ″ | refused |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for case, of in found.items():
+        refused = ", ".join(f"{name} {number}" for name, number in of["refused"].items())
+        if "orders" not in of:
+            lines.append(f"| {_title(case)} |  |  |  |  |  |  |  | {refused} |")
+            continue
+        rates = [order["rate"] for order in of["orders"]]
+        least = min(of["orders"], key=lambda order: order["rate"])
+        turn, corrected = of["turn"], of["corrected"]
+        lines.append(
+            f"| {_title(case)} | {100 * sum(rates) / len(rates):.1f} "
+            f"({100 * least['rate']:.1f}, order {least['order']}) | "
+            f"{_alpha(of)} | {100 * turn['rate']:.1f} ± "
+            f"{100 * turn['standard_error']:.1f} | {100 * corrected['rate']:.1f} ± "
+            f"{100 * corrected['standard_error']:.1f} | {turn['rms_deviation_arcsec']:.4f} | "
+            f"{turn['rms_stated_arcsec']:.4f} | {corrected['rms_deviation_arcsec']:.4f} | "
+            f"{refused or '0'} |"
+        )
+    return lines
+
+
+def _alpha(of: Mapping[str, Any]) -> str:
+    return "–" if of["alpha"] is None else f"{100 * of['alpha']['rate']:.1f}"
+
+
+def where_off(found: Mapping[str, Any]) -> list[str]:
+    """One line for each case with a stated uncertainty that is off; one sentence where none is."""
+    lines = []
+    for case, of in found.items():
+        if "orders" not in of:
+            continue
+        told = []
+        for verdict in ("too small", "too large"):
+            orders = [
+                f"{order['order']} ({100 * order['rate']:.0f} %)"
+                for order in of["orders"]
+                if order["stated_uncertainty"] == verdict
+            ]
+            if orders:
+                told.append(f"{verdict} at order{'s' * (len(orders) > 1)} {', '.join(orders)}")
+            for name, title in (
+                ("alpha", "α"),
+                ("turn", "the estimate over the turn"),
+                ("corrected", "the corrected angle"),
+            ):
+                if of[name] is not None and of[name]["stated_uncertainty"] == verdict:
+                    told.append(
+                        f"{verdict} for {title}: coverage {100 * of[name]['rate']:.1f} %, "
+                        f"deviation {of[name]['rms_deviation_arcsec']:.4f}″ RMS beside "
+                        f"{of[name]['rms_stated_arcsec']:.4f}″ stated"
+                    )
+        if told:
+            lines.append(f"- {_title(case)}: {'; '.join(told)}.")
+    return lines or ["Nowhere: each coverage agrees with 95 % within its chance."]
+
+
+def _orders(found: Mapping[str, Any]) -> list[str]:
+    shown = [name for name, of in found.items() if "orders" in of]
+    if not shown:
+        return ["Every capture was refused."]
+    head = " | ".join(_title(name) for name in shown)
+    lines = [
+        "Coverage, percent; in brackets deviation and stated u of a component, RMS, 10⁻³ ″.",
+        "",
+        f"| order | {head} |",
+        "|---|" + "---|" * len(shown),
+    ]
+    for at in range(len(found[shown[0]]["orders"])):
+        cells = [_cell(found[name]["orders"][at]) for name in shown]
+        lines.append(f"| {at + 1} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _cell(order: Mapping[str, Any]) -> str:
+    deviation, stated = order["rms_deviation_arcsec"], order["rms_stated_arcsec"]
+    text = f"{100 * order['rate']:.1f} ({1e3 * deviation:.2g}; {1e3 * stated:.2g})"
+    return text if order["stated_uncertainty"] == "holds" else f"**{text}**"

@@ -1,0 +1,52 @@
+"""The trials of a Monte Carlo calculation as a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from arctrue.studies.campaign import Campaign, Task
+from arctrue.studies.monte_carlo.inputs import CASES
+
+WORK = "arctrue.studies.monte_carlo.trial:run_trial"
+BATCH = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How many trials of every case, and what each measures."""
+
+    trials: int
+    seed: int
+    turns: int = 1
+    """A run."""
+    runs: int = 2
+    samples: int = 6_000
+    """A turn."""
+    method: str = "least_squares"
+
+    def tasks(self) -> list[Task]:
+        """All cases of a trial have its seed: the same table, and the same draw of each input."""
+        seeds = [
+            int(np.random.SeedSequence([self.seed, number]).generate_state(1, np.uint32)[0])
+            for number in range(self.trials)
+        ]
+        return [
+            {
+                "case": case,
+                "trial": number,
+                "seed": seed,
+                "turns": self.turns,
+                "runs": self.runs,
+                "samples": self.samples,
+                "method": self.method,
+            }
+            for number, seed in enumerate(seeds)
+            for case in CASES
+        ]
+
+    def campaign(self, folder: Path) -> Campaign:
+        """The campaign in ``folder``."""
+        return Campaign(WORK, self.tasks(), folder, {"plan": asdict(self)}, BATCH)

@@ -1,0 +1,14 @@
+"""Which cause is hidden in a table that is drawn by a seed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.table.causes.registry import RECIPES
+
+
+def hidden_effect(seed: int) -> str:
+    """One cause of the catalogue. Its own stream: the seed of the table must not tell it."""
+    names = sorted(recipe.name for recipe in RECIPES.values() if recipe.in_catalogue)
+    random = np.random.default_rng([seed, len(names)])
+    return names[int(random.integers(len(names)))]

@@ -1,0 +1,72 @@
+"""Columns beside the finite differences of a forward formula, one coefficient at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+STEP = 1e-3
+"""Of a coefficient, in its unit: what is linear has the same difference at any step."""
+FAR = 1.0
+"""The step with which it is asked whether the formula is linear."""
+ROUNDING = 1e-6
+"""Of the largest difference: 1e-3 of a value of order 1 keeps 13 digits less 3, with room."""
+
+Forward = Callable[[dict[str, float]], Float]
+"""The formula's values in arcseconds, shape (rows,), as a function of the coefficients by name."""
+
+
+def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> list[str]:
+    """What of the columns, shape (rows, coefficients), is not the formula's; ``[]``: nothing."""
+    at = {name: 0.5 + 0.25 * place for place, name in enumerate(names)}
+    faults = _faults_of_zero(forward, at)
+    for place, name in enumerate(names):
+        slope = _difference(forward, at, name, STEP)
+        scale = max(float(np.abs(slope).max()), float(np.abs(columns[:, place]).max()), 1e-12)
+        bend = forward(_moved(at, name, FAR)) + forward(_moved(at, name, -FAR)) - 2.0 * forward(at)
+        if float(np.abs(bend).max()) > ROUNDING * scale:
+            faults.append(
+                f"{name}: the formula is not linear in it; a quantity that enters nonlinearly "
+                "belongs into search"
+            )
+            continue
+        off = np.abs(columns[:, place] - slope)
+        row = int(np.argmax(off))
+        if off[row] > ROUNDING * scale:
+            faults.append(
+                f"{name}: row {row} has {columns[row, place]:.6g} in the column and "
+                f"{slope[row]:.6g} by the formula's difference{_hint(columns[:, place], slope)}"
+            )
+    return faults
+
+
+def _faults_of_zero(forward: Forward, at: dict[str, float]) -> list[str]:
+    rest = forward(dict.fromkeys(at, 0.0))
+    if float(np.abs(rest).max()) <= 1e-9:
+        return []
+    return ["the formula is not zero where all coefficients are: no column can hold that part"]
+
+
+def _moved(at: dict[str, float], name: str, step: float) -> dict[str, float]:
+    return {**at, name: at[name] + step}
+
+
+def _difference(forward: Forward, at: dict[str, float], name: str, step: float) -> Float:
+    """(f(b + h) − f(b − h)) / 2h."""
+    up, down = forward(_moved(at, name, step)), forward(_moved(at, name, -step))
+    return np.asarray((up - down) / (2.0 * step))
+
+
+def _hint(column: Float, slope: Float) -> str:
+    """What the one is of the other, where that is the same in all rows."""
+    square = float(slope @ slope)
+    if square == 0.0:
+        return "; the formula does not know this coefficient"
+    factor = float(column @ slope) / square
+    if np.abs(column - factor * slope).max() > ROUNDING * max(np.abs(column).max(), 1e-12):
+        return ""
+    return "; the sign is turned" if abs(factor + 1.0) < ROUNDING else f"; it is {factor:.6g} times"

@@ -1,0 +1,173 @@
+"""A line whose cause the data cannot know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import (
+    Candidate,
+    Columns,
+    Effect,
+    FitContext,
+    Lane,
+    Nonlinear,
+    Parameter,
+    SearchParameter,
+    amplitude_and_phase,
+    paired_lanes,
+)
+from arctrue.workbench.inference.line_search import line_scan
+from arctrue.workbench.inference.line_spectrum import speed_turns_s
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+
+LEAST_ROWS = 16
+WHOLE = 0.01
+"""An order as near as this to a whole one is off by 4° of its phase at most, in half a turn."""
+OF_THE_DRIVE = 0.02
+"""Of the tooth count: an order nearer than this to a multiple of it is the drive's; one in 25 is
+so by chance."""
+
+
+class PeriodicError(Effect):
+    """cos, sin νθ or 2πft in one channel: any real order or frequency, found."""
+
+    name = "periodic_error"
+    physics = (
+        "Something repeats: a gear before the worm, stator slots, the steps of a motor, a pump. "
+        "The data show its period and its size, not its cause."
+    )
+    equation = "c cos φ + s sin φ, φ = νθ or φ = 2πft; ν or f found, any real number"
+    source = "periodogram of uneven samples: Scargle, Astrophys. J. 263 (1982) 835"
+    capture_sees = "a line of any order or frequency, where it is on the disc or at a head"
+    reference_sees = "a line of any order or frequency"
+    told_apart_by = "fixed to the angle, to time or to the drive: runs at two speeds"
+    next_measurement = "the same run at another speed: the line keeps its order, or its frequency"
+    plausible = "0.05 to 30″"
+    parameter_units = {
+        "order": "1",
+        "frequency": "Hz",
+        "period": "deg",
+        "period_time": "s",
+        "amplitude": "arcsec",
+        "phase": "deg",
+    }
+    compensation = "lanes"
+    compensation_note = "a whole order of the angle only, and seen in a reference run"
+    unspecific = True
+    search = (
+        SearchParameter("order", "1", 0.0, 1e7, "periods a turn; 0: a line in time"),
+        SearchParameter("frequency", "Hz", 0.0, 1e6, "of a line in time, else 0"),
+        SearchParameter(
+            "in_time", "1", 0.0, 1.0, "1: fixed to time, 0: to the angle", integer=True
+        ),
+        SearchParameter("in_capture", "1", 0.0, 1.0, "1: in R₂ − R₁, 0: in ε", integer=True),
+    )
+
+    def missing(self, observations: Observations) -> list[str]:
+        rows = observations.reference
+        if observations.capture is not None or (rows is not None and rows.run.size >= LEAST_ROWS):
+            return []
+        return [f"a capture of both heads, or a reference run of {LEAST_ROWS} rows"]
+
+    def column_names(self, observations: Observations) -> list[str]:
+        return ["cos", "sin"]
+
+    def capture_columns(
+        self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        return _wave(rows, nonlinear) if nonlinear["in_capture"] else None
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        return None if nonlinear["in_capture"] else _wave(rows, nonlinear)
+
+    def scan(self, residuals: Residuals) -> list[Candidate]:
+        return line_scan(self, residuals)
+
+    def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
+        rows = observations.capture if nonlinear["in_capture"] else observations.reference
+        where = "R₂ − R₁" if nonlinear["in_capture"] else "the reference run"
+        if nonlinear["in_time"]:
+            return (
+                f"A line in {where} of {nonlinear['frequency']:.5g} Hz "
+                f"({1.0 / nonlinear['frequency']:.5g} s), fixed to time: angle and time went at "
+                "different rates here, and it kept to time."
+            )
+        order = nonlinear["order"]
+        line = f"A line in {where} of {order:.7g} periods a turn ({360.0 / order:.5g}°)"
+        speed = None if rows is None else speed_turns_s(rows, order)
+        teeth = observations.drive_gear_teeth
+        multiple = 0 if teeth is None else round(order / teeth)
+        if teeth is not None and multiple and abs(order / teeth - multiple) < OF_THE_DRIVE:
+            line += f", {multiple} times the teeth of the drive: fixed to the drive"
+        elif speed is not None:
+            period_s = 1.0 / abs(order * speed)
+            line += f" or {period_s:.5g} s: fixed to the angle, to time or to the drive, which one "
+            line += "speed cannot tell"
+        elif rows is None or rows.time_s is None:
+            line += ": without the column time_s, whether it is fixed to the angle or to time "
+            line += "cannot be told"
+        else:
+            line += ", fixed to the angle or to the drive: time went at another rate than the angle"
+        return f"{line}."
+
+    def parameters(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> dict[str, Parameter]:
+        name, unit = ("frequency", "Hz") if nonlinear["in_time"] else ("order", "1")
+        found = {name: Parameter(nonlinear[name], float("nan"), unit)}
+        return found | amplitude_and_phase(coefficients[0], coefficients[1], covariance, "")
+
+    def derived(
+        self, parameters: Mapping[str, Parameter], nonlinear: Nonlinear, observations: Observations
+    ) -> dict[str, Parameter]:
+        if nonlinear["in_time"]:
+            return {"period_time": _inverse(parameters["frequency"], 1.0, "s")}
+        found = {"period": _inverse(parameters["order"], 360.0, "deg")}
+        rows = observations.capture if nonlinear["in_capture"] else observations.reference
+        speed = None if rows is None else speed_turns_s(rows, nonlinear["order"])
+        if speed is not None:
+            period_s = _inverse(parameters["order"], 1.0 / abs(speed), "s")
+            found["period_time"] = period_s
+            found["frequency"] = _inverse(period_s, 1.0, "Hz")
+        return found
+
+    def lanes(
+        self,
+        coefficients: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+        temperature_c: float | None,
+    ) -> list[Lane]:
+        order = nonlinear["order"]
+        if nonlinear["in_time"] or nonlinear["in_capture"] or abs(order - round(order)) > WHOLE:
+            return []
+        return paired_lanes([round(order)], coefficients)
+
+
+def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | None:
+    if not nonlinear["in_time"]:
+        phase = nonlinear["order"] * rows.angle_rad
+    elif rows.time_s is None:
+        return None
+    else:
+        phase = 2.0 * np.pi * nonlinear["frequency"] * (rows.time_s - rows.set_start_s)
+    return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _inverse(parameter: Parameter, factor: float, unit: str) -> Parameter:
+    """factor/value, with the same relative standard uncertainty."""
+    value = factor / parameter.value
+    return replace(
+        parameter, value=value, sigma=value * parameter.sigma / parameter.value, unit=unit
+    )

@@ -1,0 +1,71 @@
+"""Finds a line of any order or frequency in either channel, for the effect ``periodic_error``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import Candidate, Effect
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum, speed_turns_s
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import BEST_PLACES, moved_to_maximum, peaks, scored
+
+Float = NDArray[np.float64]
+
+HALF_ORDERS_TO = 30.5
+"""Half orders up to this in a capture belong to the products of parts."""
+
+
+def line_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+    """The best lines of both channels, over the angle and over time, best first.
+
+    At one speed a line in time is one in the angle: it is then looked for once, in the angle.
+    """
+    coarse: list[tuple[float, dict[str, float], float]] = []
+    trials = 0.0
+    for capture in (False, True):
+        highest_order = 0.0
+        for in_time in (False, True):
+            if in_time and highest_order and _one_speed(residuals, capture, highest_order):
+                continue
+            spectrum = line_spectrum(residuals, capture=capture, in_time=in_time)
+            if spectrum is None or spectrum.rates.size == 0:
+                continue
+            highest_order = float(spectrum.rates[-1])
+            gain = spectrum.gain
+            if capture and not in_time:
+                gain = np.where(_told_by_others(spectrum, residuals), 0.0, gain)
+            trials += spectrum.trials
+            for index in peaks(gain, BEST_PLACES):
+                place = {
+                    "order": 0.0 if in_time else float(spectrum.rates[index]),
+                    "frequency": float(spectrum.rates[index]) if in_time else 0.0,
+                    "in_time": float(in_time),
+                    "in_capture": float(capture),
+                }
+                coarse.append((float(gain[index]), place, 0.5 / spectrum.span))
+    coarse.sort(key=lambda item: -item[0])
+    best = coarse[:BEST_PLACES]
+    found = scored(effect, residuals, (place for _, place, _ in best), trials)
+    if not found:
+        return found
+    step = next(width for _, place, width in best if place == found[0].nonlinear)
+    name = "frequency" if found[0].nonlinear["in_time"] else "order"
+    refined = moved_to_maximum(effect, residuals, found, name, step)
+    parameter = next(item for item in effect.search if item.name == name)
+    inside = parameter.low <= refined[0].nonlinear[name] <= parameter.high
+    return refined if inside else found
+
+
+def _one_speed(residuals: Residuals, capture: bool, highest_order: float) -> bool:
+    rows = residuals.observations.capture if capture else residuals.observations.reference
+    return rows is not None and speed_turns_s(rows, highest_order) is not None
+
+
+def _told_by_others(spectrum: LineSpectrum, residuals: Residuals) -> NDArray[np.bool_]:
+    """Orders of a capture that are whole (the disc's), or half where products of parts are."""
+    resolution = residuals.observations.order_resolution
+    whole = np.abs(spectrum.rates - np.round(spectrum.rates)) < resolution
+    twice = 2.0 * spectrum.rates
+    half = np.abs(twice - np.round(twice)) / 2.0 < resolution
+    return np.asarray(whole | (half & (spectrum.rates <= HALF_ORDERS_TO)))

@@ -1,0 +1,180 @@
+"""The figures of the page and the report: what they draw, and that each axis says its unit."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from arctrue.report.charts.bins import of_turn
+from arctrue.report.charts.chart import Chart, Curve, HeatMap, in_unit
+from arctrue.report.charts.heat_map import heat_map
+from arctrue.report.charts.ladder import ladder
+from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
+from arctrue.report.charts.measurement_and_model import measurement_and_model
+from arctrue.report.charts.plotly_chart import chart_data
+from arctrue.report.charts.spectrum import amplitude_by_order, spectrum
+from arctrue.report.examined import Examined, look_at, with_effect
+from arctrue.report.finding import finding_of
+from arctrue.report.numbers import plain
+from arctrue.report.view import FIGURES, View, chart_of
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model.model import default_model
+from tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
+
+HEAT_ARCSEC_A_KELVIN = 0.4
+URAD_PER_ARCSEC = np.pi / 648_000.0 * 1e6
+"""By the definition of the arcsecond: π rad are 180 · 3600 of them."""
+WITHOUT_UNIT = {"run", "cycle", "step", "order, cycles a turn"}
+"""What is counted has no unit."""
+
+
+@pytest.fixture(scope="module")
+def warming() -> Examined:
+    """A table whose first order grows with the temperature, beside the paper's model."""
+
+    def error(disc: np.ndarray, warm: np.ndarray, speed: float) -> np.ndarray:
+        return paper_error(disc, warm, speed) + HEAT_ARCSEC_A_KELVIN * (warm - 20.0) * np.cos(disc)
+
+    measured = measurement_set(error)
+    return look_at(measured, "warming", default_model(), built_in())
+
+
+@pytest.fixture(scope="module")
+def added(warming: Examined) -> Examined:
+    return with_effect(warming, "thermal_eccentricity", {})
+
+
+def curves(chart: Chart, panel: int = 0) -> dict[str, Curve]:
+    return {layer.name: layer for layer in chart.panels[panel].layers if isinstance(layer, Curve)}
+
+
+def test_a_bin_has_the_mean_and_the_ends_of_its_rows() -> None:
+    random = np.random.default_rng(3)
+    angle, values = random.uniform(-9.0, 9.0, 500), random.normal(size=500)
+    found = of_turn(angle, values, 36)
+    for centre, mean, low, high in zip(
+        found.centre, found.mean, found.low, found.high, strict=True
+    ):
+        inside = [
+            value
+            for at, value in zip(angle, values, strict=True)
+            if abs((np.degrees(at) - centre + 180.0) % 360.0 - 180.0) < 5.0
+        ]
+        assert mean == pytest.approx(np.mean(inside))
+        assert (low, high) == (min(inside), max(inside))
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 7.0, 2.5, 200.0])
+def test_the_spectrum_gives_the_amplitude_of_a_wave(order: float) -> None:
+    # Two turns of even rows hold every half order whole: the sum is exact but for the bins.
+    angle = np.arange(20_000) * (4.0 * np.pi / 20_000)
+    orders, amplitude = amplitude_by_order(angle, 0.3 * np.cos(order * angle + 0.7), 400.0)
+    # A bin is 2·360°/8192; the rows in it stand unevenly by at most one of 20,000.
+    assert amplitude[orders == order][0] == pytest.approx(0.3, rel=0.01)
+    assert amplitude[np.abs(orders - order) > 0.6].max() < 0.02
+
+
+def test_the_finding_is_what_was_put_in(added: Examined) -> None:
+    found = finding_of(added, added.solution)
+    assert (found.effect, found.best) == ("thermal_eccentricity", "temperature")
+    (capture,) = [item for item in found.over("temperature") if item.channel == "capture"]
+    # cos(ψ + 33°) − cos ψ has the amplitude 2 sin 16.5°; a wave of RMS 1 has the amplitude √2.
+    slope = HEAT_ARCSEC_A_KELVIN * 2.0 * np.sin(np.radians(16.5)) / np.sqrt(2.0)
+    rise = np.polyfit(capture.x, capture.measured, 1)[0]
+    # Rows of 4 K and 0.1″·√2 of noise, 3,600 of them warm: three standard errors.
+    assert rise == pytest.approx(slope, abs=3.0 * CAPTURE_NOISE * np.sqrt(2.0 / 3600.0) / 4.0)
+    assert np.abs(capture.effect - capture.measured).max() < 5.0 * capture.standard_error.max()
+
+
+def test_whitened_measurement_scatters_by_one(added: Examined) -> None:
+    left = added.left("capture", whitened=True)
+    assert float(np.std(left)) == pytest.approx(1.0, abs=0.05)
+    assert measurement_and_model(added, whitened=True).panels[0].y.unit == "standard deviations"
+
+
+def test_the_ladder_has_every_step(added: Examined) -> None:
+    chart = ladder(added.model.history)
+    first, last = added.model.history
+    for number, panel in enumerate(chart.panels):
+        channel = panel.title.lower()
+        drawn = curves(chart, number)
+        assert drawn["fitted"].y.tolist() == [first.rms_arcsec[channel], last.rms_arcsec[channel]]
+        assert drawn["held out"].y[-1] == last.heldout_rms_arcsec[channel]
+        assert drawn["noise floor"].y[-1] == last.noise_arcsec[channel]
+
+
+def test_the_heat_map_shows_the_warm_run_alone(warming: Examined) -> None:
+    (layer,) = [item for item in heat_map(warming).panels[0].layers if isinstance(item, HeatMap)]
+    spread = np.nanstd(layer.values, axis=1)
+    assert int(np.argmax(spread)) == 3
+    assert spread[3] > 5.0 * np.median(spread)
+
+
+def test_microradians_are_the_same_angles(added: Examined) -> None:
+    chart = ladder(added.model.history)
+    other = in_unit(chart, "urad")
+    before, after = curves(chart)["fitted"].y, curves(other)["fitted"].y
+    assert after == pytest.approx(before * URAD_PER_ARCSEC, rel=1e-12)
+    assert other.panels[0].y.text.endswith("µrad")
+    reach = other.panels[0].y.reach
+    assert reach is not None
+    assert reach[0] < after.min() < after.max() < reach[1]
+
+
+@pytest.mark.parametrize("name", [name for name in FIGURES if name not in ("finding", "lanes")])
+@pytest.mark.parametrize("unit", ["arcsec", "urad"])
+def test_each_figure_can_be_drawn_and_says_its_units(added: Examined, name: str, unit: str) -> None:
+    chart = chart_of(name, added, None, View(unit=unit))  # type: ignore[arg-type]
+    assert chart is not None
+    assert chart.words
+    for panel in chart.panels:
+        for axis in (panel.x, panel.y):
+            assert axis.unit != "1" or axis.label in WITHOUT_UNIT, axis
+    # plotly's own checker of its schema; a JSON without NaN, which no browser reads.
+    data = json.loads(json.dumps(plain(chart_data(chart)), allow_nan=False))
+    assert len(go.Figure(data).data) >= len(chart.panels)
+    svg = ElementTree.fromstring(chart_svg(chart))
+    assert svg.attrib["aria-label"] == chart.words
+
+
+@pytest.mark.parametrize("along", ["hz", "s"])
+def test_the_spectrum_in_time_finds_a_vibration(along: str) -> None:
+    def shake(time: np.ndarray, speed: float) -> np.ndarray:
+        return 0.5 * np.cos(2.0 * np.pi * 7.0 * time)
+
+    seen = look_at(measurement_set(head2_only=shake, cycles=2), "", default_model(), built_in())
+    drawn = [
+        layer
+        for layer in spectrum(seen, along).panels[0].layers  # type: ignore[arg-type]
+        if isinstance(layer, Curve)
+    ]
+    for curve in drawn:
+        peak = float(curve.x[np.argmax(curve.y)])
+        # Runs of 4 s at least: lines are 0.25 Hz apart.
+        assert (peak if along == "hz" else 1.0 / peak) == pytest.approx(7.0, abs=0.25)
+
+
+def test_panels_stand_below_one_another_on_a_phone(added: Examined) -> None:
+    chart = ladder(added.model.history)
+    wide, narrow = (chart_data(chart, width)["layout"] for width in (1200, 350))
+    assert wide["xaxis"]["domain"][1] < wide["xaxis2"]["domain"][0]
+    assert narrow["xaxis"]["domain"] == narrow["xaxis2"]["domain"]
+    assert narrow["height"] > wide["height"]
+
+
+def test_a_name_with_marks_is_text(added: Examined, tmp_path: object) -> None:
+    last = replace(added.model.history[-1], effect="<b>x</b> & $y$")
+    chart = ladder([*added.model.history[:-1], last])
+    texts = chart_data(chart)["layout"]["xaxis"]["ticktext"]
+    assert texts[-1] == "2 add<br>&lt;b>x&lt;/b> &amp; $y$"
+    assert "$y$" in chart_svg(chart)
+
+
+def test_a_picture_is_written(added: Examined, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = save_chart(ladder(added.model.history), tmp_path / "new" / "ladder.png")
+    assert path.read_bytes().startswith(b"\x89PNG")

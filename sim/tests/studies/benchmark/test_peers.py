@@ -1,0 +1,127 @@
+"""The peers answer what they can know, and nothing where nothing is."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.answers import VERDICTS, AnswersError, score_beside
+from arctrue.studies.benchmark.page import PEERS_TOLD, page
+from arctrue.studies.benchmark.peers.stepwise_bic import _gains
+from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
+from arctrue.studies.benchmark.plan import make_plan
+from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
+from arctrue.studies.campaign.store import Store
+from arctrue.studies.simulate.experiment import full, lean
+from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+
+PEERS = [name for name in SUBJECTS if name != "arctrue"]
+
+
+def written(tmp_path: Path, *wanted: Wanted, seed: int = 4) -> Path:
+    folder = tmp_path / "set"
+    write_measurement_set(folder, simulate_set(wanted, full().smaller(1500, 5), seed).measurement)
+    return folder
+
+
+@pytest.mark.parametrize("subject", PEERS)
+def test_nothing_is_adequate(tmp_path: Path, subject: str) -> None:
+    assert find_subject(subject)(written(tmp_path))["verdict"] == "adequate"
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("hysteresis", 3.0),
+        ("head_angle_error", 20.0),
+        ("latency", 50.0),
+    ],
+)
+def test_stepwise_names_a_strong_effect(tmp_path: Path, name: str, size: float) -> None:
+    found = find_subject("stepwise_bic")(written(tmp_path, Wanted(name, size)))
+    assert (found["named"], found["beside"]) == (name, [])
+
+
+def test_periodogram_names_a_line_in_time(tmp_path: Path) -> None:
+    found = find_subject("periodogram_rule")(written(tmp_path, Wanted("vibration", 1.0), seed=5))
+    assert found["named"] == "vibration"
+
+
+@pytest.mark.parametrize("hidden", [("thermal_eccentricity", 0.9), ("reference_drift", 3.0)])
+def test_gaussian_process_sees_a_discrepancy_and_has_no_name_for_it(
+    tmp_path: Path, hidden: tuple[str, float]
+) -> None:
+    found = find_subject("gaussian_process")(written(tmp_path, Wanted(*hidden)))
+    assert (found["verdict"], found["named"]) == ("unknown", None)
+
+
+@pytest.mark.parametrize("subject", PEERS)
+def test_a_lean_set_is_answered_too(tmp_path: Path, subject: str) -> None:
+    folder = tmp_path / "set"
+    write_measurement_set(folder, simulate_set([], lean().smaller(600, 0), 4).measurement)
+    assert find_subject(subject)(folder)["verdict"] in VERDICTS
+
+
+def test_an_index_that_does_not_repeat_is_no_effect(tmp_path: Path) -> None:
+    # The model of the peers has an offset a run, held by the index's repeatability of one count.
+    folder = tmp_path / "set"
+    made = simulate_set([], full().smaller(1500, 5), 4, index_scatter_counts=1)
+    write_measurement_set(folder, made.measurement)
+    assert find_subject("stepwise_bic")(folder)["verdict"] == "adequate"
+
+
+def test_gain_of_a_place_is_that_of_a_fit_of_all_columns(tmp_path: Path) -> None:
+    fit = Fit(problem(written(tmp_path, Wanted("vibration", 1.0))))
+    columns = fit.whole(fit.given.on_disc(np.array([33, 34])))
+    gains, ranks = _gains(fit, columns, fit.scaled_left)
+    scaled = fit.data / fit.scale
+    for place in (0, 1):
+        both = np.hstack([fit.basis, columns[:, place, :]])
+        left = scaled - both @ np.linalg.lstsq(both, scaled)[0]
+        fall = float(fit.scaled_left @ fit.scaled_left - left @ left)
+        assert gains[place] == pytest.approx(fall, rel=1e-6)
+    assert ranks.tolist() == [2, 2]
+
+
+def test_waves_by_multiplication_are_those_of_cosine_and_sine() -> None:
+    angle, orders = np.linspace(-9.0, 30.0, 50), np.arange(21, 53)
+    phase = np.multiply.outer(angle, orders)
+    expected = np.stack([np.cos(phase), np.sin(phase)], axis=2)
+    # 32 multiplications, and orders · angle of 1,600 rad in float64.
+    np.testing.assert_allclose(waves(angle, orders), expected, atol=1e-12)
+
+
+def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    said = {"arctrue": ("adequate", 3), "stepwise_bic": ("named", 2)}
+    with pytest.raises(AnswersError, match="no subject has answered"):
+        score_beside(tmp_path)
+    for name, (verdict, number) in said.items():
+        with Store(tmp_path / name, {"kind": "test"}) as store:
+            for task in plan.tasks(name)[:number]:
+                answer = {"verdict": verdict, "named": "vibration"}
+                store.add(task, {"truth": truth, "answer": answer}, 1.0)
+    found = score_beside(tmp_path)
+    rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
+    assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
+    facts = {"tier": "quick", "seed": 1, "sets": 60, "generator": "g", "scoring": "s"}
+    text = page(facts, {"arctrue": "a"}, found["arctrue"], found)
+    assert "The same 2 of the frozen public sets" in text
+    assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text
+
+
+def test_every_subject_is_told_on_the_page() -> None:
+    assert set(PEERS_TOLD) == set(SUBJECTS)
+
+
+def test_a_subject_without_its_library_is_an_error_for_people(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    module = "arctrue.studies.benchmark.peers.gaussian_process"
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    monkeypatch.setitem(sys.modules, "sklearn.exceptions", None)
+    with pytest.raises(ValueError, match=r"pip install 'arctrue\[peers\]'"):
+        find_subject("gaussian_process")

@@ -1,0 +1,37 @@
+"""The committed page is what the committed JSON gives, and says what the figures say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from arctrue.report.methods_page import methods_page, plot_methods
+
+ROOT = Path(__file__).resolve().parents[4]
+FOUND = json.loads((ROOT / "docs" / "data" / "methods.json").read_text(encoding="utf-8"))
+
+
+def test_page_and_json_agree() -> None:
+    page = (ROOT / "docs" / "methods.md").read_text(encoding="utf-8")
+    assert page == methods_page(FOUND), "arctrue methods --page docs/methods.md --json ..."
+
+
+def test_a_third_head_pays_for_blind_orders_and_a_fourth_for_the_axis() -> None:
+    """What the page's last section claims, from the figures."""
+    rms = {one["name"]: one["rms_arcsec"] for one in FOUND["methods"]}
+    assert rms["four_heads_least_squares"] < 0.1 * rms["three_heads_least_squares"]
+    assert rms["three_heads_least_squares"] > 0.8 * rms["two_heads_least_squares"]
+    pair, third, _, _ = FOUND["places"]
+    assert pair["worst_gain_to_128"] is None
+    assert third["worst_gain_to_128"] < 3.0
+
+
+def test_the_picture_is_written(tmp_path: Path) -> None:
+    text = plot_methods(FOUND, tmp_path).read_text(encoding="utf-8")
+    assert "Two heads, least squares" in text
+
+
+def test_every_method_is_on_the_page() -> None:
+    page = methods_page(FOUND)
+    for one in FOUND["methods"]:
+        assert page.count(f"| {one['title']} |") == 2

@@ -1,0 +1,125 @@
+"""A line without a name: any order or frequency, with its σ, and only what the data can know."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.model.growth import add_effect
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+NOISE_ARCSEC = 0.2
+
+
+def _reference(
+    lines: list[tuple[float, float]] = (),  # type: ignore[assignment]
+    *,
+    in_time: tuple[float, float] | None = None,
+    speeds_deg_s: tuple[float, ...] = (2.0,),
+    turns: float = 3.0,
+    teeth: float | None = None,
+    step_deg: float = 1.0,
+) -> Observations:
+    """One head against a reference on the move; orders with amplitudes, and one line in time."""
+    random = np.random.default_rng(11)
+    targets, times, runs = [], [], []
+    start = 0.0
+    for run, speed in enumerate(speeds_deg_s):
+        target = np.arange(round(turns * 360.0 / step_deg)) * step_deg
+        targets.append(target)
+        times.append(start + target / speed)
+        runs.append(np.full(target.size, run))
+        start = float(times[-1][-1]) + 60.0
+    target, time = np.concatenate(targets), np.concatenate(times)
+    error = 4.0 * np.cos(np.radians(target) + 0.3)
+    for order, size in lines:
+        error += size * np.cos(order * np.radians(target) + 0.9)
+    if in_time is not None:
+        error += in_time[1] * np.cos(2.0 * np.pi * in_time[0] * time + 0.4)
+    error += random.normal(0.0, NOISE_ARCSEC, target.size)
+    reference = Reference(
+        target_deg=target, error_arcsec=error, time_s=time, run=np.concatenate(runs)
+    )
+    table = Table(drive_gear_teeth=teeth)
+    return observations_of(MeasurementSet(table, None, reference, title="one head"))
+
+
+def _diagnosed(observations: Observations) -> Diagnosis:
+    return diagnose(observations, default_model().terms(EFFECTS), EFFECTS)
+
+
+def test_a_line_of_a_real_order_is_named_with_its_order() -> None:
+    order, size, turns = 37.43, 0.6, 3.0
+    found = _diagnosed(_reference([(order, size)], turns=turns))
+    assert found.named is not None
+    assert found.named.name == "periodic_error"
+    parameters = found.named.parameters()
+    # Cramér–Rao bound of a frequency (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591).
+    rows = turns * 360
+    least_sigma = np.sqrt(6.0 / rows) * NOISE_ARCSEC / (np.pi * size * turns)
+    assert parameters["order"].sigma == pytest.approx(least_sigma, rel=0.25)
+    assert parameters["order"].value == pytest.approx(order, abs=4.0 * least_sigma)
+    assert parameters["amplitude"].value == pytest.approx(
+        size, abs=4.0 * NOISE_ARCSEC * np.sqrt(2.0 / rows)
+    )
+    # One speed, 2 °/s: 37.43 periods in 180 s.
+    assert parameters["period_time"].value == pytest.approx(180.0 / order, rel=1e-3)
+    assert parameters["frequency"].value == pytest.approx(order / 180.0, rel=1e-3)
+    relative = parameters["order"].sigma / parameters["order"].value
+    assert parameters["period"].sigma == pytest.approx(relative * 360.0 / order, rel=0.01)
+
+
+def test_without_a_disc_nothing_is_said_of_one() -> None:
+    """A whole order of a reference alone may be a gear's or a motor's as well as the encoder's."""
+    said = " ".join(sentences(_diagnosed(_reference([(40.0, 0.6)]))))
+    assert "Missing: periodic_error." in said
+    assert "disc" not in said
+    assert "ruled" not in said
+    assert "which one speed cannot tell" in said
+
+
+def test_two_speeds_tell_an_order_from_a_frequency() -> None:
+    fast_and_slow = (2.0, 3.4)
+    in_angle = _diagnosed(_reference([(37.43, 0.6)], speeds_deg_s=fast_and_slow))
+    in_time = _diagnosed(_reference(in_time=(0.137, 0.6), speeds_deg_s=fast_and_slow))
+    for found, parameter, value in ((in_angle, "order", 37.43), (in_time, "frequency", 0.137)):
+        assert found.named is not None
+        assert found.named.name == "periodic_error"
+        assert found.named.parameters()[parameter].value == pytest.approx(value, rel=1e-3)
+    assert "fixed to time" in " ".join(sentences(in_time))
+    assert "fixed to the angle or to the drive" in " ".join(sentences(in_angle))
+
+
+def test_it_is_added_again_for_the_next_line() -> None:
+    observations = _reference([(37.43, 0.6), (61.8, 0.4)])
+    model = default_model()
+    for _ in range(2):
+        model, solution = add_effect(model, "periodic_error", {}, observations, EFFECTS, "set")
+    orders = [entry.search["order"] for entry in model.effects if entry.name == "periodic_error"]
+    assert orders == pytest.approx([37.43, 61.8], abs=0.02)
+    assert [step.action for step in model.history] == ["fit", "add", "add"]
+    held_out = [step.heldout_rms_arcsec["reference"] for step in model.history]
+    assert held_out[0] > held_out[1] > held_out[2]
+    left = solution.reference_residual_arcsec()
+    assert left is not None
+    assert float(np.sqrt(np.mean(left**2))) == pytest.approx(NOISE_ARCSEC, rel=0.06)
+
+
+def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
+    """A worm, a belt and a motor: 53.71 periods a turn, as the set states."""
+    found = _diagnosed(_reference([(53.71, 0.6)], teeth=53.71))
+    assert found.named is not None
+    assert found.named.name == "drive_gear_error"
+    assert found.effect_class == ["drive_gear_error"]
+    assert found.named.effect.lanes(np.array([0.1, 0.2]), {}, found.observations, None) == []
+
+
+def test_nothing_is_named_in_noise_alone() -> None:
+    assert _diagnosed(_reference(speeds_deg_s=(2.0, 3.4))).named is None

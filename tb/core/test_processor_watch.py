@@ -1,0 +1,7 @@
+"""The watch of the processor in GHDL."""
+
+from tb.support.simulation import simulate
+
+
+def test_processor_watch() -> None:
+    simulate("processor_watch", "tb.core.processor_watch_bench")
