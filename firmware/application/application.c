@@ -721,6 +721,15 @@ static void follow_temperature(struct application *application) {
     }
 }
 
+/* Of the model that is judged next, or else of the one that is at work. */
+static const struct thermal *thermal_in_use(const struct application *application) {
+    if (application->saved_state == SAVED_WAITING) {
+        return &application->save->content.thermal;
+    }
+    const struct load *load = &application->load;
+    return load->state == LOAD_WAITING ? &load->received_thermal : &load->thermal;
+}
+
 static void read_table_temperature(struct application *application) {
     const struct parameters *parameters = &application->parameters;
     const struct temperature_limits limits = {
@@ -728,7 +737,7 @@ static void read_table_temperature(struct application *application) {
         .still_s = parameters->temperature_still_s,
     };
     table_temperature_follow(&application->table, &limits,
-                             application->load.thermal.time_constant_ms / 1000.0,
+                             thermal_in_use(application)->time_constant_ms / 1000.0,
                              seconds(application));
 }
 

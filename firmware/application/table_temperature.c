@@ -10,8 +10,11 @@
 #define MOST_C 150.0
 /* So many in a row are no accident. */
 enum { FAILURES_MOST = 3 };
-/* The slope is that of the latest part of the time constant; noise is larger by as much. */
-#define LAG_SHARE 8.0
+/* The slope is that of the latest part of the time constant: a longer one smooths more, and is late where
+   the slope itself changes. */
+#define LAG_SHARE 32.0
+/* The slope is known before a model comes that needs it. */
+#define LEAST_FILTER_S 2.0
 
 const char *temperature_source_name(enum temperature_source source) {
     static const char *const names[] = {"none", "host", "sensor"};
@@ -68,8 +71,7 @@ static bool read_now(const struct table_temperature *table, double *celsius) {
 static void take(struct table_temperature *table, double celsius, double time_constant_s,
                  double now_s) {
     double passed = now_s - table->read_s;
-    double filter_s = time_constant_s / LAG_SHARE;
-    double decay = filter_s > 0.0 ? exp(-passed / filter_s) : 0.0;
+    double decay = exp(-passed / fmax(time_constant_s / LAG_SHARE, LEAST_FILTER_S));
     double foretold = table->level_c + table->slope * passed;
     double off = celsius - foretold;
     table->level_c = foretold + (1.0 - decay * decay) * off;
@@ -84,7 +86,7 @@ static void take(struct table_temperature *table, double celsius, double time_co
     table->failures = 0;
     table->state = TEMPERATURE_GOOD;
     table->celsius =
-        filter_s > 0.0 ? table->level_c + time_constant_s * table->slope : celsius;
+        time_constant_s > 0.0 ? table->level_c + time_constant_s * table->slope : celsius;
 }
 
 static void read_sensor(struct table_temperature *table, const struct temperature_limits *limits,

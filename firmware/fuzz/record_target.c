@@ -34,7 +34,7 @@ static bool read(void *context, uint32_t address, uint32_t *words, uint32_t numb
     require(address % 4 == 0);
     for (uint32_t word = 0; word < number; word++) {
         uint32_t place = address / 4 + word;
-        words[word] = place < 2 * SAVED_WORDS_MOST ? fuzz.flash[0][place] : 0xFFFFFFFFU;
+        words[word] = place < 2 * SAVED_WORDS_MOST ? (&fuzz.flash[0][0])[place] : 0xFFFFFFFFU;
     }
     return true;
 }

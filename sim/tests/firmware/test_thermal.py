@@ -246,7 +246,7 @@ def test_the_lag_is_taken_off() -> None:
         found.append(table.celsius)
     behind = course.at(times) - np.array(found)
     assert (course.at(times) - shown)[-1] == pytest.approx(lag_s * rate, rel=0.02)
-    # After some time constants, of both, the steps times 8, and the rest of how the lag began.
+    # After some time constants the rest of how the lag began, and some of the steps, smoothed.
     late = behind[times > 240.0]
     assert abs(late.mean()) < 0.02
     assert np.abs(late).max() < 8 / 128

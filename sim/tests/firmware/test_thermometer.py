@@ -9,10 +9,13 @@ from sim.tests.firmware.i2c_model import Adt7420, I2cModel, Tmp117
 from sim.tests.firmware.library import firmware
 
 BUS_HZ = 650_000_000 // 6
+HELD: list[I2cModel] = []
+"""The C code holds pointers into a model for as long as its thermometer is read."""
 
 
 def found(model: I2cModel) -> Any:
     ffi, library = firmware()
+    HELD.append(model)
     library.i2c_prepare(model.access, BUS_HZ)
     thermometer = ffi.new("struct thermometer *")
     library.thermometer_find(thermometer, model.access)
