@@ -124,7 +124,7 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-mutate: generate ## break VHDL and guards of the diagnosis, one a time, and see each caught by its test
+mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
 
 site: generate ## the documentation site: build/site/index.html

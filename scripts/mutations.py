@@ -1,26 +1,13 @@
-"""Ways to break the VHDL, and the test that must notice each; see scripts/mutate.py.
+"""Ways to break the VHDL and the firmware's C, and the test that must notice each.
 
-``old`` stands exactly once in ``file``. A mutation is worth its place when it is a slip that a
-person could make and that another test would not show at once.
+See scripts/mutate.py; those of the C are in scripts/firmware_mutations.py.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
-
-@dataclass(frozen=True)
-class Mutation:
-    """One wrong text in one file, and the pytest test that fails because of it."""
-
-    name: str
-    fault: str
-    file: str
-    old: str
-    new: str
-    test: str
-
+from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(

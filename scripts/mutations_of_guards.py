@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from scripts.mutations import Mutation
+from scripts.mutation import Mutation
 
 DIAGNOSE = "sim/arctrue/workbench/diagnose"
 GUARDS = "sim/tests/workbench/diagnose/test_guards.py"

@@ -51,6 +51,9 @@ static const struct parameter_description descriptions[] = {
      PLACE(alarm_separation_arcsec)},
     /* The commercial grade's die. */
     {"alarm_temperature_c", -55, 150, 85, false, false, PLACE(alarm_temperature_c)},
+    {"temperature_step_counts", 0.01, 1000, 0.5, false, false, PLACE(temperature_step_counts)},
+    {"temperature_jump_k", 0.01, 100, 1, false, false, PLACE(temperature_jump_k)},
+    {"temperature_still_s", 0, 1e6, 900, false, false, PLACE(temperature_still_s)},
 };
 
 uint32_t parameters_number(void) {

@@ -41,6 +41,12 @@ struct parameters {
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
+    /* A change of the correction by the temperature that is worth a new bank. */
+    double temperature_step_counts;
+    /* What the table cannot do from one reading of its thermometer to the next, and how long it
+       may say the same. */
+    double temperature_jump_k;
+    double temperature_still_s;
 };
 
 struct parameter_description {
