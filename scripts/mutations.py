@@ -1,6 +1,6 @@
-"""Ways to break the VHDL and the firmware's C, and the test that must notice each.
+"""Ways to break the VHDL, and the test that must notice each.
 
-See scripts/mutate.py; those of the C are in scripts/firmware_mutations.py.
+See scripts/mutate.py; those of the C and of the diagnosis are in lists of their own.
 """
 
 from __future__ import annotations
