@@ -22,7 +22,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -106,11 +106,9 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-bench: generate ## how long diagnosis, the firmware's calibration and the instrument take, and how that grows
-	$(VENV)/python -m scripts.bench_workbench
-	$(VENV)/python -m scripts.bench_firmware
+bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.bench_instrument
+	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
 blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
@@ -126,8 +124,12 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
+mutate: generate ## break VHDL and guards of the diagnosis, one a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
+
+site: generate ## the documentation site: build/site/index.html
+	@NO_MKDOCS_2_WARNING=1 $(VENV)/mkdocs build --quiet
+	@echo "build/site/index.html"
 
 # One version of a package for every Python, not the newest for each: types and figures are the
 # same on all systems.

@@ -1,4 +1,4 @@
-"""Writes the documents that are made from the sources: entity pages, registers, a picture.
+"""Writes the documents made from the sources: entities, registers, commands, API, a picture.
 
 Run ``python -m scripts.make_docs``; with ``--check`` nothing is written, and documents that differ
 from their sources are named (exit code 1). The pages are committed, so that they can be read
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scripts.data_way import draw
+from scripts.reference_pages import api_page, commands_page
 from scripts.register_page import register_page
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -28,6 +29,7 @@ WAY = (
     "harmonic",
     "compensation",
     "quadrature_output",
+    "signals",
     "registers",
     "core",
 )
@@ -319,6 +321,8 @@ def documents(root: Path) -> dict[Path, str]:
     package = (root / NUMBER_FORMATS).read_text(encoding="utf-8")
     made[Path("docs/number-formats.md")] = number_formats_page(package)
     made[Path("docs/registers.md")] = register_page(root)
+    made[Path("docs/commands.md")] = commands_page()
+    made[Path("docs/api.md")] = api_page()
     made[Path("docs/images/data_way.svg")] = draw()
     return made
 

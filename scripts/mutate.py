@@ -1,4 +1,4 @@
-"""Breaks the VHDL on purpose, one mutation at a time, and sees whether the named test notices.
+"""Breaks VHDL and guards of the diagnosis, one mutation a time, and sees if the named test notices.
 
 ``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them. It works in a copy of
 the tree; the tree itself is not touched. Exit code 1 when a mutation survives, 2 when the list
@@ -15,7 +15,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from scripts.mutations import MUTATIONS, Mutation
+from scripts.mutations import VHDL_MUTATIONS, Mutation
+from scripts.mutations_of_guards import GUARD_MUTATIONS
+
+MUTATIONS = (*VHDL_MUTATIONS, *GUARD_MUTATIONS)
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("rtl", "tb", "sim", "scripts", "build/generated", "pyproject.toml", "conftest.py")

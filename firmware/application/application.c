@@ -156,16 +156,37 @@ static void recover_saved(struct application *application) {
     }
 }
 
-static struct core_setup setup_of(const struct parameters *parameters) {
+/* The registers' units: 2^-35 count a clock, and 2^-59 count a clock and clock. */
+#define RATE_UNIT 0x1p35
+#define ACCELERATION_UNIT 0x1p59
+
+static uint32_t register_of(double value) {
+    return value < (double)UINT32_MAX ? (uint32_t)(value + 0.5) : UINT32_MAX;
+}
+
+/* The same angle a second whatever the counts of a turn are. */
+static struct core_setup setup_of(const struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    double clock_hz = application->configuration.clock_hz;
+    double counts_an_arcsec = parameters->counts_per_rev / ARCSEC_PER_TURN;
+    double counts_a_clock = parameters->ramp_arcsec_s * counts_an_arcsec / clock_hz;
+    double counts_a_clock_2 =
+        parameters->ramp_arcsec_s2 * counts_an_arcsec / (clock_hz * clock_hz);
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
         .sample_period = (uint32_t)parameters->sample_period,
-        .ramp_rate = (uint32_t)parameters->ramp_rate,
+        .ramp_rate = register_of(counts_a_clock * RATE_UNIT),
+        .ramp_acceleration = register_of(counts_a_clock_2 * ACCELERATION_UNIT),
         .output_spacing = (uint32_t)parameters->output_spacing,
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
         .heal = parameters->heal != 0.0,
+        .head1_input = (uint32_t)parameters->head1_input,
+        .head2_input = (uint32_t)parameters->head2_input,
+        .output_pins = (uint32_t)parameters->output_pins,
+        .alarm = (uint32_t)parameters->release_sources << 8 |
+                 (uint32_t)parameters->alarm_sources,
     };
 }
 
@@ -230,14 +251,16 @@ static void forget_zeros(struct application *application) {
 }
 
 void application_start(struct application *application) {
-    struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
     begin_with_nothing(application);
     if (application->saved_state == SAVED_NOT_CONFIRMED) {
         application->saved_state = SAVED_WAITING;
     }
-    if (!core_identify(&application->core, &application->configuration) ||
-        !core_set_up(&application->core, &setup)) {
+    if (!core_identify(&application->core, &application->configuration)) {
+        return;
+    }
+    struct core_setup setup = setup_of(application);
+    if (!core_set_up(&application->core, &setup)) {
         return;
     }
     forget_zeros(application);
@@ -260,8 +283,11 @@ static void hold(struct application *application) {
    core of before. */
 static bool resume(struct application *application) {
     const struct core_access *core = &application->core;
-    struct core_setup setup = setup_of(&application->parameters);
-    if (!core_identify(core, &application->configuration) || !core_resume(core, &setup)) {
+    if (!core_identify(core, &application->configuration)) {
+        return false;
+    }
+    struct core_setup setup = setup_of(application);
+    if (!core_resume(core, &setup)) {
         return false;
     }
     begin_with_nothing(application);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
 
 _REORDERING = frozenset("\u200e\u200f\u061c\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
@@ -28,6 +29,15 @@ def harmless(text: str, keep: str = "\n\t") -> str:
 def one_line(text: str) -> str:
     """``text`` of a file as one harmless line: line breaks and tabs are escaped too."""
     return harmless(text, keep="")
+
+
+def time_left(seconds: float) -> str:
+    """``45 s``, ``3 min``, ``1.5 h``; ``?`` where nobody can tell yet."""
+    if not math.isfinite(seconds):
+        return "?"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def _harmful(letter: str) -> bool:

@@ -15,6 +15,7 @@ from rich.progress import Progress as Bar
 
 from arctrue.cli._progress import SECONDS_BETWEEN_LINES, progress_console
 from arctrue.cli._terminal import note, tell_error
+from arctrue.printable import time_left
 from arctrue.studies.campaign import CampaignError, Interrupted, Speed
 
 EXIT_INTERRUPTED = 130
@@ -100,16 +101,8 @@ class CampaignBar:
 
     def show(self, speed: Speed) -> None:
         """How far it has come."""
-        told = f"{speed.tasks_per_s:.2g} {self._what}/s, {_left(speed.seconds_left)} left"
+        told = f"{speed.tasks_per_s:.2g} {self._what}/s, {time_left(speed.seconds_left)} left"
         self._bar.update(self._task, completed=speed.done, total=speed.total, told=told)
         if self._bar.disable and time.monotonic() - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = time.monotonic()
             note(f"{speed.done} of {speed.total} {self._what}, {told}")
-
-
-def _left(seconds: float) -> str:
-    if seconds == float("inf"):
-        return "?"
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -8,10 +8,13 @@ from types import TracebackType
 from typing import Self
 
 from arctrue.cli._terminal import Console
+from arctrue.printable import time_left
 
 progress_console = Console(stderr=True)
 
 SECONDS_BETWEEN_LINES = 10.0
+MOST_SHARE = 0.99
+"""What is told of a command that takes more steps than was thought."""
 LONG_FILE_BYTES = 64 << 20
 """Shorter files are read before anybody could read a line about it."""
 
@@ -21,9 +24,12 @@ class Progress:
 
     _present: Progress | None = None
 
-    def __init__(self, doing: str) -> None:
-        """Starts with what is being done, in words."""
+    def __init__(self, doing: str, *, steps: int = 0) -> None:
+        """Starts with what is being done, in words; ``steps``: how many will follow, about."""
         self._doing = doing
+        self._steps = steps
+        self._done = 0
+        self._begun = time.monotonic()
         self._status = progress_console.status(doing)
         self._last_line = time.monotonic()
 
@@ -44,9 +50,15 @@ class Progress:
         self._status.stop()
 
     def now(self, doing: str) -> None:
-        """Another step begins."""
+        """Another step begins; with ``steps``, how far that is and how long the rest may take."""
         self._doing = doing
-        self._show(doing)
+        if self._steps:
+            share = min(self._done / self._steps, MOST_SHARE)
+            self._done += 1
+            passed = time.monotonic() - self._begun
+            left = time_left(passed * (1.0 - share) / share) if share else "?"
+            self._doing = f"{doing} ({100.0 * share:.0f} %, {left} left)"
+        self._show(self._doing)
 
     def keep(self, text: str) -> None:
         """A line that stays, above the live one."""
@@ -55,14 +67,14 @@ class Progress:
     def read(self, path: Path, done: int, total: int) -> None:
         """Bytes of a file that are read."""
         if total >= LONG_FILE_BYTES:
-            self._show(f"reading {path.name}: {done / total:.0%} of {total / 1e6:.0f} MB")
+            self._show(f"reading {path.name}: {100.0 * done / total:.0f} % of {total / 1e6:.0f} MB")
 
     @staticmethod
     def rows(done: int, total: int) -> None:
         """Rows that a pass over a long capture has done, in whatever step is shown now."""
         step = Progress._present
         if step is not None:
-            step._show(f"{step._doing}: {done / total:.0%} of {total:,} rows")
+            step._show(f"{step._doing}: {100.0 * done / total:.0f} % of {total:,} rows")
 
     def _show(self, text: str) -> None:
         self._status.update(text)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 from arctrue.calibration import acceptance
 from arctrue.calibration.comparison import Comparison, compare
+from arctrue.cli._figures import figure
+from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import Console
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
@@ -43,15 +44,15 @@ class ReferenceCalibration:
             f"1 to {self.most_order} apart",
             soft_wrap=True,
         )
-        table = Table(
-            title="Orders of the error, as a function of the reading", title_justify="left"
+        orders = table(
+            "Orders of the error, as a function of the reading",
+            number("order"),
+            number("amplitude ″"),
         )
-        table.add_column("order", justify="right")
-        table.add_column("amplitude ″", justify="right")
         for order, amplitude in zip(self.orders, self.amplitudes_arcsec, strict=True):
-            table.add_row(str(order), f"{amplitude:.4f}")
+            orders.add_row(str(order), figure(amplitude, 4))
         console.print()
-        console.print(table)
+        console.print(orders)
         for text in self.left_out:
             console.print(f"not applied: {text}", soft_wrap=True)
 
@@ -83,7 +84,7 @@ def calibrate_from_reference(
             "another controller: arctrue export SET --format"
         )
     observations = observations_of(measurement)
-    rows, reference = observations.reference, measurement.reference
+    rows, reference = observations.every_reference_row, measurement.reference
     if rows is None or reference is None:
         raise ValueError("the set has neither a capture nor a reference run")
     effects = catalogue([])

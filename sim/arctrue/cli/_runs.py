@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from rich.table import Table as Grid
 
+from arctrue.cli._figures import figure
+from arctrue.cli._tables import number, table
 from arctrue.cli._workbench import console
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.runs import run_spans
@@ -31,10 +32,8 @@ def _print(part: Capture | Reference, counts_per_rev: float) -> None:
         label, what = "reference", "error"
         angle_deg, value = part.target_deg, part.error_arcsec
     run = np.zeros(value.size, dtype=np.int64) if part.run is None else part.run
-    grid = Grid(title=f"{label}: {value.size:,} rows")
     headings = ("run", "rows", "from °", "to °", "seconds", "°C", f"{what}\nmean ″", "RMS\nof it ″")
-    for heading in headings:
-        grid.add_column(heading, justify="right")
+    grid = table(f"{label}: {value.size:,} rows", *map(number, headings))
     spans = run_spans(run)
     for start, end in spans[:SHOWN_RUNS]:
         seconds = math.nan if part.time_s is None else part.time_s[end - 1] - part.time_s[start]
@@ -42,17 +41,13 @@ def _print(part: Capture | Reference, counts_per_rev: float) -> None:
         grid.add_row(
             str(run[start]),
             f"{end - start:,}",
-            f"{angle_deg[start]:.3f}",
-            f"{angle_deg[end - 1]:.3f}",
-            _figure(seconds),
-            _figure(celsius),
-            f"{value[start:end].mean():.3f}",
-            f"{value[start:end].std():.3f}",
+            figure(angle_deg[start], 3),
+            figure(angle_deg[end - 1], 3),
+            figure(seconds, 1),
+            figure(celsius, 1),
+            figure(value[start:end].mean(), 3),
+            figure(value[start:end].std(), 3),
         )
     console.print(grid)
     if len(spans) > SHOWN_RUNS:
         console.print(f"and {len(spans) - SHOWN_RUNS} more runs")
-
-
-def _figure(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:.1f}"

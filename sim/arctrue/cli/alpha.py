@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.table import Table
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._tables import number, table
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
@@ -48,13 +48,12 @@ def alpha(
 
     asked = sorted({*orders, 40}) if page_file is not None and orders else orders
     found = plain(choose(alpha_deg, tuple(asked) or ORDERS))
-    table = Table(title="Two heads: noise gain by α", title_justify="left")
-    for heading in ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    headings = ("orders", "α", "worst gain", "order 1", "noise ″", "mounting ″", "blind")
+    gains = table("Two heads: noise gain by α", *map(number, headings))
     for choice in found["choices"]:
         for one in (choice["given"], *choice["best"]):
             worst = one["worst_gain"]
-            table.add_row(
+            gains.add_row(
                 f"1 to {choice['most_order']}",
                 f"{one['alpha_deg']:.3f}°",
                 "∞" if worst is None else f"{worst:.3g} at {one['worst_order']}",
@@ -63,8 +62,8 @@ def alpha(
                 "∞" if one["by_mounting_arcsec"] is None else f"{one['by_mounting_arcsec']:.4f}",
                 ", ".join(map(str, one["blind"][:3])),
             )
-        table.add_section()
-    console.print(table)
+        gains.add_section()
+    console.print(gains)
     write_json(json_file, found)
     if page_file is not None or out is not None:
         from arctrue.report.alpha_page import alpha_page, plot_alpha

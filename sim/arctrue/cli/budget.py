@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.table import Table
 
 from arctrue.calibration.calibration import calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError
+from arctrue.cli._figures import figure, true_minus
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
 from arctrue.cli._workbench import (
     Workbench,
@@ -32,7 +33,6 @@ from arctrue.metrology.budget import (
     two_heads_budget,
 )
 from arctrue.metrology.correction import Correction
-from arctrue.report.numbers import decimal
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.stations import model_of_stations
 
@@ -121,8 +121,9 @@ def _budget(bench: Workbench, model_file: Path | None, temperature: float | None
         except CaptureRefusedError as refusal:
             raise ValueError(f"the capture cannot be used ({refusal.reason}): {refusal}") from None
     model = bench.model
-    if model_file is None and observations.reference is not None:
-        model = model_of_stations(observations.reference)
+    stations = observations.every_reference_row
+    if model_file is None and stations is not None:
+        model = model_of_stations(stations)
     with Progress("fitting"):
         model, _ = fitted(model, observations, bench.effects)
     correction = Correction.of_model(model, observations, bench.effects, temperature_c=temperature)
@@ -143,21 +144,22 @@ def _print(made: Budget) -> None:
     from arctrue.report.budget_report import freedom, outcome
 
     say(f"Calibration: {made.method}\n")
-    table = Table(title="Error of indication after correction, ″", title_justify="left")
-    table.add_column("quantity")
-    table.add_column("distribution")
-    for heading in ("size", "cᵢ", "uᵢ", "νᵢ"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    contributions = table(
+        "Error of indication after correction, ″",
+        words("quantity"),
+        words("distribution"),
+        *map(number, ("size", "cᵢ", "uᵢ", "νᵢ")),
+    )
     for one in made.contributions:
-        table.add_row(
+        contributions.add_row(
             f"{one.quantity} ({one.evaluation})",
             one.distribution,
-            decimal(one.size_arcsec, 4),
-            f"{one.sensitivity:.3g}",
-            decimal(one.u_arcsec, 4),
+            figure(one.size_arcsec, 4),
+            true_minus(f"{one.sensitivity:.3g}"),
+            figure(one.u_arcsec, 4),
             freedom(one.degrees_of_freedom),
         )
-    console.print(table)
+    console.print(contributions)
     console.print(outcome(made), soft_wrap=True)
     if (at_angle := made.u_by_angle_arcsec) is not None:
         console.print(

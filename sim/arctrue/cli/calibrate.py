@@ -12,7 +12,6 @@ from typing import Any, NoReturn
 import click
 import numpy as np
 from click.core import ParameterSource
-from rich.table import Table
 
 from arctrue.calibration import calibration as calibration_module
 from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSettings
@@ -20,9 +19,11 @@ from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.calibration.comparison import Comparison, Extent, extent
 from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
@@ -263,9 +264,7 @@ def _capture_name(folder: Path) -> str:
 
 
 def _console() -> Console:
-    console = Console(highlight=False)
-    # A file or a pipe has no width of its own; the table needs this much.
-    return console if console.is_terminal else Console(highlight=False, width=110)
+    return Console(highlight=False)
 
 
 def _print_summary(console: Console, calibration: Calibration, method: str) -> None:
@@ -288,7 +287,7 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
         if not math.isfinite(separation.u_rad):
             return f"not determined ({separation.note})"
         off = (separation.value_rad - nominal.value_rad) * ARCSEC_PER_RAD
-        return f"{off:+.2f}″ (u = {separation.u_rad * ARCSEC_PER_RAD:.2f}″)"
+        return f"{figure(off, 2, signed=True)}″ (u = {separation.u_rad * ARCSEC_PER_RAD:.2f}″)"
 
     console.print(
         f"head separation: {math.degrees(estimate.head_separation_rad):.6f}°, "
@@ -302,46 +301,43 @@ def _print_summary(console: Console, calibration: Calibration, method: str) -> N
 
 def _print_orders(console: Console, calibration: Calibration) -> None:
     estimate = calibration.estimate
-    table = Table(title="Orders of the error, as a function of the reading", title_justify="left")
-    for heading in ("order", "amplitude ″", "u ″", "phase °", "u °", "noise gain"):
-        table.add_column(heading, justify="right")
-    table.add_column("applied, or why not")
+    orders = table(
+        "Orders of the error, as a function of the reading",
+        *map(number, ("order", "amplitude\n″", "u ″", "phase °", "u °", "noise\ngain")),
+        words("applied, or why not"),
+    )
     u_phase = np.degrees(estimate.u_phase_rad)
     for i, verdict in enumerate(calibration.verdicts):
         seen = bool(np.isfinite(estimate.noise_gain[i]))
         reason = "applied" if verdict.applied else verdict.reason
         notes = [flag for flag in verdict.flags if flag.split(":")[0] not in reason]
         known = seen and u_phase[i] < 60.0
-        table.add_row(
+        orders.add_row(
             str(verdict.order),
-            f"{estimate.amplitude_arcsec[i]:.4f}" if seen else "–",
-            f"{estimate.u_amplitude_arcsec[i]:.4f}" if seen else "–",
-            f"{math.degrees(estimate.phase_rad[i]):.2f}" if known else "–",
-            f"{u_phase[i]:.2f}" if known else "–",
-            f"{estimate.noise_gain[i]:.2f}" if seen else "∞",
+            figure(estimate.amplitude_arcsec[i] if seen else None, 4),
+            figure(estimate.u_amplitude_arcsec[i] if seen else None, 4),
+            figure(math.degrees(estimate.phase_rad[i]) if known else None, 2),
+            figure(u_phase[i] if known else None, 2),
+            figure(estimate.noise_gain[i], 2) if seen else "∞",
             "; ".join([reason, *notes]),
             style="bold" if verdict.applied else "dim",
         )
     console.print()
-    console.print(table)
+    console.print(orders)
 
 
 def _print_comparison(console: Console, comparison: Comparison) -> None:
-    table = Table(
-        title="Error against the reference run, through the gateware, ″", title_justify="left"
+    extents = table(
+        "Error against the reference run, through the gateware, ″",
+        words(),
+        *map(number, ("min", "max", "peak to\npeak", "RMS", "rows")),
     )
-    table.add_column("")
-    for heading in ("min", "max", "peak to peak", "RMS", "rows"):
-        table.add_column(heading, justify="right")
 
-    def row(name: str, of: Extent, number: int) -> None:
-        table.add_row(
+    def row(name: str, of: Extent, rows: int) -> None:
+        extents.add_row(
             name,
-            f"{of.lowest:.3f}",
-            f"{of.highest:.3f}",
-            f"{of.peak_to_peak:.3f}",
-            f"{of.rms:.3f}",
-            str(number),
+            *(figure(value, 3) for value in (of.lowest, of.highest, of.peak_to_peak, of.rms)),
+            f"{rows:,}",
         )
 
     for name, values in (("before", comparison.before_arcsec), ("after", comparison.after_arcsec)):
@@ -354,7 +350,7 @@ def _print_comparison(console: Console, comparison: Comparison) -> None:
     if comparison.noise is not None:
         row("scatter of the reference's repeats", comparison.noise, comparison.target_deg.size)
     console.print()
-    console.print(table)
+    console.print(extents)
 
 
 def _figures(calibration: Calibration, method: str, warnings: tuple[str, ...]) -> dict[str, Any]:

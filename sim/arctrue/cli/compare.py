@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.table import Table
 
-from arctrue.cli._figures import probability
+from arctrue.cli._figures import figure, probability
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import (
     common_options,
     console,
@@ -95,19 +95,21 @@ def _map_data(item: ResidualMap) -> dict[str, Any]:
 def _print(result: Comparison, names: list[str], *, fitted_here: bool) -> None:
     how = "fitted to this set" if fitted_here else "as stored"
     console.print(f"Model: {', '.join(names)}, {how}")
-    table = Table(title="What the model leaves")
-    for heading in ("channel", "rows", "RMS ″", "peak ″", "noise of repeats ″", "lack of fit p"):
-        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    left = table(
+        "What the model leaves",
+        words("channel"),
+        *map(number, ("rows", "RMS ″", "peak ″", "noise of\nrepeats ″", "lack of\nfit p")),
+    )
     for name, item in result.channels.items():
-        table.add_row(
+        left.add_row(
             name,
             f"{item.rows:,}",
-            f"{item.rms_arcsec:.4f}",
-            f"{item.peak_arcsec:.3f}",
-            f"{item.noise_arcsec:.4f}",
+            figure(item.rms_arcsec, 4),
+            figure(item.peak_arcsec, 3),
+            figure(item.noise_arcsec, 4),
             probability(item.lack_of_fit_p),
         )
-    console.print(table)
+    console.print(left)
     lacking = [name for name, item in result.channels.items() if item.lack_of_fit_p < SIGNIFICANCE]
     if not result.findings and lacking:
         console.print(
@@ -128,5 +130,5 @@ def _print_identifiability(told: Identifiability) -> None:
     for pair in told.correlated[:SHOWN_PAIRS]:
         console.print(
             f"Hard to tell apart: {pair.first} and {pair.second}, "
-            f"correlation {pair.correlation:+.3f}."
+            f"correlation {figure(pair.correlation, 3, signed=True)}."
         )

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._figures import figure
 from arctrue.cli._outputs import OutputFolder
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
-from arctrue.cli._workbench import for_people
+from arctrue.cli._workbench import console, for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
@@ -119,31 +121,52 @@ def _print_second(act: SecondAct) -> None:
 def _print_result(result: DemoResult) -> None:
     settings = result.settings
     arcsec = settings.arcsec_per_count
-    say(f"\nOutput against the true angle, one turn; a count is {arcsec:.2f}″ at this scale")
-    say(f"  {'':8}{'min':>9}{'max':>9}{'RMS':>9}  {'largest order':>14}")
+    console.print(
+        f"\nOutput against the true angle, one turn; a count is {arcsec:.2f}″ at this scale"
+    )
+    errors = table(
+        "Error, counts",
+        words(),
+        *map(number, ("min", "max", "RMS", "largest\norder", "which")),
+    )
     for name, turn in (("before", result.before), ("after", result.after)):
-        say(
-            f"  {name:8}{turn.lowest_counts:9.2f}{turn.highest_counts:9.2f}{turn.rms_counts:9.2f}"
-            f"  {turn.amplitude_counts.max():8.3f} (n={turn.worst_order})"
+        errors.add_row(
+            name,
+            figure(turn.lowest_counts, 2),
+            figure(turn.highest_counts, 2),
+            figure(turn.rms_counts, 2),
+            figure(float(turn.amplitude_counts.max()), 3),
+            str(turn.worst_order),
         )
-    say(
-        f"  limits: peak {settings.peak_limit_counts:g} counts, "
+    console.print(errors)
+    console.print(
+        f"limits: peak {settings.peak_limit_counts:g} counts, "
         f"each order {settings.order_limit_counts:g} count"
     )
-    say("\nLatency, clocks                 measured   Table 1")
+    latency = table("Latency, clocks", words(), number("measured"), number("Table 1"))
     for unit in result.latencies:
-        say(f"  {unit.unit:30}{unit.measured_clocks:8}{unit.paper_clocks:10}")
+        latency.add_row(unit.unit, str(unit.measured_clocks), str(unit.paper_clocks))
     measured = sum(unit.measured_clocks for unit in result.latencies)
     paper = sum(unit.paper_clocks for unit in result.latencies)
-    say(f"  {'together':30}{measured:8}{paper:10}")
-    say(f"  {'pin to pin':30}{result.pin_to_pin_clocks:8}")
-    say(f"\n{'Firmware':32}{'result':18}{'expected error ″':>16}{'with new ones ″':>18}")
+    latency.add_row("together", str(measured), str(paper))
+    latency.add_row("pin to pin", str(result.pin_to_pin_clocks), "–")
+    console.print(latency)
+    firmware = table(
+        "Firmware",
+        number("turn"),
+        words("result"),
+        number("expected\nerror ″"),
+        number("with new\nones ″"),
+    )
     for told in result.turns:
         reason = "" if told.reason == "none" else f", {told.reason.replace('_', ' ')}"
-        say(
-            f"  {f'turn {told.number}':30}{told.result + reason:18}"
-            f"{told.active_arcsec:16.2f}{told.candidate_arcsec:18.2f}"
+        firmware.add_row(
+            str(told.number),
+            told.result + reason,
+            figure(told.active_arcsec, 2),
+            figure(told.candidate_arcsec, 2),
         )
+    console.print(firmware)
     say(
         f"\n{'Within' if result.passed else 'Outside'} the limits; "
         f"{result.clocks_simulated:,} clocks simulated in {result.simulation_s:.0f} s, "

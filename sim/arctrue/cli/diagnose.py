@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
-from rich.table import Table
 
-from arctrue.cli._figures import probability
+from arctrue.cli._figures import figure, probability
 from arctrue.cli._guide import commands, steps
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import (
     common_options,
     console,
@@ -31,6 +31,8 @@ from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
+BESIDE_EFFECTS = 8
+"""Steps of a diagnosis besides those of the effects: fits, parts, noise and held-out rows."""
 SHOWN_AT_LEAST = 3
 """Candidates that add nothing are left out beyond these."""
 
@@ -67,7 +69,7 @@ def diagnose(
 ) -> None:
     """Say which physical effect the model lacks, or that the data cannot tell."""
     bench = load(measurement_set, model_file, folders)
-    with Progress("diagnosing") as progress:
+    with Progress("diagnosing", steps=len(bench.effects) + BESIDE_EFFECTS) as progress:
         terms = settle(bench.model, bench.observations, bench.effects)
         result = diagnose_model(
             bench.observations,
@@ -123,7 +125,7 @@ def _rows(item: Candidate) -> list[tuple[str, ...]]:
         "capture": item.solution.capture_sigma_arcsec,
         "reference": item.solution.reference_sigma_arcsec,
     }
-    first = (item.name, probability(item.p_corrected), f"{item.delta_bic:,.0f}".replace("-", "−"))
+    first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
     rows: list[tuple[str, ...]] = []
     for channel, value in after.items():
         if value is None:
@@ -132,9 +134,9 @@ def _rows(item: Candidate) -> list[tuple[str, ...]]:
         held_out = (
             "–"
             if fall is None
-            else f"{fall.fall_arcsec:.3f} ± {fall.standard_error_arcsec:.3f}".replace("-", "−")
+            else f"{figure(fall.fall_arcsec, 3)} ± {figure(fall.standard_error_arcsec, 3)}"
         )
-        rows.append((*(("", "", "") if rows else first), channel, f"{value:.3f}", held_out))
+        rows.append((*(("", "", "") if rows else first), channel, figure(value, 3), held_out))
     return rows
 
 
@@ -148,24 +150,21 @@ def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[st
 
 def _print(result: Diagnosis) -> None:
     if result.candidates:
-        table = Table(title="Candidates, best first")
-        # Two lines a heading: the table fits into 80 columns.
-        for heading in (
-            "effect",
-            "p",
-            "ΔBIC",
-            "channel",
-            "RMS\nafter ″",
-            "fall of RMS\nheld out ″",
-        ):
-            left = heading in ("effect", "channel")
-            table.add_column(heading, justify="left" if left else "right", overflow="fold")
+        candidates = table(
+            "Candidates, best first",
+            words("effect"),
+            number("p"),
+            number("ΔBIC"),
+            words("channel"),
+            number("RMS\nafter ″"),
+            number("fall of RMS\nheld out ″"),
+        )
         gaining = sum(item.delta_bic > 0.0 for item in result.candidates)
         shown = result.candidates[: min(SHOWN, max(gaining, SHOWN_AT_LEAST))]
         for item in shown:
             for row in _rows(item):
-                table.add_row(*row)
-        console.print(table)
+                candidates.add_row(*row)
+        console.print(candidates)
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)
             console.print(f"{more} more candidates are not shown; --json has all of them.")

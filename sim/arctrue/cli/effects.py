@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.table import Table
 from rich.text import Text
 
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._group import Commands
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import pairs, table, words
 from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, effects_for, for_people, load_model, write_json
 from arctrue.measurement import MeasurementSet, read_measurement_set
@@ -55,12 +55,12 @@ def effects(
     if context.invoked_subcommand is not None:
         return
     known = effects_for(load_model(model_file), model_file, folders)
-    table = Table(title="Effects", show_lines=True)
-    for heading in ("name", "what happens", "corrected by"):
-        table.add_column(heading)
+    listed = table(
+        "Effects", words("name"), words("what happens"), words("corrected by"), lines=True
+    )
     for name, effect in known.items():
-        table.add_row(name, effect.physics, CORRECTED_BY[effect.compensation])
-    console.print(table)
+        listed.add_row(name, effect.physics, CORRECTED_BY[effect.compensation])
+    console.print(listed)
     console.print("All of one: arctrue effects show NAME")
     write_json(json_file, {"schema": 1, "effects": [effect_data(item) for item in known.values()]})
 
@@ -76,7 +76,7 @@ def show(context: click.Context, name: str, json_file: Path | None) -> None:
     effect = effect_class(name, effects_for(load_model(model_file), model_file, folders))
     data = effect_data(effect)
     console.print(effect.name, style="bold")
-    grid = Table.grid(padding=(0, 2))
+    grid = pairs()
     for word, text in _lines(data):
         grid.add_row(Text(word, style="bold"), Text(text))
     console.print(grid)
@@ -145,12 +145,10 @@ def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> N
     wrong = []
     for name, kind in found.items():
         checks = checks_of(kind, observations, built_in())
-        table = Table(title=name, title_justify="left")
-        for heading in ("check", "", "what was found"):
-            table.add_column(heading, overflow="fold")
+        answers = table(name, words("check"), words(), words("what was found"))
         for one in checks:
-            table.add_row(one.question, one.outcome, one.words)
-        console.print(table)
+            answers.add_row(one.question, one.outcome, one.words)
+        console.print(answers)
         wrong += [f"{name}: {one.question}" for one in checks if one.outcome == "wrong"]
         data.append({"effect": name, "checks": [asdict(one) for one in checks]})
     write_json(json_file, {"schema": 1, "file": str(file), "effects": data})

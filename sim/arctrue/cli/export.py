@@ -5,14 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.table import Table
 
 from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import Comparison
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.cli._workbench import (
     Workbench,
@@ -99,7 +100,7 @@ def export(
         _check_points(FORMATS[table_format], points)
     bench = load(measurement_set, model_file, folders)
     model = bench.model
-    reference = bench.observations.reference
+    reference = bench.observations.every_reference_row
     if model_file is None and bench.observations.capture is None and reference is not None:
         model = model_of_stations(reference)
     if not all(entry.coefficients for entry in model.effects):
@@ -128,12 +129,12 @@ def export(
     if written:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_coefficient_file(path, result.coefficients, title=bench.measurement)
-    table = Table(title=f"Lanes, {len(result.orders)} of {lanes} in use")
-    table.add_column("order", justify="right")
-    table.add_column("amplitude ″", justify="right")
+    in_use = table(
+        f"Lanes, {len(result.orders)} of {lanes} in use", number("order"), number("amplitude ″")
+    )
     for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):
-        table.add_row(str(order), f"{amplitude:.4f}")
-    console.print(table)
+        in_use.add_row(str(order), figure(amplitude, 4))
+    console.print(in_use)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
     if written:
@@ -184,8 +185,8 @@ def _write_table(
     left_out = list(correction.left_out)
     if correction.reversal_arcsec and not form.knows_direction:
         left_out.append(
-            f"reversal error {correction.reversal_arcsec:+.3f}″: the table does not know the "
-            "direction"
+            f"reversal error {figure(correction.reversal_arcsec, 3, signed=True)}″: the table "
+            "does not know the direction"
         )
     written = force or not refused
     if written:

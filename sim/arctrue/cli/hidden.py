@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.hidden_effect.cases import CASES
@@ -110,21 +112,30 @@ def print_result(result: HiddenResult) -> None:
     scale = result.settings.revolution
     say(f"What was hidden: {result.case.title}")
     console.print(ladder_table(result.examined.ladder))
-    say(
+    console.print(
         f"\nFresh turns against the true angle; {scale.counts_per_rev:,} counts a turn, one is "
-        f"{scale.arcsec_per_count:.3f}″; every edge, the mean removed, arcseconds"
+        f"{scale.arcsec_per_count:.3f}″"
     )
-    say(f"  {'':28}{'min':>9}{'max':>9}{'RMS':>8}{'order 1':>9}{'2':>8}{'signal period':>15}")
+    curves = table(
+        "Every edge, the mean removed, ″",
+        words(),
+        *map(number, ("min", "max", "RMS", "order 1", "order 2", "signal\nperiod")),
+    )
     for name, curve in (
         ("head 1, raw", result.raw),
         ("output, paper's model", result.paper),
         ("output, with the effect", result.corrected),
     ):
-        say(
-            f"  {name:28}{curve.lowest_arcsec:9.2f}{curve.highest_arcsec:9.2f}"
-            f"{curve.rms_arcsec:8.3f}{curve.order_arcsec[0]:9.3f}{curve.order_arcsec[1]:8.3f}"
-            f"{curve.signal_arcsec[0]:15.3f}"
+        curves.add_row(
+            name,
+            figure(curve.lowest_arcsec, 2),
+            figure(curve.highest_arcsec, 2),
+            figure(curve.rms_arcsec, 3),
+            figure(curve.order_arcsec[0], 3),
+            figure(curve.order_arcsec[1], 3),
+            figure(curve.signal_arcsec[0], 3),
         )
+    console.print(curves)
     without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))
     say(
         f"Fresh capture, nothing fitted: {without:.3f}″ RMS left without the effect, "
@@ -150,8 +161,12 @@ def print_result(result: HiddenResult) -> None:
 def _print_followed(followed: dict[str, list[FollowedTurn]]) -> None:
     if not followed:
         return
-    say("\nOrder 1 of the corrected output while the table warms, turn by turn, arcseconds")
     first = next(iter(followed.values()))
-    say(f"  {'°C':24}" + "".join(f"{turn.temperature_c:9.2f}" for turn in first))
-    for way, turns in followed.items():
-        say(f"  {way:24}" + "".join(f"{turn.order1_arcsec:9.2f}" for turn in turns))
+    turns = table(
+        "Order 1 of the corrected output while the table warms, turn by turn, ″",
+        words("°C"),
+        *(number(figure(turn.temperature_c, 2)) for turn in first),
+    )
+    for way, followed_turns in followed.items():
+        turns.add_row(way, *(figure(turn.order1_arcsec, 2) for turn in followed_turns))
+    console.print(turns)

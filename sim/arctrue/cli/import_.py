@@ -10,11 +10,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 import click
-from rich.table import Table as Grid
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
+from arctrue.cli._tables import table, words
 from arctrue.cli._terminal import note
 from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
@@ -198,9 +198,7 @@ def _command(answers: Sequence[tuple[str, str]]) -> str:
 
 
 def _print(files: Sequence[Path], imported: Imported) -> None:
-    grid = Grid(title="Columns")
-    for heading in ("file", "column", "is", "unit", "said by"):
-        grid.add_column(heading, overflow="fold")
+    grid = table("Columns", *map(words, ("file", "column", "is", "unit", "said by")))
     for path, sources in zip(files, imported.mapped, strict=True):
         for name, source in sources.items():
             grid.add_row(path.name, source.column, name, source.unit or "–", source.said_by)

@@ -9,10 +9,11 @@ from typing import Any
 import click
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_warning
 from arctrue.cli._workbench import (
     Workbench,
@@ -26,7 +27,6 @@ from arctrue.cli._workbench import (
 from arctrue.measurement.digest import set_digest
 from arctrue.metrology.correction import Correction, reading_rad
 from arctrue.metrology.iso230 import Contributions, Positioning, of_reference
-from arctrue.report.numbers import decimal
 from arctrue.workbench.model.growth import fitted
 
 SHOWN_TARGETS = 40
@@ -131,15 +131,13 @@ def _print(
     else:
         say("By ISO 230-2.")
     say(f"Signs: {SIGN}.\n")
-    table = Table(title="Over the turn, ″", title_justify="left")
-    table.add_column("figure")
-    for heading in ("measured", *(("corrected",) if after else ()), "U (k = 2)"):
-        table.add_column(heading, justify="right")
+    headings = ("measured", *(("corrected",) if after else ()), "U (k = 2)")
+    turn = table("Over the turn, ″", words("figure"), *map(number, headings))
     corrected = after.figures() if after else {}
     for name, value in before.figures().items():
-        cells = [decimal(value), *([decimal(corrected[name])] if after else [])]
-        table.add_row(name, *cells, decimal(uncertainty[name]))
-    console.print(table)
+        cells = [figure(value, 3), *([figure(corrected[name], 3)] if after else [])]
+        turn.add_row(name, *cells, figure(uncertainty[name], 3))
+    console.print(turn)
     for title, which in (("measured", before), ("corrected", after)):
         if which is not None:
             _print_targets(which, title)
@@ -148,16 +146,15 @@ def _print(
 
 
 def _print_targets(which: Positioning, title: str) -> None:
-    table = Table(title=f"Per target, {title}, ″", title_justify="left")
-    for heading in ("target °", "x̄↑", "x̄↓", "x̄", "B", "R↑", "R↓", "R"):
-        table.add_column(heading, justify="right")
+    headings = ("target °", "x̄↑", "x̄↓", "x̄", "B", "R↑", "R↓", "R")
+    targets = table(f"Per target, {title}, ″", *map(number, headings))
     columns = target_columns(which)
     for row in range(min(which.target_deg.size, SHOWN_TARGETS)):
-        table.add_row(
-            f"{which.target_deg[row]:.4f}",
-            *(decimal(float(values[row])) for values in columns.values()),
+        targets.add_row(
+            figure(which.target_deg[row], 4),
+            *(figure(float(values[row]), 3) for values in columns.values()),
         )
-    console.print(table)
+    console.print(targets)
     if which.target_deg.size > SHOWN_TARGETS:
         say(f"and {which.target_deg.size - SHOWN_TARGETS} more targets; --json has all of them")
 

@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED, Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.whole_file import write_whole_text
 
@@ -57,21 +58,22 @@ def methods(
 
 
 def _print(found: dict[str, Any]) -> None:
-    table = Table(title="Left of the error of head 1, ″", title_justify="left")
-    table.add_column("method")
-    for heading in ("heads", "range", "RMS", "RMS, axis at rest"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    left = table(
+        "Left of the error of head 1, ″",
+        words("method"),
+        *map(number, ("heads", "range", "RMS", "RMS, axis\nat rest")),
+    )
     raw = found["uncorrected"]
-    table.add_row("uncorrected", "1", _span(raw["span_arcsec"]), f"{raw['rms_arcsec']:.2f}", "")
+    left.add_row("uncorrected", "1", _span(raw["span_arcsec"]), figure(raw["rms_arcsec"], 2), "")
     for one in found["methods"]:
-        table.add_row(
+        left.add_row(
             one["title"],
             str(one["heads"]),
             _span(one["span_arcsec"]),
-            f"{one['rms_arcsec']:.3f}",
-            f"{one['rms_without_motion_arcsec']:.3f}",
+            figure(one["rms_arcsec"], 3),
+            figure(one["rms_without_motion_arcsec"], 3),
         )
-    console.print(table)
+    console.print(left)
     for one in found["places"]:
         worst = one["worst_gain_to_128"]
         console.print(
@@ -82,4 +84,4 @@ def _print(found: dict[str, Any]) -> None:
 
 
 def _span(values: list[float]) -> str:
-    return f"[{values[0]:.2f}, {values[1]:.2f}]"
+    return f"[{figure(values[0], 2)}, {figure(values[1], 2)}]"

@@ -5,10 +5,12 @@ from __future__ import annotations
 import sqlite3
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._terminal import note, say, tell_error
@@ -81,24 +83,44 @@ def monitor(
         sys.exit(NO_DEVICE)
 
 
-_HEAD = (
-    f"{'turn':>6} {'result':<8} {'reason':<19} {'separation/°':>13} {'noise/″':>8} {'error/″':>9} "
-    f"{'die/°C':>7} {'order 1/″':>10}  alarms"
+_COLUMNS = (
+    ("turn", 5),
+    ("result", -8),
+    ("reason", -18),
+    ("apart °", 10),
+    ("noise″", 6),
+    ("error″", 7),
+    ("die °C", 6),
+    ("order1″", 8),
 )
+"""Headings and widths, negative ones on the left: with the spaces between them 76 columns. A table
+of rich is drawn when all of its rows are there; these come turn by turn."""
+
+
+def _line(cells: Sequence[str]) -> str:
+    return " ".join(
+        cell.ljust(-width) if width < 0 else cell.rjust(width)
+        for cell, (_, width) in zip(cells, _COLUMNS, strict=True)
+    ).rstrip()
+
+
+_HEAD = _line([heading for heading, _ in _COLUMNS])
 
 
 def _row(turn: Turn) -> str:
     fields = turn.fields
     harmonics = fields.get("harmonics", [])
-
-    def number(name: str, width: int, decimals: int) -> str:
-        value = fields.get(name)
-        return f"{value:{width}.{decimals}f}" if value is not None else "-".rjust(width)
-
-    first = f"{harmonics[0][1]:10.3f}" if harmonics else "-".rjust(10)
-    return (
-        f"{fields['turn']:6d} {turn.result:<8} {fields['reason']:<19} "
-        f"{number('separation_deg', 13, 6)} {number('noise_arcsec', 8, 3)} "
-        f"{number('active_arcsec', 9, 3)} {number('temperature_c', 7, 1)} {first}  "
-        f"{' '.join(fields.get('alarms', []))}"
-    ).rstrip()
+    line = _line(
+        [
+            str(fields["turn"]),
+            turn.result,
+            str(fields["reason"]),
+            figure(fields.get("separation_deg"), 5),
+            figure(fields.get("noise_arcsec"), 3),
+            figure(fields.get("active_arcsec"), 3),
+            figure(fields.get("temperature_c"), 1),
+            figure(harmonics[0][1] if harmonics else None, 3),
+        ]
+    )
+    alarms = fields.get("alarms", [])
+    return f"{line}\n      alarm: {', '.join(alarms)}" if alarms else line

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
@@ -119,20 +120,23 @@ def _stored(source: Path) -> list[dict[str, Any]]:
 
 def _print(result: Mapping[str, Any]) -> None:
     printed, budget = result["published"], result["budget"]
-    table = Table(title=f"{printed['faces']} faces, {result['settings']['cycles']} cycles, ″")
-    for heading in ("", "paper", "here"):
-        table.add_column(heading, justify="left" if not heading else "right")
+    beside = table(
+        f"{printed['faces']} faces, {result['settings']['cycles']} cycles, ″",
+        words(),
+        number("paper"),
+        number("here"),
+    )
 
     def span(values: list[float]) -> str:
-        return f"[{values[0]:.2f}, {values[1]:.2f}]"
+        return f"[{figure(values[0], 2)}, {figure(values[1], 2)}]"
 
-    table.add_row(
+    beside.add_row(
         "error, uncorrected", span(printed["before_arcsec"]), span(result["before"]["span_arcsec"])
     )
-    table.add_row(
+    beside.add_row(
         "error, corrected", span(printed["after_arcsec"]), span(result["after"]["span_arcsec"])
     )
-    table.add_row(
+    beside.add_row(
         "largest σ of a face, (13)",
         f"{printed['largest_deviation_arcsec']:.2f}",
         f"{max(result['after']['deviation_arcsec']):.2f}",
@@ -145,19 +149,19 @@ def _print(result: Mapping[str, Any]) -> None:
         "tower_difference_arcsec": "u₅ tower difference, (15)",
     }
     for name, label in names.items():
-        table.add_row(label, f"{printed['budget'][name]:g}", f"{budget[name]:.2g}")
-    table.add_row(
+        beside.add_row(label, f"{printed['budget'][name]:g}", f"{budget[name]:.2g}")
+    beside.add_row(
         "u combined, (16)", f"{printed['combined_arcsec']:.2f}", f"{budget['combined_arcsec']:.2f}"
     )
-    table.add_row(
+    beside.add_row(
         "U expanded, k = 2, (17)",
         f"{printed['expanded_arcsec']:.2f}",
         f"{budget['expanded_arcsec']:.2f}",
     )
     amplitude = result["residual_orders_arcsec"]
     largest = max(range(len(amplitude)), key=amplitude.__getitem__)
-    table.add_row("largest order that is left", "1", f"{largest + 1} ({amplitude[largest]:.2f}″)")
-    console.print(table)
+    beside.add_row("largest order that is left", "1", f"{largest + 1} ({amplitude[largest]:.2f}″)")
+    console.print(beside)
     given = result["settings"]["revolution"]
     console.print(
         f"u₁ and u₂ are the paper's; {given['lines'] * given['interpolation']:,} counts a turn, "

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
-from arctrue.cli._workbench import for_people, write_json
+from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
     from arctrue.instrument.revolution import RevolutionResult
@@ -77,26 +79,26 @@ def _print(result: RevolutionResult) -> None:
     from arctrue.instrument.revolution import PAPER_AFTER_ARCSEC, PAPER_BEFORE_ARCSEC
 
     settings = result.settings
-    say(
+    console.print(
         f"\n{settings.counts_per_rev:,} counts a turn ({settings.arcsec_per_count:.4f}″), "
         f"{result.telemetry['samples']:,} samples, {settings.lanes} lanes, "
         f"{result.applied_orders} orders applied; heads {settings.alpha_error_arcsec:g}″ off 33°, "
-        f"noise {settings.noise_arcsec:g}″"
+        f"noise {settings.noise_arcsec:g}″\n"
     )
-    say(f"\n  {'error against the true angle':32}{'min':>9}{'max':>9}{'RMS':>9}")
+    errors = table("Error against the true angle, ″", words(), *map(number, ("min", "max", "RMS")))
     for name, turn, paper in (
         ("before", result.before, PAPER_BEFORE_ARCSEC),
         ("after", result.after, PAPER_AFTER_ARCSEC),
     ):
-        low, high = turn.every_edge_arcsec
-        say(
-            f"  {name + ', means of half a degree':32}{turn.lowest_arcsec:9.3f}"
-            f"{turn.highest_arcsec:9.3f}{turn.rms_arcsec:9.3f}"
-        )
-        say(f"  {name + ', every edge':32}{low:9.3f}{high:9.3f}")
-        say(f"  {name + ', the paper (24 faces)':32}{paper[0]:9.1f}{paper[1]:9.1f}")
-    say(
-        f"\n{result.clocks:,} clocks in {result.wall_s:.0f} s "
+        for kind, values in (
+            ("means of half a degree", (turn.lowest_arcsec, turn.highest_arcsec, turn.rms_arcsec)),
+            ("every edge", (*turn.every_edge_arcsec, None)),
+            ("the paper (24 faces)", (*paper, None)),
+        ):
+            errors.add_row(f"{name}, {kind}", *(figure(value, 3) for value in values))
+    console.print(errors)
+    console.print(
+        f"{result.clocks:,} clocks in {result.wall_s:.0f} s "
         f"({result.clocks / result.wall_s:,.0f} a second); "
         f"{'within' if not result.faults else 'outside'} ±{result.limit_arcsec:.2f}″"
     )

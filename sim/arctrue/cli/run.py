@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._outputs import OutputFile, OutputFolder
-from arctrue.cli._terminal import say, tell_error
+from arctrue.cli._tables import number, table
+from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
@@ -59,52 +60,61 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
 def _print(result: ScenarioResult) -> None:
     scenario = result.scenario
     by_reference = any(turn.reference is not None for turn in result.turns)
-    orders = "".join(f"{f'order {order}':>10}" for order in scenario.orders)
-    say(f"{scenario.title}\nErrors against the true angle in ″; each turn's mean is removed.\n")
-    say(
-        f"{'':4}{'':8}{'not corr.':>11} │ {'corrected: means of half a degree':36}{'edges':>9}"
-        f"{'mean':>9}"
+    console.print(scenario.title)
+    errors = table(
+        "Error against the true angle, ″, each turn's mean removed; corrected: means of half a "
+        "degree",
+        *map(number, ("turn", "°C", "not corr.\nRMS", "min", "max", "RMS", "edges\nRMS")),
     )
-    say(
-        f"{'turn':>4}{'°C':>8}{'RMS':>11} │ {'min':>10}{'max':>10}{'RMS':>10}{'':6}{'RMS':>9}"
-        f"{'':9}{orders}{'reference' if by_reference else '':>12}"
+    rest = table(
+        "Mean and orders of the corrected output, ″",
+        *map(number, ("turn", "mean", *(f"order {order}" for order in scenario.orders))),
+        *((number("RMS by the\nreference"),) if by_reference else ()),
     )
     for turn in result.turns:
-        say(_line(turn, scenario.orders))
+        errors.add_row(*_error_cells(turn))
+        rest.add_row(*_order_cells(turn, scenario.orders, by_reference=by_reference))
+    console.print(errors)
+    console.print(rest)
+    for turn in result.turns:
         for said in _said(turn):
-            say(f"{'':12}{said}")
-    say(
-        f"\n{scenario.scale.counts_per_rev:,} counts a turn ({scenario.arcsec_per_count:.4f}″), "
+            console.print(f"turn {turn.number}: {said}", soft_wrap=True)
+    console.print(
+        f"{scenario.scale.counts_per_rev:,} counts a turn ({scenario.arcsec_per_count:.4f}″), "
         f"{scenario.scale.lanes} lanes; {result.applied} captures applied, {result.refused} "
         f"refused; {result.clocks / 1e6:,.1f} million clocks in {result.wall_s:,.0f} s"
     )
 
 
-def _line(turn: Turn, orders: tuple[int, ...]) -> str:
+def _error_cells(turn: Turn) -> list[str]:
     before, after = turn.uncorrected, turn.corrected
-    amplitudes = [math.nan] * len(orders)
-    values = [math.nan] * 5
+    values: list[float | None] = [None] * 4
     if after is not None:
-        amplitudes = [float(after.amplitude_arcsec[order - 1]) for order in orders]
         values = [
             after.lowest_arcsec,
             after.highest_arcsec,
             after.rms_arcsec,
             after.edges_rms_arcsec,
-            after.mean_arcsec,
         ]
-    low, high, rms, edges, mean = (_number(value) for value in values)
-    text = (
-        f"{turn.number:4}{turn.temperature_c:8.2f}"
-        f"{_number(math.nan if before is None else before.rms_arcsec):>11} │ "
-        f"{low:>10}{high:>10}{rms:>10}{'':6}{edges:>9}{mean:>9}"
-    )
-    text += "".join(f"{_number(value):>10}" for value in amplitudes)
-    return text if turn.reference is None else f"{text}{turn.reference.rms_arcsec:12.3f}"
+    return [
+        str(turn.number),
+        figure(turn.temperature_c, 2),
+        figure(None if before is None else before.rms_arcsec, 3),
+        *(figure(value, 3) for value in values),
+    ]
 
 
-def _number(value: float) -> str:
-    return f"{value:.3f}" if math.isfinite(value) else "–"
+def _order_cells(turn: Turn, orders: tuple[int, ...], *, by_reference: bool) -> list[str]:
+    after = turn.corrected
+    values: list[float | None] = [None] * (1 + len(orders))
+    if after is not None:
+        values = [
+            after.mean_arcsec,
+            *(float(after.amplitude_arcsec[order - 1]) for order in orders),
+        ]
+    if by_reference:
+        values.append(None if turn.reference is None else turn.reference.rms_arcsec)
+    return [str(turn.number), *(figure(value, 3) for value in values)]
 
 
 def _said(turn: Turn) -> list[str]:

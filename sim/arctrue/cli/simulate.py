@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
-from arctrue.cli._terminal import say
+from arctrue.cli._tables import table, words
 from arctrue.cli._workbench import console, for_people
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
@@ -24,13 +24,15 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
         return
     kinds = {
         "catalogue": "",
-        "parts": "  (in no catalogue; a product of parts)",
-        "stranger": "  (in no catalogue, and no product of parts)",
-        "noise": "  (--noise)",
+        "parts": "in no catalogue; a product of parts",
+        "stranger": "in no catalogue, and no product of parts",
+        "noise": "--noise",
     }
+    causes = table("Causes of --effect and --noise", words("name"), words("sizes"), words())
     for recipe in REGISTRY.values():
-        sizes = f"{recipe.low:g} … {recipe.high:g} {recipe.unit}"
-        say(f"{recipe.name:24}{sizes}{kinds[recipe.kind]}")
+        sizes = f"{recipe.low:g} to {recipe.high:g} {recipe.unit}"
+        causes.add_row(recipe.name, sizes, kinds[recipe.kind])
+    console.print(causes)
     context.exit()
 
 

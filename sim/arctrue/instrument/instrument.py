@@ -22,6 +22,7 @@ from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
 from arctrue.instrument.recording import EdgeTrack, Recording
+from arctrue.printable import time_left
 from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
@@ -49,6 +50,10 @@ class Progress:
     """Clocks of the gateware in a second of the wall clock, since the last report."""
     true_angle_rad: float
     """NaN without a table."""
+    share: float = math.nan
+    """Of the motion that is before the heads; NaN without one."""
+    seconds_left: float = math.nan
+    """Of the wall clock until that motion ends, at the present rate."""
 
     @property
     def words(self) -> str:
@@ -56,8 +61,12 @@ class Progress:
         table = ""
         if math.isfinite(self.true_angle_rad):
             table = f"table at {self.true_angle_rad / (2 * math.pi):.2f} turns, "
+        share = ""
+        if math.isfinite(self.share):
+            left = time_left(self.seconds_left)
+            share = f"{100.0 * self.share:.0f} % of this motion, {left} left; "
         return (
-            f"{self.stage}: {table}{self.clock / 1e6:,.1f} million clocks, "
+            f"{self.stage}: {share}{table}{self.clock / 1e6:,.1f} million clocks, "
             f"{self.clocks_per_s / 1e3:,.0f} thousand a second"
         )
 
@@ -154,6 +163,7 @@ class Instrument:
         self.clock_hz = clock_hz
         self._progress, self._progress_every_s = progress, progress_every_s
         self._reported = (time.monotonic(), 0)
+        self._begin = 0
         self._feeder: _Feeder | None = None
         self._end: int | None = None
         self._recorded_counts_per_rev = 0
@@ -279,7 +289,11 @@ class Instrument:
         if now - then >= self._progress_every_s:
             rate = (self.clock - clock) / (now - then)
             self._reported = (now, self.clock)
-            self._progress(Progress(stage, self.clock, rate, self.true_angle_rad))
+            share, left_s = math.nan, math.nan
+            if self._end is not None and self._end > self._begin:
+                share = min((self.clock - self._begin) / (self._end - self._begin), 1.0)
+                left_s = max(self._end - self.clock, 0) / rate if rate else math.nan
+            self._progress(Progress(stage, self.clock, rate, self.true_angle_rad, share, left_s))
 
     # Before the heads ---------------------------------------------------------------------
 
@@ -307,7 +321,7 @@ class Instrument:
         """Put readings of any origin before the heads; they begin at the present clock."""
         self.detach()
         self._feeder = _Feeder(self, curves)
-        self._end = self.clock + curves.clocks
+        self._begin, self._end = self.clock, self.clock + curves.clocks
         self.library.instrument_attach_curves(
             self.handle,
             self._feeder.callback,
@@ -324,7 +338,7 @@ class Instrument:
         self.detach()
         clock = np.ascontiguousarray(events.clock + self.clock, dtype=np.int64)
         levels = np.ascontiguousarray(events.levels, dtype=np.uint8)
-        self._end = int(clock[-1]) + 1 if clock.size else self.clock
+        self._begin, self._end = self.clock, int(clock[-1]) + 1 if clock.size else self.clock
         self.library.instrument_attach_events(
             self.handle, clock.size, clock.ctypes.data, levels.ctypes.data, events.first_levels
         )

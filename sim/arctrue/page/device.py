@@ -10,6 +10,7 @@ from typing import Any
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficient_file import read_coefficient_file
+from arctrue.whole_file import write_whole_text
 
 _WAIT_S = 120.0
 
@@ -27,7 +28,7 @@ def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> st
         raise ValueError(f"not loaded: {'; '.join(device['objections'])}")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "coefficients.toml"
-        path.write_text(device["file"], encoding="utf-8")
+        write_whole_text(path, device["file"])
         coefficients = read_coefficient_file(path)
     try:
         console = Console(port)

@@ -111,7 +111,8 @@ def finding_of(examined: Examined, solution: Solution) -> Finding:
         for condition in conditions:
             values = condition.values.get(channel)
             if values is not None:
-                shown.append(_shown(channel, condition, values, phases, own, left))
+                item = _shown(channel, condition, values, phases, own, left)
+                shown += [item] if item.x.size else []
     return Finding(term.effect.name, shown, _best(shown))
 
 
@@ -220,6 +221,9 @@ def _along(
     pattern = _wave(sums, rows)[place]
     square = np.bincount(group, pattern**2, steps)
     there = square > 0.0
+    if not there.any():  # no product of an amplitude and a wave holds anything of it
+        nothing = np.zeros(0)
+        return 0.0, 0.0, nothing, nothing, nothing, nothing
     safe = np.maximum(square, 1e-300)
     told = np.bincount(group, pattern * own, steps) / safe
     seen = np.bincount(group, pattern * (own + left), steps) / safe

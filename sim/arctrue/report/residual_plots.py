@@ -16,7 +16,7 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.report.charts.spectrum import all_spectra
 from arctrue.report.png import CHANNEL_COLOUR, QUIET, plain_axes, png_figure, save_png
 from arctrue.workbench.compare.comparison import Comparison
-from arctrue.workbench.compare.findings import LEAST_SHARE
+from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
 from arctrue.workbench.compare.maps import ResidualMap
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
@@ -36,21 +36,44 @@ def plot_comparison(solution: Solution, comparison: Comparison, folder: Path) ->
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     return [
         save_chart(branches(Residuals(solution), noise_arcsec), folder / "residual_branches.png"),
-        _plot_maps(comparison.maps, folder),
+        _plot_maps(comparison.maps, comparison.findings, folder),
         save_chart(all_spectra(Residuals(solution)), folder / "residual_lines.png"),
     ]
 
 
-def _plot_maps(maps: Sequence[ResidualMap], folder: Path) -> Path:
+def _plot_maps(maps: Sequence[ResidualMap], findings: Sequence[Finding], folder: Path) -> Path:
     channels = [name for name in CHANNEL_COLOUR if any(item.channel == name for item in maps)]
     shown = [[item for item in maps if item.channel == name] for name in channels]
     rows = [max(-(-len(items) // MAP_COLUMNS), 1) for items in shown]
-    figure = png_figure(11.0, 0.5 * len(rows) + 2.3 * max(sum(rows), 1))
+    # The sentences first, in as much room as they need.
+    told = 0.25 + 0.12 * len(findings) if findings else 0.0
+    figure = png_figure(11.0, 0.5 * len(rows) + 2.3 * max(sum(rows) + told, 1.0))
     if channels:
-        parts = figure.subfigures(len(rows), 1, height_ratios=rows, squeeze=False)
-        for part, channel, items, height in zip(parts[:, 0], channels, shown, rows, strict=True):
+        heights = [*([told] if findings else []), *rows]
+        parts = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+        if findings:
+            draw_findings(parts[0].subplots(), findings)
+            parts = parts[1:]
+        for part, channel, items, height in zip(parts, channels, shown, rows, strict=True):
             _draw_channel(part, channel, items, height)
     return save_png(figure, folder, "residual_maps.png")
+
+
+def draw_findings(axes: Axes, findings: Sequence[Finding]) -> None:
+    """A bar each: the share of the excess that ``compare`` says in words."""
+    places = np.arange(len(findings))
+    colours = [CHANNEL_COLOUR[item.channel] for item in findings]
+    alone = [100.0 * item.share for item in findings]
+    beyond = [100.0 * item.share_beyond for item in findings]
+    axes.barh(places, alone, color=colours, alpha=0.3, label="by itself")
+    axes.barh(places, beyond, height=0.4, color=colours, label="beyond what is above it")
+    axes.set_yticks(places, [f"{item.channel}: {item.follows}" for item in findings], fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xlim(0.0, 100.0)
+    axes.set_xlabel("share of the excess, %", fontsize=9)
+    axes.set_title("What the residual follows, as compare says it", loc="left", fontsize=10)
+    plain_axes(axes)
+    axes.legend(fontsize=8, loc="lower right", frameon=False)
 
 
 def _draw_channel(part: SubFigure, channel: str, items: Sequence[ResidualMap], rows: int) -> None:

@@ -63,3 +63,26 @@ def test_share_of_the_excess() -> None:
     # An effect that does not repeat is no excess over the repeats: the whole counts.
     assert ExcessOf(100, 5.0, 0.5).share(0.32) == pytest.approx(0.32)
     assert ExcessOf(100, 5.0, 4.0).share(-0.1) == 0.0
+
+
+def test_the_picture_shows_what_the_text_says() -> None:
+    """A bar a sentence, in the order of the sentences, as long as the share in it."""
+    from matplotlib.figure import Figure
+
+    from arctrue.report.residual_plots import draw_findings
+    from arctrue.workbench.compare.findings import Finding
+
+    told = [
+        Finding("capture", "temperature × order 1", 0.97, 0.97, None, "97 % …"),
+        Finding("capture", "time", 0.81, 0.02, "temperature × order 1", "time …"),
+        Finding("reference", "direction", 0.4, 0.4, None, "40 % …"),
+    ]
+    axes = Figure().subplots()
+    draw_findings(axes, told)
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    assert labels == [f"{item.channel}: {item.follows}" for item in told]
+    alone, beyond = ([bar.get_width() for bar in bars] for bars in axes.containers)
+    assert alone == [100.0 * item.share for item in told]
+    assert beyond == [100.0 * item.share_beyond for item in told]
+    low, high = axes.get_ylim()
+    assert low > high, "the first sentence stands above"

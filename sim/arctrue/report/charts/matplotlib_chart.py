@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 from arctrue.whole_file import whole_file
 
+_STYLE_IS_GLOBAL = threading.RLock()
+"""matplotlib's settings belong to the process; the page draws in several threads."""
 _WIDTH = 9.6
 _DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (4, 3)), "dot": ":"}
 _MARKERS = {"circle": "o", "square": "s", "diamond": "D", "hollow": "s"}
@@ -50,7 +53,8 @@ def chart_svg(chart: Chart) -> str:
 
     Ink and grid are those of the page, dark or light; the ground is the page's.
     """
-    svg = to_svg(chart_figure(chart))
+    with _STYLE_IS_GLOBAL:
+        svg = to_svg(chart_figure(chart))
     for colour, name in _PAPER.items():
         svg = svg.replace(f": {colour}", f": var(--{name}, {colour})")
     head, rest = svg.split(">", 1)
@@ -59,10 +63,9 @@ def chart_svg(chart: Chart) -> str:
 
 def save_chart(chart: Chart, path: Path) -> Path:
     """Write a picture; its kind by the ending of ``path``. Raises OSError."""
-    figure = chart_figure(chart)
     metadata = {"Date": None} if path.suffix == ".svg" else None
-    with house_style(), whole_file(path) as unfinished:
-        figure.savefig(unfinished, dpi=130, metadata=metadata)
+    with _STYLE_IS_GLOBAL, house_style(), whole_file(path) as unfinished:
+        chart_figure(chart).savefig(unfinished, dpi=130, metadata=metadata)
     return path
 
 

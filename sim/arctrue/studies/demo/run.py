@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.printable import time_left
 from arctrue.source_tree import ROOT
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
@@ -143,7 +145,9 @@ def _follow(
             continue
         spoken, last = now, seen
         share = min(99, 100 * seen.clock // expected)
-        say(f"  {now - begun:4.0f} s  {share:3d} %  clock {seen.clock:>7,}  {seen.stage}")
+        left = time_left((now - begun) * (100 - share) / share if share else math.inf)
+        spent = f"{now - begun:4.0f} s  {share:3d} %  {left} left"
+        say(f"  {spent}  clock {seen.clock:>7,}  {seen.stage}")
     _finish(process, "core", files)
 
 

@@ -82,7 +82,7 @@ def simulate_set(
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:
         if item.name not in known:
             raise ValueError(
-                f"no cause is called {item.name!r}.{did_you_mean(item.name, known)} "
+                f"no cause is called {item.name}.{did_you_mean(item.name, known)} "
                 f"There are: {', '.join(known)}"
             )
         if item.size is not None and not item.size > 0:

@@ -146,7 +146,7 @@ def test_exit_code_follows_the_judgement(
     code, output = run_command(monkeypatch, tmp_path, result)
     assert code == 0
     assert "Within the limits" in output
-    assert re.search(r"harmonic calculation +20 +20", output)
+    assert re.search(r"harmonic calculation +│ +20 │ +20", output)
     code, output = run_command(monkeypatch, tmp_path, replace(result, faults=("too large",)))
     assert code == 1
     assert "error: too large" in output

@@ -16,7 +16,7 @@ from arctrue.workbench.effects.base import (
     paired_lanes,
 )
 from arctrue.workbench.effects.catalogue.thermal_head_drift import LEAST_SPAN_K
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 

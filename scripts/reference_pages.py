@@ -1,0 +1,164 @@
+"""The pages of the command line and of the Python interface, from the sources themselves."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+COMMANDS_HEAD = """# Commands
+
+Made from the sources by `make docs`. Every command has `-h`; results are on stdout, errors and
+progress on stderr. Exit codes that a command does not name: 0 where it did its work, 2 for bad
+usage or bad input, 130 after Ctrl-C.
+"""
+API_HEAD = """# Python interface
+
+Made from the sources by `make docs`. How it is used: [from Python](python.md).
+"""
+
+
+def commands_page() -> str:
+    """``docs/commands.md``: usage, words and options of every command."""
+    from arctrue.cli import main
+
+    return COMMANDS_HEAD + "".join(_command(main, ("arctrue",), None))
+
+
+def _command(
+    command: click.Command, words: tuple[str, ...], parent: click.Context | None
+) -> Iterator[str]:
+    context = click.Context(command, info_name=words[-1], parent=parent)
+    if len(words) > 1:
+        yield f"\n{'#' * len(words)} {' '.join(words)}\n\n"
+        yield f"`{' '.join([' '.join(words), *command.collect_usage_pieces(context)])}`\n\n"
+        yield f"{_paragraphs(command.help or '')}\n"
+        rows = [row for param in command.params if (row := _option(param, context))]
+        if rows:
+            yield "\n| Option | | Default |\n|---|---|---|\n" + "".join(rows)
+    if isinstance(command, click.Group):
+        for name in command.list_commands(context):
+            below = command.get_command(context, name)
+            assert below is not None, name
+            yield from _command(below, (*words, name), context)
+
+
+def _paragraphs(text: str) -> str:
+    """The words of a help text, a line a paragraph."""
+    blocks = re.split(r"\n\s*\n", inspect.cleandoc(text))
+    return "\n\n".join(" ".join(block.split()) for block in blocks)
+
+
+def _option(param: click.Parameter, context: click.Context) -> str:
+    if not isinstance(param, click.Option) or param.hidden:
+        return ""
+    names = ", ".join(f"`{name}`" for name in [*param.opts, *param.secondary_opts])
+    value = "" if param.is_flag else f" `{_cell(param.make_metavar(context))}`"
+    many = " (again for more)" if param.multiple else ""
+    told, default = _default(param)
+    return f"| {names}{value} | {_cell(told)}{many} | {_cell(default)} |\n"
+
+
+def _default(param: click.Option) -> tuple[str, str]:
+    """The help without what it says of the default, and that."""
+    told = param.help or ""
+    found = re.search(r"\s*\[default: (.*)\]$", told)
+    if found:
+        return told[: found.start()], found[1]
+    if param.required:
+        return told, "required"
+    if isinstance(param.show_default, str):
+        return told, param.show_default
+    return told, str(param.default) if param.show_default else ""
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def api_page() -> str:
+    """``docs/api.md``: the public names, their arguments and what they give."""
+    from arctrue import api
+    from arctrue.importing import Recording
+    from arctrue.instrument import Instrument
+    from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+    from arctrue.workbench.effects.base import Effect
+
+    parts = [API_HEAD, "\n## arctrue\n"]
+    parts += [_described(getattr(api, name), f"at.{name}") for name in sorted(api.__all__)]
+    parts.append("\n## arctrue.measurement\n")
+    parts += [
+        _described(kind, kind.__name__) for kind in (MeasurementSet, Table, Capture, Reference)
+    ]
+    parts.append("\n## Own effects, readers and the instrument\n")
+    for kind in (Effect, Recording, Instrument):
+        parts.append(_described(kind, f"{kind.__module__}.{kind.__name__}"))
+    return "".join(parts)
+
+
+def _described(what: Any, name: str) -> str:
+    """One name: what it does, its fields or arguments, its public methods."""
+    if not inspect.isclass(what):
+        return f"\n### {name}\n\n```python\n{name}{_signature(what)}\n```\n\n{_words(what)}\n"
+    text = f"\n### {name}\n\n{_words(what)}\n"
+    rows = list(_fields(what))
+    if rows:
+        text += "\n| Field | Type |\n|---|---|\n" + "".join(rows)
+    for key, member in _methods(what):
+        static = isinstance(member, classmethod | staticmethod)
+        method = member.__func__ if static else member
+        if isinstance(member, property):
+            text += f"\n**`{key}`** {_words(member)}\n"
+        else:
+            text += f"\n**`{key}{_signature(method)}`** {_words(method)}\n"
+    return text
+
+
+def _fields(kind: type) -> Iterator[str]:
+    if not dataclasses.is_dataclass(kind):
+        return
+    for item in dataclasses.fields(kind):
+        if not item.name.startswith("_"):
+            yield f"| `{item.name}` | `{_cell(str(item.type))}` |\n"
+
+
+def _methods(kind: type) -> Iterator[tuple[str, Any]]:
+    """The public ones with a docstring of their own, in the order of the source."""
+    for key, member in vars(kind).items():
+        function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
+        callable_ = inspect.isfunction(function) or isinstance(function, property)
+        if not key.startswith("_") and callable_ and function.__doc__:
+            yield key, member
+
+
+def _signature(function: Any) -> str:
+    """Arguments with their types, as the source has them."""
+    shown = []
+    before: Any = None
+    for item in inspect.signature(function).parameters.values():
+        if item.name in ("self", "cls"):
+            continue
+        if item.kind is item.KEYWORD_ONLY and before not in (
+            item.KEYWORD_ONLY,
+            item.VAR_POSITIONAL,
+        ):
+            shown.append("*")
+        before = item.kind
+        star = "*" if item.kind is item.VAR_POSITIONAL else ""
+        star = "**" if item.kind is item.VAR_KEYWORD else star
+        default = "" if item.default is item.empty else f" = {item.default!r}"
+        kind = "" if item.annotation is item.empty else f": {item.annotation}"
+        shown.append(f"{star}{item.name}{kind}{default}")
+    result = inspect.signature(function).return_annotation
+    return f"({', '.join(shown)})" + ("" if result is inspect.Signature.empty else f" -> {result}")
+
+
+def _words(what: Any) -> str:
+    """The docstring as Markdown: ``code`` and roles of Sphinx as code."""
+    text = _paragraphs(what.__doc__ or "")
+    text = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text)
+    return text.replace("``", "`")

@@ -1,0 +1,32 @@
+"""For mkdocs: links of the pages to files outside docs/ become the name of the file.
+
+The pages are read in three places: in the source tree, where such links lead to the sources, where
+the tree is browsed, and on the site, which has no sources.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+LINK = re.compile(r"(?<!!)\[(?P<text>[^\]]+)\]\((?P<target>[^)\s]+)\)")
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
+    """The text of a page as it is shown. mkdocs calls this."""
+    folder = Path(page.file.src_uri).parent
+    return LINK.sub(lambda link: _shown(link, folder, Path(config["docs_dir"])), markdown)
+
+
+def _shown(link: re.Match[str], folder: Path, docs: Path) -> str:
+    target = link["target"].partition("#")[0]
+    if "://" in target or not target:
+        return link[0]
+    there = (docs / folder / target).resolve()
+    shown = there.is_relative_to(docs.resolve()) and there.is_file()
+    if shown and there.suffix != ".ipynb" and "data" not in there.relative_to(docs.resolve()).parts:
+        return link[0]
+    name = there.relative_to(docs.resolve().parent).as_posix()
+    text = link["text"]
+    return f"`{name}`" if text.strip("`").rstrip("/") == name else f"{text} (`{name}`)"

@@ -1,0 +1,197 @@
+"""Every command of the documents is run by a test, or listed here with where it is run, and why."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from arctrue.cli import _workbench, main
+from arctrue.measurement import write_measurement_set
+from arctrue.studies.simulate.experiment import short
+from arctrue.studies.simulate.simulated_set import simulate_set
+
+ROOT = Path(__file__).resolve().parents[3]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
+FOLLOWED = {"tutorial.md", "first-own-table.md", "own-effect.md", "real-data.md"}
+"""Pages of which test_tutorial.py runs every command and compares what it prints."""
+BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
+ELSEWHERE = {
+    "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
+    "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
+    "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
+    "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
+    "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
+    "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
+    "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
+}
+"""Commands of the documents that are run by another test: why not here, and by which."""
+TARGETS = {
+    "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
+    "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
+    "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
+    "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
+    "flash": ("needs a board; the scripts run beside a false OpenOCD", "sim/tests/flash"),
+    "flash-bitstream": ("needs a board, as flash", "sim/tests/flash"),
+    "format": ("changes files; the lint is a part of make test", "Makefile"),
+    "image": ("its script there", "sim/tests/image"),
+    "instrument": ("what it builds is what these tests use", "sim/tests/instrument"),
+    "mutate": ("hours; its list there", "sim/tests/project/test_documents.py"),
+    "site": ("built there", "sim/tests/project/test_site.py"),
+    "synth": ("an hour; its parts there", "sim/tests/synth"),
+    "test": ("it is what runs this", "Makefile"),
+    "verify-bitstream": ("needs a routed chip; its parts there", "sim/tests/device_build"),
+}
+"""Targets of make in the documents: why they are not run here, and what tests them."""
+
+
+def lines_of(page: Path) -> Iterator[str]:
+    """The lines of its blocks of commands, those with a \\ at their end joined."""
+    for block in BLOCK.finditer(page.read_text(encoding="utf-8")):
+        if block["language"] in ("sh", "console", ""):
+            text = re.sub(r"\\\n\s*", "", block["text"])
+            yield from (line.removeprefix("$ ") for line in text.splitlines())
+
+
+def documented(program: str) -> list[tuple[str, str]]:
+    """Page and command, without remarks, of every call of a program."""
+    found = []
+    for page in PAGES:
+        for line in lines_of(page):
+            words = re.sub(r"\s+#.*$", "", line).removeprefix(".venv/bin/")
+            if words.startswith(f"{program} "):
+                found.append((page.name, words))
+    return found
+
+
+COMMANDS = documented("arctrue")
+HERE = [
+    (page, line)
+    for page, line in COMMANDS
+    if page not in FOLLOWED and " ".join(line.split()[:2]) not in ELSEWHERE
+]
+
+
+def test_the_commands_are_found() -> None:
+    assert len(COMMANDS) > 40
+    assert len(HERE) > 8
+    assert len(documented("make")) > 15
+
+
+@pytest.mark.parametrize(("page", "line"), COMMANDS, ids=lambda item: item)
+def test_a_documented_command_has_these_words_and_options(page: str, line: str) -> None:
+    """By the parser of the command itself, wherever it is run."""
+    if "diganose" in line:
+        pytest.skip("the example of a wrong name: it is run below")
+    words = shlex.split(line)[1:]
+    command: click.Command = main
+    context = click.Context(main, info_name="arctrue")
+    while isinstance(command, click.Group) and words and not words[0].startswith("-"):
+        below = command.get_command(context, words[0])
+        assert below is not None, f"{page}: {line}"
+        command, context, words = below, click.Context(below, parent=context), words[1:]
+    parser = command.make_parser(context)
+    parser.parse_args(list(words))
+
+
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_what_is_run_elsewhere_is_run_there(name: str) -> None:
+    _, place = ELSEWHERE[name]
+    assert name.split()[1] in (ROOT / place).read_text(encoding="utf-8")
+
+
+def test_targets_of_the_documents_are_tested_or_listed() -> None:
+    used = {word for _, line in documented("make") for word in line.split()[1:2]}
+    assert used <= set(TARGETS), used - set(TARGETS)
+    for _, place in TARGETS.values():
+        assert (ROOT / place).exists(), place
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sets and files that the documents name, small ones."""
+    folder = tmp_path_factory.mktemp("documented")
+    made = simulate_set([], short(), seed=1).measurement
+    assert made.capture is not None
+    for name in ("FOLDER", "SET"):
+        write_measurement_set(folder / name, made)
+    write_measurement_set(folder / "my_table", replace(made, reference=None))
+    write_measurement_set(folder / "polygon", replace(made, capture=None))
+    az = np.arange(0.0, 360.0, 15.0)
+    rows = [f"{x:.1f},{5.0 * np.cos(np.radians(x)):.3f}" for x in az]
+    (folder / "scan.csv").write_text("\n".join(["Az,dAz", *rows]), encoding="utf-8")
+    assert CliRunner().invoke(
+        main, ["add", "hysteresis", str(folder / "SET"), "--model", str(folder / "model.toml")]
+    )
+    return folder
+
+
+CODES = {"arctrue diganose my_table": 2}
+"""Exit codes other than 0: the example of a wrong name."""
+INSTEAD = {"EFFECT": "hysteresis"}
+
+
+def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Word by word as they are printed, on small sets; a placeholder stands for one of them."""
+    monkeypatch.chdir(place)
+    monkeypatch.setattr(_workbench.console, "width", 100)
+    for page, line in HERE:
+        words = [INSTEAD.get(word, word) for word in shlex.split(line)[1:]]
+        if words[0] == "add":
+            # README's model is a new one.
+            (place / "model.toml").unlink(missing_ok=True)
+        if words[0] == "import":
+            words[words.index("my_table")] = "imported"
+        if words[0] == "join":
+            words += ["--times", "keep"]
+        done = CliRunner().invoke(main, words)
+        assert done.exit_code == CODES.get(line, 0), f"{page}: {line}\n{done.output}"
+
+
+def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
+    page = (DOCS / "installation.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"\$ arctrue diganose my_table\n(.*?)```", page, re.DOTALL)
+    done = CliRunner().invoke(main, ["diganose", "my_table"], prog_name="arctrue")
+    assert done.stderr == block
+
+
+PICTURES = {
+    "alpha_maps.png": "docs/head-angle.md",
+    "data_way.svg": "scripts/make_docs.py",
+    "error_before_after.svg": "Makefile",
+    "hidden_effect.svg": "Makefile",
+    "methods.svg": "docs/methods.md",
+    "paper_fig_11.png": "docs/paper-experiment.md",
+    "real_motor.png": "scripts/make_workbench_pictures.py",
+    "real_worm.png": "scripts/make_workbench_pictures.py",
+    "revolution.svg": "docs/instrument.md",
+    "tutorial_branches.png": "scripts/make_workbench_pictures.py",
+    "tutorial_candidates.png": "scripts/make_workbench_pictures.py",
+    "tutorial_history.png": "scripts/make_workbench_pictures.py",
+    "tutorial_stranger.png": "scripts/make_workbench_pictures.py",
+    "warming_recalibrated.svg": "docs/scenarios.md",
+}
+"""What makes each picture: a script, or the command that stands beside it on a page."""
+
+
+def test_every_picture_is_made_by_a_script_or_a_command() -> None:
+    there = {path.name for path in (DOCS / "images").iterdir()}
+    assert there == set(PICTURES)
+    shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for name, place in PICTURES.items():
+        assert f"images/{name}" in shown, f"{name} is on no page"
+        text = (ROOT / place).read_text(encoding="utf-8")
+        if place.endswith(".md"):
+            assert re.search(r"arctrue \w+ [^`\n]*docs/images", text), f"{place}: {name}"
+        else:
+            assert Path(name).stem in text, f"{place}: {name}"
