@@ -14,11 +14,14 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 from scripts.browser import INSTALL, arguments, chromium
 from scripts.page_server import page_server
 
+from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.hidden import hidden_effect
 
 PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
-SEED = 2
-"""One run of 18,000 samples is enough to name what is hidden in this table."""
+HIDDEN = "high_order_graduation"
+"""One run of 18,000 samples is enough to name it."""
+SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
+"""A longer catalogue draws other effects: the first seed that hides this one."""
 PATIENCE_MS = 240_000
 """Longer than anything takes on a busy machine; nothing here is timed."""
 expect.set_options(timeout=PATIENCE_MS)
@@ -140,8 +143,8 @@ def test_the_whole_story(server: str, page: Page) -> None:
 
     # At the end, the truth.
     page.locator("#reveal").click()
-    expect(page.locator("#truth")).to_contain_text(hidden_effect(SEED).replace("_", " "))
-    assert name == hidden_effect(SEED)
+    expect(page.locator("#truth")).to_contain_text(HIDDEN.replace("_", " "))
+    assert name == HIDDEN
 
     # By the keyboard alone: dark, and the other unit.
     page.locator("#theme").focus()

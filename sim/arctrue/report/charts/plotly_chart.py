@@ -34,7 +34,7 @@ _BESIDE_PX = 300
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
 _EVERY_DIGIT = tuple(float(digit) for digit in range(1, 10))
 _EVERY_TWENTIETH = tuple(n / 20.0 for n in range(20, 200))
-_LEAST_TICKS = 3
+_LEAST_TICKS, _MOST_TICKS = 3, 10
 _DIGITS = 6
 """Significant digits that go to the browser: more than a screen shows."""
 
@@ -173,7 +173,7 @@ def _logarithmic_ticks(low: float, high: float) -> list[float]:
         found = [tick for tick in ticks if low <= tick <= high]
         if len(found) >= _LEAST_TICKS:
             break
-    return found
+    return found[:: max(math.ceil(len(found) / _MOST_TICKS), 1)]
 
 
 def _traces(
