@@ -32,7 +32,7 @@ class Top:
     name: str
     clock_mhz: int
     primitives: Mapping[str, int]
-    vivado: tuple[str, ...]
+    vivado: tuple[str, ...] = ()
     has_core: bool = True
 
 
