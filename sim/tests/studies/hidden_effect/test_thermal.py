@@ -98,8 +98,8 @@ def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: Hidde
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
     (turns,) = follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0).values()
     left = np.array([turn.order1_arcsec for turn in turns])
-    # 0.2 K of 95″/K: the slope lags by two of the filter's time constants while it changes,
-    # with the 60 s of the thermometer since the table began to warm.
+    # 0.2 K of 95″/K: the slope is late by two of the filter's time constants while it changes, with
+    # the 60 s of the thermometer since the table began to warm.
     assert np.all(left < LAGGING_ARCSEC), left
 
 
