@@ -199,13 +199,10 @@ def described_by_parts(case: Case) -> Decision | None:
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:
-    """The first that is seen would show at all speeds, and shows at one; no other has a cause."""
-    best = case.best
-    if not case.seen or (best is not None and not best.effect.unspecific):
+    """The only effect that is seen would show at all speeds, and shows at one."""
+    if case.best is not None or not case.seen:
         return None
     first = without_unspecific(case.seen)[0]
-    if best is not None and (at_other_speeds(first) or adds(best, first)):
-        return None
     return Decision(
         "ambiguous",
         first=first,
