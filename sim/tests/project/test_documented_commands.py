@@ -31,6 +31,11 @@ ELSEWHERE = {
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
+    "arctrue error-sources": (
+        "two minutes",
+        "sim/tests/studies/error_budget/test_error_budget.py",
+    ),
+    "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
@@ -167,14 +172,21 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 PICTURES = {
     "alpha_maps.png": "docs/head-angle.md",
+    "calibration_budget.svg": "docs/calibration-budget.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
     "hidden_effect.svg": "Makefile",
     "methods.svg": "docs/methods.md",
     "paper_fig_11.png": "docs/paper-experiment.md",
+    "paper_fig_11_x64.png": "docs/paper.md",
+    **{
+        f"paper_fig_{number}.svg": "docs/paper.md"
+        for number in ("1", "3", "4", "5", "6", "7", "8", "9", "a1", "a2")
+    },
     "real_motor.png": "scripts/make_workbench_pictures.py",
     "real_worm.png": "scripts/make_workbench_pictures.py",
     "revolution.svg": "docs/instrument.md",
+    "stop_and_go.svg": "docs/stop-and-go.md",
     "tutorial_branches.png": "scripts/make_workbench_pictures.py",
     "tutorial_candidates.png": "scripts/make_workbench_pictures.py",
     "tutorial_history.png": "scripts/make_workbench_pictures.py",
@@ -192,6 +204,6 @@ def test_every_picture_is_made_by_a_script_or_a_command() -> None:
         assert f"images/{name}" in shown, f"{name} is on no page"
         text = (ROOT / place).read_text(encoding="utf-8")
         if place.endswith(".md"):
-            assert re.search(r"arctrue \w+ [^`\n]*docs/images", text), f"{place}: {name}"
+            assert re.search(r"arctrue [\w-]+ [^`\n]*docs/images", text), f"{place}: {name}"
         else:
             assert Path(name).stem in text, f"{place}: {name}"
