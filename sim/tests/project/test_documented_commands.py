@@ -30,8 +30,12 @@ ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
-    "arctrue error-sources": ("minutes", "sim/tests/studies/error_budget/test_error_budget.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
+    "arctrue error-sources": (
+        "two minutes",
+        "sim/tests/studies/error_budget/test_error_budget.py",
+    ),
+    "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
     "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_look_report.py"),
@@ -178,10 +182,15 @@ PICTURES = {
     "methods.svg": "docs/methods.md",
     "page.png": "scripts/page_screenshot.py",
     "paper_fig_11.png": "docs/paper-experiment.md",
-    "paper_fig_11_x64.png": "sim/arctrue/report/paper_figures.py",
+    "paper_fig_11_x64.png": "docs/paper.md",
+    **{
+        f"paper_fig_{number}.svg": "docs/paper.md"
+        for number in ("1", "3", "4", "5", "6", "7", "8", "9", "a1", "a2")
+    },
     "real_motor.png": "scripts/make_workbench_pictures.py",
     "real_worm.png": "scripts/make_workbench_pictures.py",
     "revolution.svg": "docs/instrument.md",
+    "stop_and_go.svg": "docs/stop-and-go.md",
     "tutorial_branches.png": "scripts/make_workbench_pictures.py",
     "tutorial_candidates.png": "scripts/make_workbench_pictures.py",
     "tutorial_history.png": "scripts/make_workbench_pictures.py",
