@@ -106,11 +106,9 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-bench: generate ## how long diagnosis, the firmware's calibration and the instrument take, and how that grows
-	$(VENV)/python -m scripts.bench_workbench
-	$(VENV)/python -m scripts.bench_firmware
+bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.bench_instrument
+	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
 blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
@@ -126,7 +124,7 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-mutate: generate ## break the VHDL on purpose, one mutation a time, and see each caught by its test
+mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
 
 site: generate ## the documentation site: build/site/index.html

@@ -44,6 +44,22 @@ set_property IOSTANDARD STANDARD [get_ports out_b]
 set_property LOC PIN [get_ports out_z]
 set_property IOSTANDARD STANDARD [get_ports out_z]
 
+# Enable of the line drivers (pull it to disabled outside), alarm, and what is beside the table.
+set_property LOC PIN [get_ports driver_enable]
+set_property IOSTANDARD STANDARD [get_ports driver_enable]
+set_property LOC PIN [get_ports alarm]
+set_property IOSTANDARD STANDARD [get_ports alarm]
+set_property LOC PIN [get_ports sync_in]
+set_property IOSTANDARD STANDARD [get_ports sync_in]
+set_property PULLTYPE PULLDOWN [get_ports sync_in]
+set_property LOC PIN [get_ports trigger_out]
+set_property IOSTANDARD STANDARD [get_ports trigger_out]
+set_property LOC PIN [get_ports probe_in]
+set_property IOSTANDARD STANDARD [get_ports probe_in]
+set_property PULLTYPE PULLDOWN [get_ports probe_in]
+set_property LOC PIN [get_ports compare_out]
+set_property IOSTANDARD STANDARD [get_ports compare_out]
+
 # LEDs; high is lit.
 set_property LOC PIN [get_ports led_alive]
 set_property IOSTANDARD STANDARD [get_ports led_alive]

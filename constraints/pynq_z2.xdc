@@ -3,7 +3,7 @@
 # Pins of arctrue_zynq_top on the TUL PYNQ-Z2 (XC7Z020-1CLG400C).
 # RS-422 receivers and drivers stand between the Pmods and the encoders: docs/device.md.
 # PMODA shares its pins with the Raspberry Pi header: leave that one free.
-# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado.xdc.
+# Only what every tool reads stands here: LOC, IOSTANDARD and PULLTYPE of ports; the rest is in vivado/.
 # An open input is pulled low, so that it counts no edges.
 
 # Reference head: receivers' outputs on the upper row of Pmod PMODA.
@@ -35,6 +35,23 @@ set_property LOC T11 [get_ports out_b]
 set_property IOSTANDARD LVCMOS33 [get_ports out_b]
 set_property LOC T10 [get_ports out_z]
 set_property IOSTANDARD LVCMOS33 [get_ports out_z]
+
+# Enable of the line drivers, alarm, and what is beside the table: the other pins of Pmod PMODB, and one of PMODA.
+# On the coupled pairs of A they are such as stand still while the table turns.
+set_property LOC Y14 [get_ports driver_enable]
+set_property IOSTANDARD LVCMOS33 [get_ports driver_enable]
+set_property LOC V16 [get_ports alarm]
+set_property IOSTANDARD LVCMOS33 [get_ports alarm]
+set_property LOC W13 [get_ports sync_in]
+set_property IOSTANDARD LVCMOS33 [get_ports sync_in]
+set_property PULLTYPE PULLDOWN [get_ports sync_in]
+set_property LOC W16 [get_ports trigger_out]
+set_property IOSTANDARD LVCMOS33 [get_ports trigger_out]
+set_property LOC U19 [get_ports probe_in]
+set_property IOSTANDARD LVCMOS33 [get_ports probe_in]
+set_property PULLTYPE PULLDOWN [get_ports probe_in]
+set_property LOC V12 [get_ports compare_out]
+set_property IOSTANDARD LVCMOS33 [get_ports compare_out]
 
 # LEDs of the board.
 set_property LOC R14 [get_ports led_alive]

@@ -14,10 +14,16 @@ module quadrature_output_rules (
     input [15:0] minimum_spacing, input [15:0] following_limit
 );
 
-    wire a, b, z, cannot_keep_up;
+    wire pin_a, pin_b, pin_z, cannot_keep_up;
     wire [31:0] following_error;
+    // Any polarity and direction of the pins; undone here.
+    (* anyconst *) reg invert_a, invert_b, invert_z, swap_ab;
 
-    quadrature_output edges (.*);
+    quadrature_output edges (.a(pin_a), .b(pin_b), .z(pin_z), .*);
+
+    wire first = pin_a ^ invert_a, second = pin_b ^ invert_b;
+    wire a = swap_ab ? second : first, b = swap_ab ? first : second;
+    wire z = pin_z ^ invert_z;
 
     // Clocks from the first one with a decided step in its register to the edge at the pin.
     localparam WAY = 3;

@@ -24,29 +24,36 @@ class TimingError(Exception):
 class Top:
     """A top level below rtl/top, and what it asks of a flow.
 
-    ``primitives``: cells that tie it to the chip, and how many; ``vivado``: the file in
-    constraints/ that Vivado alone reads; ``has_core``: it has the generics of the core.
+    ``primitives``: cells that tie it to the chip, and how many; ``vivado``: the files in
+    constraints/vivado that Vivado alone reads, by the names of the entities, in order;
+    ``has_core``: it has the generics of the core.
     """
 
     name: str
     clock_mhz: int
     primitives: Mapping[str, int]
-    vivado: str = "vivado.xdc"
+    vivado: tuple[str, ...] = ()
     has_core: bool = True
 
 
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
+DEVICE_VIVADO = (
+    "zynq_processor",
+    "input_synchroniser",
+    "quadrature_output",
+    "arctrue_zynq_top",
+)
 TOPS = {
     top.name: top
     for top in (
-        Top("arctrue_zynq_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES),
-        Top("arctrue_zynq_differential_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES),
+        Top("arctrue_zynq_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, DEVICE_VIVADO),
+        Top("arctrue_zynq_differential_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, DEVICE_VIVADO),
         Top(
             "encoder_source_top",
             OSCILLATOR_MHZ,
             {"PS7": 0, "BUFG": 1},
-            vivado="vivado_encoder_source.xdc",
+            vivado=("encoder_source_top",),
             has_core=False,
         ),
     )

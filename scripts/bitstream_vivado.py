@@ -31,7 +31,8 @@ def run_vivado(job: Job) -> str:
     arguments = ["-top", job.top.name, "-part", job.part, "-output", str(job.folder)]
     for name, value in job.generics.items():
         arguments += ["-generic", f"{name}={value}"]
-    for xdc in (job.pins, CONSTRAINTS / job.top.vivado):
+    scoped = (CONSTRAINTS / "vivado" / f"{entity}.xdc" for entity in job.top.vivado)
+    for xdc in (job.pins, *scoped):
         arguments += ["-xdc", str(xdc)]
     for path in sources:
         arguments += ["-vhdl", str(path)]

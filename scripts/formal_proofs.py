@@ -71,6 +71,11 @@ PROOFS = (
                 " & referenced_then(0) & referenced;\n",
             ),
             Break(
+                "exchanged, one pin follows the other",
+                "        b <= a_level xor invert_b;\n",
+                "        b <= b_level xor invert_b;\n",
+            ),
+            Break(
                 "a gated Z begins a state too early",
                 "    return state < counts and",
                 "    return state <= counts and",
@@ -87,8 +92,8 @@ PROOFS = (
             ),
             Break(
                 "B follows the wrong bit of the phase",
-                "      b <= phase_then(1);\n",
-                "      b <= phase_then(0);\n",
+                "      b_level := phase_then(1);\n",
+                "      b_level := phase_then(0);\n",
             ),
             Break(
                 "the phase is not held while disabled",

@@ -29,6 +29,7 @@ WAY = (
     "harmonic",
     "compensation",
     "quadrature_output",
+    "signals",
     "registers",
     "core",
 )

@@ -1,4 +1,4 @@
-"""Breaks the VHDL on purpose, one mutation at a time, and sees whether the named test notices.
+"""Breaks VHDL, C and guards of the diagnosis, one mutation a time; sees if the named test notices.
 
 ``make mutate``, or ``python -m scripts.mutate NAME ...`` for some of them. It works in a copy of
 the tree; the tree itself is not touched. Exit code 1 when a mutation survives, 2 when the list
@@ -15,12 +15,27 @@ import tempfile
 import time
 from pathlib import Path
 
-from scripts.mutations import MUTATIONS, Mutation
+from scripts.firmware_mutations import FIRMWARE_MUTATIONS
+from scripts.mutation import Mutation
+from scripts.mutations import VHDL_MUTATIONS
+from scripts.mutations_of_guards import GUARD_MUTATIONS
+
+MUTATIONS = (*VHDL_MUTATIONS, *FIRMWARE_MUTATIONS, *GUARD_MUTATIONS)
 
 ROOT = Path(__file__).resolve().parents[1]
-COPIED = ("rtl", "tb", "sim", "scripts", "build/generated", "pyproject.toml", "conftest.py")
+COPIED = (
+    "rtl",
+    "tb",
+    "sim",
+    "scripts",
+    "firmware",
+    "build/generated",
+    "pyproject.toml",
+    "conftest.py",
+)
 TIMEOUT_S = 600
-BUILD_FAILED = "in _built"  # the function of tb/support/simulation.py in a traceback
+BUILD_FAILED = ("in _built", "the firmware does not compile")
+"""In the output: a function of tb/support/simulation.py, a message of firmware/library.py."""
 
 
 def faults_of_list(root: Path, mutations: tuple[Mutation, ...]) -> list[str]:
@@ -116,7 +131,7 @@ def main(names: list[str]) -> int:
             code, output = run_test(copy, mutation.test)
             path.write_text(text, encoding="utf-8")
             # A mutation that GHDL refuses, or a test that cannot start, proves nothing.
-            if code not in (0, 1) or (code and BUILD_FAILED in output):
+            if code not in (0, 1) or (code and any(text in output for text in BUILD_FAILED)):
                 print(output, file=sys.stderr)
                 print(f"{mutation.name}: no test ran on the mutated file", file=sys.stderr)
                 return 2

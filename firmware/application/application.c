@@ -23,8 +23,8 @@ enum { DOUBT_TURNS = 4 };
 enum { FAULTS_HELD = 3, FAULT_FORGOTTEN_TURNS = 20 };
 
 const char *application_phase_name(enum application_phase phase) {
-    static const char *const names[] = {"no_core", "wait_for_index", "capture",
-                                        "dump",    "swap",           "held"};
+    static const char *const names[] = {"no_core", "wait_for_index", "capture", "swap",
+                                        "held"};
     return (unsigned)phase <= PHASE_HELD ? names[phase] : "unknown";
 }
 
@@ -73,6 +73,8 @@ const char *alarm_name(uint32_t bit) {
         return "began_anew";
     case ALARM_SAVED:
         return "not_confirmed";
+    case ALARM_THERMOMETER:
+        return "thermometer";
     default:
         return NULL;
     }
@@ -91,10 +93,41 @@ void application_use_temperature(struct application *application, temperature_re
     application->temperature_context = context;
 }
 
+void application_use_thermometer(struct application *application, temperature_read *read,
+                                 void *context) {
+    table_temperature_use(&application->table, read, context);
+}
+
+/* The core's own clock. */
+static double seconds(const struct application *application) {
+    double clock_hz = application->temperature_clock_hz > 0.0
+                          ? application->temperature_clock_hz
+                          : application->configuration.clock_hz;
+    return clock_hz > 0.0 ? (double)core_position(&application->core).time / clock_hz : 0.0;
+}
+
+void application_tell_temperature(struct application *application, double celsius) {
+    table_temperature_tell(&application->table, celsius, seconds(application));
+}
+
+void application_choose_temperature(struct application *application,
+                                    enum temperature_source source) {
+    table_temperature_choose(&application->table, source);
+}
+
+const struct thermal *application_thermal(const struct application *application,
+                                          const struct thermal *thermal) {
+    return table_temperature_is_known(&application->table) ? thermal : NULL;
+}
+
 void application_keep_settings(struct application *application, struct kept_settings *kept,
                                memory_settle *settle) {
     application->kept = kept;
     application->settle = settle;
+}
+
+void application_use_copy(struct application *application, struct capture_copy *copy) {
+    application->copy = copy;
 }
 
 void application_use_flash(struct application *application, struct save *save) {
@@ -156,16 +189,37 @@ static void recover_saved(struct application *application) {
     }
 }
 
-static struct core_setup setup_of(const struct parameters *parameters) {
+/* The registers' units: 2^-35 count a clock, and 2^-59 count a clock and clock. */
+#define RATE_UNIT 0x1p35
+#define ACCELERATION_UNIT 0x1p59
+
+static uint32_t register_of(double value) {
+    return value < (double)UINT32_MAX ? (uint32_t)(value + 0.5) : UINT32_MAX;
+}
+
+/* The same angle a second whatever the counts of a turn are. */
+static struct core_setup setup_of(const struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    double clock_hz = application->configuration.clock_hz;
+    double counts_an_arcsec = parameters->counts_per_rev / ARCSEC_PER_TURN;
+    double counts_a_clock = parameters->ramp_arcsec_s * counts_an_arcsec / clock_hz;
+    double counts_a_clock_2 =
+        parameters->ramp_arcsec_s2 * counts_an_arcsec / (clock_hz * clock_hz);
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
         .sample_period = (uint32_t)parameters->sample_period,
-        .ramp_rate = (uint32_t)parameters->ramp_rate,
+        .ramp_rate = register_of(counts_a_clock * RATE_UNIT),
+        .ramp_acceleration = register_of(counts_a_clock_2 * ACCELERATION_UNIT),
         .output_spacing = (uint32_t)parameters->output_spacing,
         .filter_length = (uint32_t)parameters->filter_length,
         .minimum_edge_spacing = (uint32_t)parameters->minimum_edge_spacing,
         .index_tolerance = (uint32_t)parameters->index_tolerance,
         .heal = parameters->heal != 0.0,
+        .head1_input = (uint32_t)parameters->head1_input,
+        .head2_input = (uint32_t)parameters->head2_input,
+        .output_pins = (uint32_t)parameters->output_pins,
+        .alarm = (uint32_t)parameters->release_sources << 8 |
+                 (uint32_t)parameters->alarm_sources,
     };
 }
 
@@ -230,14 +284,16 @@ static void forget_zeros(struct application *application) {
 }
 
 void application_start(struct application *application) {
-    struct core_setup setup = setup_of(&application->parameters);
     application->phase = PHASE_NO_CORE;
     begin_with_nothing(application);
     if (application->saved_state == SAVED_NOT_CONFIRMED) {
         application->saved_state = SAVED_WAITING;
     }
-    if (!core_identify(&application->core, &application->configuration) ||
-        !core_set_up(&application->core, &setup)) {
+    if (!core_identify(&application->core, &application->configuration)) {
+        return;
+    }
+    struct core_setup setup = setup_of(application);
+    if (!core_set_up(&application->core, &setup)) {
         return;
     }
     forget_zeros(application);
@@ -260,8 +316,11 @@ static void hold(struct application *application) {
    core of before. */
 static bool resume(struct application *application) {
     const struct core_access *core = &application->core;
-    struct core_setup setup = setup_of(&application->parameters);
-    if (!core_identify(core, &application->configuration) || !core_resume(core, &setup)) {
+    if (!core_identify(core, &application->configuration)) {
+        return false;
+    }
+    struct core_setup setup = setup_of(application);
+    if (!core_resume(core, &setup)) {
         return false;
     }
     begin_with_nothing(application);
@@ -347,6 +406,7 @@ enum save_answer application_save(struct application *application) {
     if (application->has_active) {
         load_own_lanes(&application->load, &application->active, &saved->own);
         saved->loaded = application->load.loaded;
+        saved->thermal = application->load.thermal;
     }
     saved->own.counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
     saved->loaded.counts_per_rev = saved->own.counts_per_rev;
@@ -472,6 +532,7 @@ static uint32_t alarms_of(struct application *application) {
     bool hot = application->report.has_temperature &&
                application->report.temperature_c > parameters->alarm_temperature_c;
     alarms |= hot ? ALARM_TEMPERATURE : 0;
+    alarms |= table_temperature_is_held(&application->table) ? ALARM_THERMOMETER : 0;
     alarms |= application->faults_in_a_row != 0 ? ALARM_BEGAN_ANEW : 0;
     return alarms;
 }
@@ -599,12 +660,12 @@ static void take_set(struct application *application) {
     }
     application->report.result = TURN_APPLIED;
     if (!saved) {
-        load_take_over(load, &load->received);
+        load_take_over(load, &load->received, &load->received_thermal);
         return;
     }
     application->saved_state = SAVED_CONFIRMED;
     enum load_state before = load->state;
-    load_take_over(load, &application->save->content.loaded);
+    load_take_over(load, &application->save->content.loaded, &application->save->content.thermal);
     if (before == LOAD_RECEIVING || before == LOAD_WAITING) {
         load->state = before;
     }
@@ -658,20 +719,86 @@ static void watch_zero(struct application *application) {
     }
 }
 
+/* The loaded lanes at the table's temperature, where that changes the correction by more than the
+   operator wants. Between two turns: a turn that is ready goes first. */
+static void follow_temperature(struct application *application) {
+    const struct load *load = &application->load;
+    const struct thermal *thermal = application_thermal(application, &load->thermal);
+    if (!application->has_active || thermal == NULL || thermal->lanes == 0) {
+        return;
+    }
+    application->candidate = application->active;
+    for (uint32_t place = 0; place < application->candidate.lanes; place++) {
+        struct lane *lane = &application->candidate.lane[place];
+        const struct lane *written = coefficients_lane_of(&load->loaded, lane->order);
+        if (written != NULL) {
+            *lane = thermal_lane_at(thermal, written, application->table.celsius);
+        }
+    }
+    if (thermal_apart_counts(&application->candidate, &application->active) <=
+        application->parameters.temperature_step_counts) {
+        return;
+    }
+    if (load_candidate(application)) {
+        application->temperature_swaps++;
+    } else {
+        application->report.alarms |= ALARM_COEFFICIENTS;
+        application->report.fresh = true;
+    }
+}
+
+/* Of the model that is judged next, or else of the one that is at work. */
+static const struct thermal *thermal_in_use(const struct application *application) {
+    if (application->saved_state == SAVED_WAITING) {
+        return &application->save->content.thermal;
+    }
+    const struct load *load = &application->load;
+    return load->state == LOAD_WAITING ? &load->received_thermal : &load->thermal;
+}
+
+static void read_table_temperature(struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    const struct temperature_limits limits = {
+        .jump_k = parameters->temperature_jump_k,
+        .still_s = parameters->temperature_still_s,
+    };
+    table_temperature_follow(&application->table, &limits,
+                             thermal_in_use(application)->time_constant_ms / 1000.0,
+                             seconds(application));
+}
+
+/* For the console, which takes seconds to tell it. The die's temperature is that of now. */
+static void copy_bank(struct application *application) {
+    struct capture_copy *copy = application->copy;
+    double celsius;
+    if (!capture_copy_take(copy, &application->capture)) {
+        application->dump = DUMP_NOT_COPIED;
+        return;
+    }
+    copy->sequence_number = application->header.sequence_number;
+    copy->start_time = application->header.start_time;
+    copy->separation_udeg = (int32_t)rint(application->parameters.separation_deg * 1e6);
+    copy->has_temperature =
+        application->read_temperature != NULL &&
+        application->read_temperature(application->temperature_context, &celsius);
+    copy->temperature_cdeg = copy->has_temperature ? (int32_t)rint(celsius * 100.0) : 0;
+    application->dump = DUMP_COPIED;
+}
+
 static void look_for_bank(struct application *application) {
     if (!core_status(&application->core).capture_ready) {
         watch_capture(application);
         watch_zero(application);
+        if (application->phase == PHASE_CAPTURE) {
+            follow_temperature(application);
+        }
         return;
     }
     application->banks_without_interrupt += !application->interrupted;
     application->interrupted = false;
     take_bank(application);
-    if (application->dump_wanted) {
-        application->dump_wanted = false;
-        application->dumped = 0;
-        application->phase = PHASE_DUMP;
-        return;
+    if (application->dump == DUMP_WANTED) {
+        copy_bank(application);
     }
     finish_bank(application);
 }
@@ -702,12 +829,15 @@ void application_interrupt(struct application *application) {
 }
 
 bool application_busy(const struct application *application) {
-    return application->phase == PHASE_DUMP || application->phase == PHASE_SWAP;
+    return application->phase == PHASE_SWAP;
 }
 
 void application_step(struct application *application) {
     if (application->save != NULL) {
         save_step(application->save);
+    }
+    if (works(application)) {
+        read_table_temperature(application);
     }
     switch (application->phase) {
     case PHASE_WAIT_FOR_INDEX:
@@ -715,12 +845,6 @@ void application_step(struct application *application) {
         break;
     case PHASE_CAPTURE:
         look_for_bank(application);
-        break;
-    case PHASE_DUMP:
-        /* The bank is held until the console has told it. */
-        if (application->dumped >= application->capture.samples) {
-            finish_bank(application);
-        }
         break;
     case PHASE_SWAP:
         wait_for_swap(application);

@@ -7,6 +7,7 @@
 #define ARCTRUE_APPLICATION_H
 
 #include "average.h"
+#include "capture_copy.h"
 #include "core.h"
 #include "fourier.h"
 #include "gate.h"
@@ -16,12 +17,12 @@
 #include "parameters.h"
 #include "reading_function.h"
 #include "save.h"
+#include "table_temperature.h"
 
 enum application_phase {
     PHASE_NO_CORE,
     PHASE_WAIT_FOR_INDEX,
     PHASE_CAPTURE,
-    PHASE_DUMP,
     PHASE_SWAP,
     /* Several faults in a row, or settings that are lost: the core goes on with the coefficients that it
        has, and nothing is worked on. */
@@ -50,6 +51,9 @@ enum saved_state {
     SAVED_NOT_CONFIRMED,
 };
 
+/* A capture for the console: asked for, copied, or such that it cannot be. */
+enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
+
 /* Where the candidate comes from. */
 enum candidate_origin { OF_TURN, OF_LOAD, OF_SAVED };
 
@@ -69,6 +73,7 @@ enum alarm {
     /* The firmware began anew after a fault, not long ago. */
     ALARM_BEGAN_ANEW = 1024,
     ALARM_SAVED = 2048,
+    ALARM_THERMOMETER = 4096,
 };
 
 /* The latest turn, for the console and for telemetry. */
@@ -100,9 +105,6 @@ union calibration_workspace {
 /* What was written to memory is to outlive a new start. */
 typedef void memory_settle(void);
 
-/* False: no temperature is known; the value then stays as it was. */
-typedef bool temperature_read(void *context, double *celsius);
-
 struct application {
     struct core_access core;
     /* NULL: there is no sensor. */
@@ -115,7 +117,6 @@ struct application {
     bool frozen;
     bool bypassed;
     bool telemetry;
-    bool dump_wanted;
     /* NULL: they are not kept. */
     struct kept_settings *kept;
     memory_settle *settle;
@@ -124,7 +125,9 @@ struct application {
     /* The bank that is ready. */
     struct core_header header;
     struct capture capture;
-    uint32_t dumped;
+    enum dump_state dump;
+    /* NULL: no capture is copied. */
+    struct capture_copy *copy;
     int32_t position_at_bank;
     /* The angle of head 2 at its own index, counts: what it lost since the index that made its
        zero. The core moves head 1's zero in place of that: how often it has. */
@@ -144,6 +147,12 @@ struct application {
     struct coefficients active;
     struct coefficients candidate;
     struct load load;
+    struct table_temperature table;
+    /* Of the core's time for the thermometer; 0: as the core says. In the virtual instrument fewer
+       clocks are a second. */
+    double temperature_clock_hz;
+    /* Banks that followed the temperature between two turns. */
+    uint32_t temperature_swaps;
     /* NULL: there is no flash. */
     struct save *save;
     enum saved_state saved_state;
@@ -174,9 +183,24 @@ void application_prepare(struct application *application, const struct core_acce
 void application_use_temperature(struct application *application, temperature_read *read,
                                  void *context);
 
+/* Where the temperature of the table comes from, unless the operator says otherwise. */
+void application_use_thermometer(struct application *application, temperature_read *read,
+                                 void *context);
+/* From the host, a source, or none. */
+void application_tell_temperature(struct application *application, double celsius);
+void application_choose_temperature(struct application *application,
+                                    enum temperature_source source);
+/* For lanes that follow the temperature: the table's, or NULL where none is known and they are as
+   they were written. */
+const struct thermal *application_thermal(const struct application *application,
+                                          const struct thermal *thermal);
+
 /* Where the operator's settings are kept; `settle` is called after each write. */
 void application_keep_settings(struct application *application, struct kept_settings *kept,
                                memory_settle *settle);
+
+/* Where captures are copied to. */
+void application_use_copy(struct application *application, struct capture_copy *copy);
 
 /* Where settings and coefficients are saved. */
 void application_use_flash(struct application *application, struct save *save);

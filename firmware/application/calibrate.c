@@ -86,10 +86,12 @@ static uint32_t lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-static void combine(const struct coefficients *loaded, const struct coefficients *own,
-                    uint32_t lanes, struct coefficients *candidate) {
-    load_combine(loaded, own, lanes, candidate);
-    candidate->counts_per_rev = own->counts_per_rev;
+static void combine(struct application *application, const struct coefficients *own) {
+    const struct load *load = &application->load;
+    load_combine(&load->loaded, application_thermal(application, &load->thermal),
+                 application->table.celsius, own, application->configuration.lanes,
+                 &application->candidate);
+    application->candidate.counts_per_rev = own->counts_per_rev;
 }
 
 /* An order that `orders` no longer has, of the calibration's own. */
@@ -121,7 +123,7 @@ static enum refusal make_candidate(struct application *application) {
     if (reason != NOT_REFUSED) {
         return reason;
     }
-    combine(loaded, &own, lanes, &application->candidate);
+    combine(application, &own);
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
     reason = gate_judge(&application->report.prediction);
@@ -130,7 +132,7 @@ static enum refusal make_candidate(struct application *application) {
         /* `orders` was lowered: what no turn judges any more is not applied any more. */
         own = *active;
         coefficients_drop_orders(&own, estimate->orders);
-        combine(loaded, &own, lanes, &application->candidate);
+        combine(application, &own);
         reason = NOT_REFUSED;
     }
     show_loaded_orders(hidden, estimate, verdicts);
@@ -144,7 +146,8 @@ static void judge_saved(struct application *application, const struct turn *turn
     const struct saved *saved = &application->save->content;
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     uint32_t lanes = application->configuration.lanes;
-    load_combine(&saved->loaded, &saved->own, lanes, &application->candidate);
+    load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
+                 application->table.celsius, &saved->own, lanes, &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
     if (fits && load_is_better(turn, active, &application->candidate)) {
@@ -162,7 +165,8 @@ static void judge_load(struct application *application, const struct turn *turn)
     struct coefficients own;
     load_own_lanes(load, active, &own);
     uint32_t lanes = application->configuration.lanes;
-    load_combine(&load->received, &own, lanes, &application->candidate);
+    load_combine(&load->received, application_thermal(application, &load->received_thermal),
+                 application->table.celsius, &own, lanes, &application->candidate);
     bool taken_away = lanes_used(&load->received) == 0;
     if (!taken_away && !load_is_no_worse(turn, active, &application->candidate)) {
         load_refuse(load, LOAD_WORSE);

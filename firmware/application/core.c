@@ -61,10 +61,15 @@ static void write_setup(const struct core_access *core, const struct core_setup 
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
     write_at(core, AT(ramp_rate), setup->ramp_rate);
+    write_at(core, AT(ramp_acceleration), setup->ramp_acceleration);
     write_at(core, AT(output_spacing), setup->output_spacing);
     write_at(core, AT(filter_length), setup->filter_length);
     write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
     write_at(core, AT(index_tolerance), setup->index_tolerance);
+    write_at(core, AT(head1_input), setup->head1_input);
+    write_at(core, AT(head2_input), setup->head2_input);
+    write_at(core, AT(output_pins), setup->output_pins);
+    write_at(core, AT(alarm), setup->alarm);
     write_at(core, AT(lost_counts),
              BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
 }

@@ -39,12 +39,18 @@ struct core_setup {
     uint32_t counts_per_rev;
     uint32_t sample_period;
     uint32_t ramp_rate;
+    uint32_t ramp_acceleration;
     uint32_t output_spacing;
     uint32_t filter_length;
     uint32_t minimum_edge_spacing;
     uint32_t index_tolerance;
     /* Counts that head 1 lost are put into the count of the output. */
     bool heal;
+    /* Words of the registers. */
+    uint32_t head1_input;
+    uint32_t head2_input;
+    uint32_t output_pins;
+    uint32_t alarm;
 };
 
 struct core_header {

@@ -63,8 +63,10 @@ void load_abort(struct load *load) {
     load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
 }
 
-void load_take_over(struct load *load, const struct coefficients *set) {
+void load_take_over(struct load *load, const struct coefficients *set,
+                    const struct thermal *thermal) {
     load->loaded = *set;
+    load->thermal = *thermal;
     load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
 }
 
@@ -77,7 +79,9 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
         return;
     }
     load->received = load->loaded;
+    load->received_thermal = load->thermal;
     load->loaded = (struct coefficients){0};
+    load->thermal = (struct thermal){0};
     if (load->received.counts_per_rev == counts_per_rev) {
         load->state = LOAD_WAITING;
     } else {
@@ -99,6 +103,7 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->next = 0;
     load->crc = crc_of(0, words, 2);
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
+    load->received_thermal = (struct thermal){0};
     return LOAD_TAKEN;
 }
 
@@ -121,6 +126,49 @@ enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
     lane.phase_step = coefficients_phase_step(order, load->received.counts_per_rev);
     load->received.lane[load->next++] = lane;
     load->crc = crc_of(load->crc, words, 4);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_slope(struct load *load, uint32_t number, const struct thermal_lane *lane,
+                            uint32_t crc) {
+    const uint32_t words[] = {
+        number,
+        lane->order,
+        (uint32_t)lane->cosine,
+        (uint32_t)lane->sine,
+        (uint32_t)lane->cosine_squared,
+        (uint32_t)lane->sine_squared,
+    };
+    struct thermal *thermal = &load->received_thermal;
+    if (crc_of(0, words, 6) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING || number != thermal->lanes) {
+        return LOAD_WRONG_FRAME;
+    }
+    if (number >= THERMAL_LANES_MAX || !coefficients_have(&load->received, lane->order)) {
+        return refused(load, LOAD_OUT_OF_RANGE);
+    }
+    thermal->lane[thermal->lanes++] = *lane;
+    load->crc = crc_of(load->crc, words, 6);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_temperature(struct load *load, int32_t reference_mc,
+                                  uint32_t time_constant_ms, uint32_t crc) {
+    const uint32_t words[] = {(uint32_t)reference_mc, time_constant_ms};
+    if (crc_of(0, words, 2) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    load->received_thermal.reference_mc = reference_mc;
+    load->received_thermal.time_constant_ms = time_constant_ms;
+    if (!thermal_is_valid(&load->received_thermal)) {
+        return refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->crc = crc_of(load->crc, words, 2);
     return LOAD_TAKEN;
 }
 
@@ -151,7 +199,7 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
         return refused(load, LOAD_ANOTHER_TABLE);
     }
     load_own_lanes(load, active, &own);
-    load_combine(&load->received, &own, load->received.lanes, &all);
+    load_combine(&load->received, NULL, 0.0, &own, load->received.lanes, &all);
     if (steepest(&all) >= 1.0) {
         return refused(load, LOAD_TOO_STEEP);
     }
@@ -169,14 +217,14 @@ void load_own_lanes(const struct load *load, const struct coefficients *active,
     }
 }
 
-void load_combine(const struct coefficients *set, const struct coefficients *own, uint32_t lanes,
-                  struct coefficients *candidate) {
+void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
+                  const struct coefficients *own, uint32_t lanes, struct coefficients *candidate) {
     uint32_t used = 0;
     *candidate =
         (struct coefficients){.lanes = lanes, .counts_per_rev = set->counts_per_rev};
     for (uint32_t lane = 0; lane < set->lanes && used < lanes; lane++) {
         if (set->lane[lane].order != 0) {
-            candidate->lane[used++] = set->lane[lane];
+            candidate->lane[used++] = thermal_lane_at(thermal, &set->lane[lane], celsius);
         }
     }
     for (uint32_t lane = 0; lane < own->lanes && used < lanes; lane++) {

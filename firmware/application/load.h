@@ -14,6 +14,7 @@
 
 #include "capture.h"
 #include "coefficients.h"
+#include "thermal.h"
 
 enum load_state {
     LOAD_NONE,
@@ -53,6 +54,9 @@ struct load {
     /* What is coming, and what belongs to the operator now. */
     struct coefficients received;
     struct coefficients loaded;
+    /* How their lanes follow the temperature. */
+    struct thermal received_thermal;
+    struct thermal thermal;
 };
 
 const char *load_state_name(enum load_state state);
@@ -64,6 +68,12 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
                             uint32_t lanes, uint32_t crc);
 enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
                            uint32_t phase_offset, int32_t amplitude, uint32_t crc);
+/* How a lane of before follows the temperature; by their numbers, from 0 on. */
+enum load_answer load_slope(struct load *load, uint32_t number, const struct thermal_lane *lane,
+                            uint32_t crc);
+/* At which temperature the lanes are as they are written, and how the thermometer lags. */
+enum load_answer load_temperature(struct load *load, int32_t reference_mc,
+                                  uint32_t time_constant_ms, uint32_t crc);
 /* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */
 enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
                           const struct coefficients *active, uint32_t crc);
@@ -75,7 +85,8 @@ void load_refuse(struct load *load, enum load_answer reason);
 void load_abort(struct load *load);
 
 /* `set` belongs to the operator from now on. */
-void load_take_over(struct load *load, const struct coefficients *set);
+void load_take_over(struct load *load, const struct coefficients *set,
+                    const struct thermal *thermal);
 
 /* Nothing is loaded any more. */
 void load_forget(struct load *load);
@@ -87,10 +98,10 @@ void load_again(struct load *load, uint32_t counts_per_rev);
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
-/* `candidate`: the lanes of `set` and behind them those of `own` whose orders it has not, as many
+/* `candidate`: the lanes of `set`, at a temperature where `thermal` is not NULL, and behind them those of `own` whose orders it has not, as many
    as fit. */
-void load_combine(const struct coefficients *set, const struct coefficients *own, uint32_t lanes,
-                  struct coefficients *candidate);
+void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
+                  const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);
 
 /* False: head 2 less head 1 of the turn is explained worse with `candidate` than with `active`
    (NULL: nothing), by more than its noise explains. A lane may be of the disc, which both heads

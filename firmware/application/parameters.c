@@ -31,19 +31,29 @@ static const struct parameter_description descriptions[] = {
     {"counts_per_rev", ARCTRUE_COUNTS_PER_REV_MIN, ARCTRUE_COUNTS_PER_REV_MAX,
      PRESET(COUNTS_PER_REV), true, true, PLACE(counts_per_rev)},
     {"sample_period", 1, MOST_U32, PRESET(SAMPLE_PERIOD), true, true, PLACE(sample_period)},
-    {"ramp_rate", 0, MOST_U32, PRESET(RAMP_RATE), true, true, PLACE(ramp_rate)},
+    /* 1,900 counts a second at 2^24 counts a turn, reached in 0.1 s. */
+    {"ramp_arcsec_s", 0, MOST_ARCSEC * 1e3, 147, false, true, PLACE(ramp_arcsec_s)},
+    {"ramp_arcsec_s2", 0, MOST_ARCSEC * 1e6, 1470, false, true, PLACE(ramp_arcsec_s2)},
     {"output_spacing", 1, 65535, PRESET(OUTPUT_SPACING), true, true, PLACE(output_spacing)},
     {"filter_length", 1, 255, PRESET(FILTER_LENGTH), true, true, PLACE(filter_length)},
     {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, true,
      PLACE(minimum_edge_spacing)},
     {"index_tolerance", 0, 65535, PRESET(INDEX_TOLERANCE), true, true, PLACE(index_tolerance)},
     {"heal", 0, 1, 0, true, true, PLACE(heal)},
+    {"head1_input", 0, 65535, 0, true, true, PLACE(head1_input)},
+    {"head2_input", 0, 65535, 0, true, true, PLACE(head2_input)},
+    {"output_pins", 0, 15, 0, true, true, PLACE(output_pins)},
+    {"alarm_sources", 0, 31, 31, true, true, PLACE(alarm_sources)},
+    {"release_sources", 0, 31, 0, true, true, PLACE(release_sources)},
     {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, false, PLACE(alarm_noise_arcsec)},
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, false, PLACE(alarm_error_arcsec)},
     {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false, false,
      PLACE(alarm_separation_arcsec)},
     /* The commercial grade's die. */
     {"alarm_temperature_c", -55, 150, 85, false, false, PLACE(alarm_temperature_c)},
+    {"temperature_step_counts", 0.01, 1000, 0.5, false, false, PLACE(temperature_step_counts)},
+    {"temperature_jump_k", 0.01, 100, 1, false, false, PLACE(temperature_jump_k)},
+    {"temperature_still_s", 0, 1e6, 900, false, false, PLACE(temperature_still_s)},
 };
 
 uint32_t parameters_number(void) {

@@ -21,17 +21,32 @@ struct parameters {
     double noise_limit;
     double counts_per_rev;
     double sample_period;
-    double ramp_rate;
+    /* Largest velocity of a ramp and its change; 0: no bound of the change. */
+    double ramp_arcsec_s;
+    double ramp_arcsec_s2;
     double output_spacing;
     double filter_length;
     double minimum_edge_spacing;
     double index_tolerance;
     /* 1: counts that head 1 lost are put into the count of the output, on the ramp. */
     double heal;
+    /* Polarity, direction and filter of a head's pins; polarity and direction of the output's. */
+    double head1_input;
+    double head2_input;
+    double output_pins;
+    /* Faults that raise the alarm, and those that release the outputs. */
+    double alarm_sources;
+    double release_sources;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
     double alarm_temperature_c;
+    /* A change of the correction by the temperature that is worth a new bank. */
+    double temperature_step_counts;
+    /* What the table cannot do from one reading of its thermometer to the next, and how long it
+       may say the same. */
+    double temperature_jump_k;
+    double temperature_still_s;
 };
 
 struct parameter_description {

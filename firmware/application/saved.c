@@ -85,6 +85,20 @@ static void put_lanes(struct words *words, const struct coefficients *coefficien
     }
 }
 
+static void put_thermal(struct words *words, const struct thermal *thermal) {
+    put(words, thermal->lanes);
+    put(words, (uint32_t)thermal->reference_mc);
+    put(words, thermal->time_constant_ms);
+    for (uint32_t place = 0; place < thermal->lanes; place++) {
+        const struct thermal_lane *lane = &thermal->lane[place];
+        put(words, lane->order);
+        put(words, (uint32_t)lane->cosine);
+        put(words, (uint32_t)lane->sine);
+        put(words, (uint32_t)lane->cosine_squared);
+        put(words, (uint32_t)lane->sine_squared);
+    }
+}
+
 static uint32_t used(const struct coefficients *coefficients) {
     uint32_t number = 0;
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
@@ -111,6 +125,7 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     put(&to, saved_lanes(saved));
     put_lanes(&to, &saved->own, OF_CALIBRATION);
     put_lanes(&to, &saved->loaded, OF_OPERATOR);
+    put_thermal(&to, &saved->thermal);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
     put(&to, crc_of(words, to.place));
     return to.place;
@@ -179,6 +194,24 @@ static bool take_coefficients(struct source *from, struct saved *saved) {
     return valid;
 }
 
+static bool take_thermal(struct source *from, struct saved *saved) {
+    struct thermal *thermal = &saved->thermal;
+    *thermal = (struct thermal){.lanes = take(from)};
+    thermal->reference_mc = (int32_t)take(from);
+    thermal->time_constant_ms = take(from);
+    if (!thermal_is_valid(thermal)) {
+        return false;
+    }
+    for (uint32_t place = 0; place < thermal->lanes; place++) {
+        thermal->lane[place] = (struct thermal_lane){.order = take(from)};
+        thermal->lane[place].cosine = (int32_t)take(from);
+        thermal->lane[place].sine = (int32_t)take(from);
+        thermal->lane[place].cosine_squared = (int32_t)take(from);
+        thermal->lane[place].sine_squared = (int32_t)take(from);
+    }
+    return true;
+}
+
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence) {
     uint32_t length = words[LENGTH_WORD];
     if (words[MAGIC_WORD] == ERASED) {
@@ -197,6 +230,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     }
     struct source from = {words, SAVED_HEAD_WORDS, end};
     *sequence = words[SEQUENCE_WORD];
-    bool valid = take_settings(&from, &saved->settings) && take_coefficients(&from, saved);
+    bool valid = take_settings(&from, &saved->settings) &&
+                 take_coefficients(&from, saved) && take_thermal(&from, saved);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
 }

@@ -12,6 +12,8 @@
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
      (0 the calibration, 1 loaded)
+     then the number of loaded lanes that follow the temperature, T0 and the time constant in
+     thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      last  CRC-32 of all words before */
 
 #ifndef ARCTRUE_SAVED_H
@@ -22,6 +24,7 @@
 
 #include "coefficients.h"
 #include "kept_settings.h"
+#include "thermal.h"
 
 #define SAVED_MAGIC 0x56535441U
 #define SAVED_VERSION 1U
@@ -29,8 +32,10 @@ enum { SAVED_HEAD_WORDS = 4, SAVED_PARAMETERS_MOST = 64 };
 enum {
     SAVED_LANE_WORDS = 4,
     SAVED_PARAMETER_WORDS = 3,
+    SAVED_THERMAL_WORDS = 5,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
-                       LANES_LIMIT * SAVED_LANE_WORDS + 1,
+                       LANES_LIMIT * SAVED_LANE_WORDS + 3 +
+                       THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 1,
 };
 
 struct saved {
@@ -38,6 +43,7 @@ struct saved {
     /* Of the calibration, and of the operator. */
     struct coefficients own;
     struct coefficients loaded;
+    struct thermal thermal;
 };
 
 enum saved_answer {

@@ -22,6 +22,8 @@
 #define CLOCKS_FABRIC_DIVISOR1 2U
 #define CLOCKS_FABRIC_HZ (CLOCKS_IO_PLL_HZ / (CLOCKS_FABRIC_DIVISOR0 * CLOCKS_FABRIC_DIVISOR1))
 #define CLOCKS_PROCESSOR_HZ (CLOCKS_ARM_PLL_HZ / BOARD_PROCESSOR_DIVISOR)
+/* The slowest of the ratio 6:2:1, of the I2C controller. */
+#define CLOCKS_BUS_HZ (CLOCKS_PROCESSOR_HZ / 6U)
 /* Timers and watchdog run at half the processor's clock. */
 #define CLOCKS_TIMER_HZ (CLOCKS_PROCESSOR_HZ / 2U)
 

@@ -9,9 +9,11 @@
 #include "fault.h"
 #include "flash.h"
 #include "flash_map.h"
+#include "i2c.h"
 #include "interrupts.h"
 #include "memory_mapped.h"
 #include "registers.h"
+#include "thermometer.h"
 #include "timer.h"
 #include "uart.h"
 #include "watchdog.h"
@@ -23,6 +25,8 @@
 static struct {
     struct flash flash;
     struct save save;
+    struct thermometer thermometer;
+    struct capture_copy copy;
 } upper __attribute__((section(".upper")));
 
 static struct {
@@ -72,11 +76,24 @@ static void write_core(void *context, uint32_t offset, uint32_t word) {
     }
 }
 
+/* Its pins are the fabric's. One that is plugged in later is found by the next `rearm`. */
+static void use_thermometer(void) {
+    if (upper.thermometer.kind != THERMOMETER_NONE || !board_fabric_usable()) {
+        return;
+    }
+    i2c_prepare(board_registers(), CLOCKS_BUS_HZ);
+    thermometer_find(&upper.thermometer, board_registers());
+    if (upper.thermometer.kind != THERMOMETER_NONE) {
+        application_use_thermometer(&firmware.application, thermometer_read, &upper.thermometer);
+    }
+}
+
 static void look_for_fabric(void *context) {
     (void)context;
     if (!board_fabric_usable()) {
         (void)board_fabric_look_again();
     }
+    use_thermometer();
 }
 
 static const char *fabric_word(void) {
@@ -142,7 +159,7 @@ static void tell_alive(void) {
 
 static bool work_waits(void) {
     return firmware.core_interrupted || uart_waits(&firmware.uart) ||
-           application_busy(&firmware.application);
+           application_busy(&firmware.application) || console_busy(&firmware.console);
 }
 
 static void tell_settings(const struct text_sink *sink) {
@@ -207,6 +224,7 @@ int main(void) {
     struct fault_record last = fault_last();
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;
+    application_use_copy(&firmware.application, &upper.copy);
     application_keep_settings(&firmware.application, fault_kept_settings(), fault_keep);
     use_flash();
     application_recover(&firmware.application, last.code != FAULT_NONE);

@@ -3,6 +3,7 @@
 #include "coefficients.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "arctrue_number_formats.h"
 #include "units.h"
@@ -73,13 +74,17 @@ bool coefficients_lane_is_valid(const struct lane *lane) {
            lane->amplitude <= AMPLITUDE_MOST && lane->amplitude >= -AMPLITUDE_MOST - 1;
 }
 
-bool coefficients_have(const struct coefficients *coefficients, uint32_t order) {
-    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order) {
+    for (uint32_t lane = 0; order != 0 && lane < coefficients->lanes; lane++) {
         if (coefficients->lane[lane].order == order) {
-            return true;
+            return &coefficients->lane[lane];
         }
     }
-    return false;
+    return NULL;
+}
+
+bool coefficients_have(const struct coefficients *coefficients, uint32_t order) {
+    return coefficients_lane_of(coefficients, order) != NULL;
 }
 
 uint32_t coefficients_most_order(const struct coefficients *coefficients) {

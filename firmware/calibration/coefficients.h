@@ -40,6 +40,8 @@ bool coefficients_lane_is_valid(const struct lane *lane);
 
 /* A lane has the order. */
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
+/* Its lane, NULL where there is none; of order 0 there is none. */
+const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order);
 /* The highest order that has a lane; 0: none has. */
 uint32_t coefficients_most_order(const struct coefficients *coefficients);
 /* Switch off the lanes of orders above `most`. */

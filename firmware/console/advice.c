@@ -57,6 +57,16 @@ static const struct {
     {"stuck_capture", "four turns without a capture: it was begun anew; look at sample_period"},
     {"coefficients", "the gateware does not hold what was written to it: do not use this board"},
     {"temperature", "the die is hotter than alarm_temperature_c: cool the board"},
+    {"thermometer", "the table's temperature is held at its last good value: status tells why; the "
+                    "loaded lanes that follow it stay as they are"},
+    {"silent", "the thermometer does not answer: look at its cable; temperature VALUE tells it "
+               "from the host meanwhile"},
+    {"jumped", "the thermometer said what the table cannot have become (temperature_jump_k): look "
+               "at it, then temperature sensor"},
+    {"unchanged", "the thermometer, or the host, has told nothing new for temperature_still_s: look at "
+                  "it; where the table is as even as that, set it longer"},
+    {"not_copied", "a step of the turn does not fit into the copy: more samples a turn, or fewer than "
+                   "6,144; dump again"},
     {"swap", "the core did not take new coefficients: the correction is off and everything is found "
              "anew; if it comes again, do not use this board"},
     {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},

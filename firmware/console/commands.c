@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "advice.h"
+#include "dump.h"
 #include "load_commands.h"
 #include "save_command.h"
 #include "units.h"
@@ -124,6 +125,23 @@ static void show_saved(struct console *console) {
     }
 }
 
+static void show_temperature(struct console *console) {
+    const struct table_temperature *table = &console->application->table;
+    named_word(console, "thermometer", temperature_source_name(table->source));
+    if (table->source == TEMPERATURE_NONE) {
+        return;
+    }
+    named_word(console, "thermometer_state", temperature_state_name(table->state));
+    if (table_temperature_is_known(table)) {
+        named_fixed(console, "thermometer_c", table->shown_c);
+        named_fixed(console, "table_c", table->celsius);
+    }
+    if (table_temperature_is_held(table)) {
+        advise(console, temperature_state_name(table->state));
+    }
+    named(console, "temperature_swaps", console->application->temperature_swaps);
+}
+
 static void show_device(struct console *console) {
     const struct application *application = console->application;
     named_word(console, "reset", console->reset_reason ? console->reset_reason : "none");
@@ -135,6 +153,7 @@ static void show_device(struct console *console) {
     }
     show_settings(console);
     show_saved(console);
+    show_temperature(console);
     named(console, "console_overruns", console->overruns);
     named_fixed(console, "longest_step_us", console->longest_step_us);
     named(console, "interrupts", application->interrupts);
@@ -292,19 +311,28 @@ static void telemetry(struct console *console, char *const *words, uint32_t numb
     }
 }
 
-static void dump(struct console *console, char *const *words, uint32_t number) {
-    (void)words;
+static void temperature(struct console *console, char *const *words, uint32_t number) {
+    struct application *application = console->application;
+    double celsius;
     (void)number;
-    if (console->application->phase == PHASE_NO_CORE) {
-        error(console, "no core", "");
-        return;
+    if (text_equal(words[1], "none")) {
+        application_choose_temperature(application, TEMPERATURE_NONE);
+        line(console, "ok");
+    } else if (text_equal(words[1], "sensor")) {
+        if (application->table.read == NULL) {
+            error(console, "no thermometer answers", "");
+            return;
+        }
+        application_choose_temperature(application, TEMPERATURE_SENSOR);
+        line(console, "ok");
+    } else if (!text_parse_decimal(words[1], &celsius)) {
+        error(console, "a temperature, sensor or none, not ", words[1]);
+    } else if (celsius < -55.0 || celsius > 150.0) {
+        error(console, "a temperature is -55 to 150, not ", words[1]);
+    } else {
+        application_tell_temperature(application, celsius);
+        line(console, "ok");
     }
-    if (console->application->phase == PHASE_HELD) {
-        error(console, "nothing is captured in phase held; try help held", "");
-        return;
-    }
-    console->application->dump_wanted = true;
-    line(console, "ok, with the next turn");
 }
 
 static void forget(struct console *console, char *const *words, uint32_t number) {
@@ -351,9 +379,12 @@ static const struct command commands[] = {
     {"status", "status", 1, 1, status},
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
-    {"load", load_use, 2, 7, load_command},
+    {"load", load_use, 2, 9, load_command},
     {"save", save_use, 1, 1, save_command},
-    {"dump", "dump: the next turn's capture as CSV", 1, 1, dump},
+    {"dump", dump_use, 1, 4, dump_command},
+    {"temperature",
+     "temperature VALUE: of the table, degrees Celsius | temperature sensor | temperature none", 2,
+     2, temperature},
     {"freeze", "freeze on | freeze off: keep the coefficients as they are", 2, 2, freeze},
     {"bypass", "bypass on | bypass off: the output follows head 1", 2, 2, bypass},
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},

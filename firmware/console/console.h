@@ -9,7 +9,7 @@
 #include "application.h"
 #include "text.h"
 
-enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 7 };
+enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
 
 /* A word that somebody else knows. */
 typedef const char *console_word(void);
@@ -21,6 +21,9 @@ struct console {
     uint32_t length;
     /* The line is too long or holds what is no text: it is read to its end and refused. */
     bool spoiled;
+    /* Rows of a capture that are still to be told. */
+    uint32_t dump_place;
+    uint32_t dump_end;
     /* Times that the port lost characters. */
     uint32_t overruns;
     /* What the last reset was for; NULL: nothing to tell. */
@@ -41,5 +44,7 @@ void console_receive(struct console *console, uint8_t character);
 
 /* What is to be told without being asked: telemetry, and a part of a dump. */
 void console_step(struct console *console);
+/* There is more to tell at once. */
+bool console_busy(const struct console *console);
 
 #endif

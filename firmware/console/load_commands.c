@@ -3,12 +3,13 @@
 #include "load_commands.h"
 
 const char load_use[] =
-    "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load end CRC | "
+    "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
+    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load end CRC | "
     "load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 
-enum { BEGIN_WORDS = 5, LANE_WORDS = 7, END_WORDS = 3 };
+enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, END_WORDS = 3 };
 
 static void line(struct console *console, const char *text) {
     text_word(&console->sink, text);
@@ -48,15 +49,48 @@ static void begin(struct console *console, char *const *words) {
     }
 }
 
+static bool fits(int64_t value) {
+    return value >= INT32_MIN && value <= INT32_MAX;
+}
+
 static void lane(struct console *console, char *const *words) {
     int64_t values[4];
     uint32_t crc;
-    if (!read_numbers(words, 5, values, &crc) || values[3] > INT32_MAX || values[3] < INT32_MIN) {
+    if (!read_numbers(words, 5, values, &crc) || !fits(values[3])) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
     answer(console, load_lane(&console->application->load, (uint32_t)values[0],
                               (uint32_t)values[1], (uint32_t)values[2], (int32_t)values[3], crc));
+}
+
+static void slope(struct console *console, char *const *words) {
+    int64_t values[6];
+    uint32_t crc;
+    bool read = read_numbers(words, 7, values, &crc);
+    if (!read || !fits(values[2]) || !fits(values[3]) || !fits(values[4]) || !fits(values[5])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    const struct thermal_lane lane = {
+        .order = (uint32_t)values[1],
+        .cosine = (int32_t)values[2],
+        .sine = (int32_t)values[3],
+        .cosine_squared = (int32_t)values[4],
+        .sine_squared = (int32_t)values[5],
+    };
+    answer(console, load_slope(&console->application->load, (uint32_t)values[0], &lane, crc));
+}
+
+static void temperature(struct console *console, char *const *words) {
+    int64_t values[2];
+    uint32_t crc;
+    if (!read_numbers(words, 3, values, &crc) || !fits(values[0])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_temperature(&console->application->load, (int32_t)values[0],
+                                     (uint32_t)values[1], crc));
 }
 
 static void end(struct console *console, char *const *words) {
@@ -90,6 +124,10 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         begin(console, words + 2);
     } else if (text_equal(what, "lane") && number == LANE_WORDS) {
         lane(console, words + 2);
+    } else if (text_equal(what, "slope") && number == SLOPE_WORDS) {
+        slope(console, words + 2);
+    } else if (text_equal(what, "temperature") && number == TEMPERATURE_WORDS) {
+        temperature(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {
         end(console, words + 2);
     } else if (text_equal(what, "status") && number == 2) {

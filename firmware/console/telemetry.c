@@ -6,7 +6,7 @@
 
 #include "units.h"
 
-enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9, TEMPERATURE_DECIMALS = 2 };
+enum { ARCSEC_DECIMALS = 9, DEGREE_DECIMALS = 9, TEMPERATURE_DECIMALS = 2, TABLE_DECIMALS = 3 };
 
 static void key(const struct text_sink *sink, const char *name) {
     text_word(sink, ",\"");
@@ -60,6 +60,16 @@ static void temperature_part(const struct text_sink *sink, const struct turn_rep
     } else {
         text_word(sink, "null");
     }
+}
+
+/* Of the table, where its temperature is known. */
+static void table_part(const struct text_sink *sink, const struct table_temperature *table) {
+    if (!table_temperature_is_known(table)) {
+        return;
+    }
+    key(sink, "table_c");
+    text_fixed(sink, table->celsius, TABLE_DECIMALS);
+    word(sink, "thermometer", temperature_state_name(table->state));
 }
 
 static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
@@ -120,6 +130,7 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
     turn_part(sink, report, application->configuration.clock_hz);
     fault_part(sink, &report->fault);
     temperature_part(sink, report);
+    table_part(sink, &application->table);
     if (report->result != TURN_REFUSED) {
         estimate_part(sink, application);
         harmonics_part(sink, application);

@@ -20,6 +20,9 @@ static struct {
     struct application application;
     struct console console;
     struct kept_settings kept;
+    struct capture_copy copy;
+    struct save save;
+    uint32_t flash[2][SAVED_WORDS_MOST];
     uint32_t words[WINDOW_WORDS];
     int32_t bank[2 * SAMPLES];
     char before;
@@ -84,6 +87,47 @@ static bool read_temperature(void *context, double *celsius) {
 static void settle(void) {
 }
 
+static uint32_t flash_open(void *context) {
+    (void)context;
+    return sizeof fuzz.flash[0];
+}
+
+static bool flash_read(void *context, uint32_t address, uint32_t *words, uint32_t number) {
+    (void)context;
+    for (uint32_t word = 0; word < number; word++) {
+        uint32_t place = address / 4 + word;
+        words[word] = place < 2 * SAVED_WORDS_MOST ? (&fuzz.flash[0][0])[place] : 0xFFFFFFFFU;
+    }
+    return true;
+}
+
+static bool flash_erase(void *context, uint32_t address) {
+    (void)context;
+    memset(fuzz.flash[address != 0], 0xFF, sizeof fuzz.flash[0]);
+    return true;
+}
+
+static bool flash_program(void *context, uint32_t address, const uint32_t *words,
+                          uint32_t number) {
+    (void)context;
+    require(address / 4 + number <= 2 * SAVED_WORDS_MOST && number <= FLASH_PAGE_WORDS);
+    memcpy(&(&fuzz.flash[0][0])[address / 4], words, number * sizeof *words);
+    return true;
+}
+
+static enum flash_activity flash_activity(void *context) {
+    (void)context;
+    return FLASH_IDLE;
+}
+
+static void prepare_flash(void) {
+    const struct flash_access access = {flash_open,    flash_read,     flash_erase,
+                                        flash_program, flash_activity, NULL};
+    memset(fuzz.flash, 0xFF, sizeof fuzz.flash);
+    save_prepare(&fuzz.save, &access, 0, sizeof fuzz.flash[0]);
+    application_use_flash(&fuzz.application, &fuzz.save);
+}
+
 static void prepare_core(void) {
     fuzz.words[AT(identification)] = ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset;
     fuzz.words[AT(version)] = (uint32_t)ARCTRUE_REGISTERS__VERSION__MAJOR_reset
@@ -114,10 +158,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     memset(&fuzz, 0, sizeof fuzz);
     prepare_core();
     application_prepare(&fuzz.application, &core);
+    application_use_copy(&fuzz.application, &fuzz.copy);
     application_use_temperature(&fuzz.application, read_temperature, NULL);
     console_prepare(&fuzz.console, &fuzz.application, &sink);
     fuzz.application.parameters.orders = ORDERS;
     application_keep_settings(&fuzz.application, &fuzz.kept, settle);
+    prepare_flash();
     application_recover(&fuzz.application, false);
     application_start(&fuzz.application);
     unsigned turns = 0;

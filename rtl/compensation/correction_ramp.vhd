@@ -8,11 +8,14 @@
 -- remainder r = held total − ε is caught; from then on |r| decays to 0 while ε is followed at
 -- once. ε itself is never limited in its rate: that would clip a correction that is rightly fast.
 --
--- **Rate.** |r| falls by `ramp_rate` a clock on average. A phase accumulator, set to 0 by the
--- marker, hands out whole units of 2⁻¹¹ count: k ≥ 2 clocks after the marker r has lost
--- floor((k − 2)·rate) units, and it stops at 0 exactly. A rate of 0 keeps r for ever. Hence the
--- total changes by at most |change of ε| + one clock's units, and in the clock of a marker by 0.
--- Markers may come at any time, also while r decays and in consecutive clocks.
+-- **Velocity.** r begins to move with no velocity and ends with none (ramp_velocity): its velocity changes by
+-- `ramp_acceleration` in 256 clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of
+-- the total steps by that of ε alone; a marker holds the total for one clock and r for one more. The end is a
+-- step of less than 2⁻¹¹ count. A rate of 0 brings r to a standstill and keeps it.
+--
+-- **Acceleration 0** lets the velocity be `ramp_rate` at once: k ≥ 2 clocks after the marker r has lost
+-- floor((k − 2)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change between 0 and
+-- another acceleration, and make one smaller, only while r is 0: r may pass 0 and come back otherwise.
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `inserted` is that jump: the total jumps with it and r takes it up, so that reading - total goes on
@@ -25,9 +28,10 @@
 --
 -- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
 -- total is met exactly; inserted s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
--- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz.
+-- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count a clock and clock:
+-- 0.0173 count/s² at 100 MHz.
 --
--- **Reset.** total and r are 0.
+-- **Reset.** total, r and its velocity are 0.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -45,6 +49,7 @@ entity correction_ramp is
     inserted   : in    u_signed(15 downto 0);                                    -- counts, of the reading, with the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
+    ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count a clock and clock
     total      : out   u_signed(19 + PAIR_FRACTION downto 0) := (others => '0'); -- counts, s19.F
     limited    : out   std_ulogic                            := '0';             -- this total was clipped
     busy       : out   std_ulogic                            := '0'              -- this total has a remainder, or is held
@@ -53,8 +58,7 @@ end entity correction_ramp;
 
 architecture rtl of correction_ramp is
 
-  constant WIDTH     : positive := 23 + PAIR_FRACTION;
-  constant RATE_UNIT : natural  := PAIR_FRACTION - CORRECTION_FRACTION;
+  constant WIDTH : positive := 23 + PAIR_FRACTION;
 
   subtype sum is u_signed(WIDTH - 1 downto 0);
 
@@ -79,14 +83,34 @@ architecture rtl of correction_ramp is
 
   end function sum_and_limit;
 
+  signal excess_now : sum := (others => '0');
+  signal step       : u_unsigned(24 downto 0);
+  signal falling    : std_ulogic;
+  signal ends       : std_ulogic;
+  signal moves      : std_ulogic;
+  signal stops_at_zero : std_ulogic;
+
 begin
+
+  motion : entity work.ramp_velocity
+    port map (
+      clock        => clock,
+      reset        => reset,
+      marker       => marker,
+      excess       => excess_now,
+      rate         => ramp_rate,
+      acceleration => ramp_acceleration,
+      step         => step,
+      falling      => falling,
+      ends         => ends,
+      moves        => moves,
+      stops_at_zero => stops_at_zero
+    );
 
   ramp : process (clock) is
 
-    variable excess      : sum                    := (others => '0'); -- -r: what ε is above the total
-    variable held        : sum                    := (others => '0');
-    variable accumulator : u_unsigned(32 downto 0) := (others => '0');
-    variable step        : u_unsigned(8 downto 0)  := (others => '0');
+    variable excess : sum := (others => '0'); -- -r: what ε is above the total
+    variable held   : sum := (others => '0');
 
     variable unramped  : sum;
     variable unlimited : sum;
@@ -95,7 +119,6 @@ begin
     variable below     : sum;
     variable decrement : sum;
     variable decayed   : sum;
-    variable rising    : std_ulogic;
     variable jump      : sum;
 
   begin
@@ -109,19 +132,16 @@ begin
       below     := sum_and_limit(unramped, not excess, limit);
 
       jump      := shift_left(resize(inserted, WIDTH), PAIR_FRACTION);
-      rising    := excess(WIDTH - 1);
-      decrement := shift_left(resize(u_signed('0' & step), WIDTH), RATE_UNIT);
-      decayed   := less_or_more(excess, decrement, rising);
+      decrement := resize(u_signed('0' & step), WIDTH);
+      decayed   := less_or_more(excess, decrement, not falling);
 
-      busy    <= or excess;
+      busy    <= (or excess) or moves;
       limited <= '0';
 
       if marker = '1' then
-        excess      := unramped - held - jump;
-        held        := held + jump;
-        busy        <= '1';
-        accumulator := (others => '0');
-        step        := (others => '0');
+        excess := unramped - held - jump;
+        held   := held + jump;
+        busy   <= '1';
       else
         if above(WIDTH - 1) = '1' then
           held    := top;
@@ -133,27 +153,23 @@ begin
           held := unlimited;
         end if;
 
-        -- A change of sign ends the ramp.
-        if decayed(WIDTH - 1) /= excess(WIDTH - 1) then
+        -- Where the velocity has no bound of its change, r passes 0 with it: that ends the ramp.
+        if ends = '1' or (stops_at_zero = '1' and decayed(WIDTH - 1) = falling) then
           excess := (others => '0');
         else
           excess := decayed;
         end if;
-
-        accumulator := resize(accumulator(23 downto 0), 33) + resize(ramp_rate, 33);
-        step        := accumulator(32 downto 24);
       end if;
 
       if reset = '1' then
-        excess      := (others => '0');
-        held        := (others => '0');
-        accumulator := (others => '0');
-        step        := (others => '0');
-        limited     <= '0';
-        busy        <= '0';
+        excess  := (others => '0');
+        held    := (others => '0');
+        limited <= '0';
+        busy    <= '0';
       end if;
 
-      total <= resize(held, total'length);
+      total      <= resize(held, total'length);
+      excess_now <= excess;
     end if;
 
   end process ramp;

@@ -65,6 +65,7 @@ entity error_compensation is
     referenced         : in    std_ulogic;                                                     -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);                  -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                                        -- 2⁻¹¹ count a clock, u8.24
+    ramp_acceleration  : in    u_unsigned(31 downto 0)                  := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
     first_sums         : in    std_ulogic                               := '1';                -- with the first pair sums of an angle
     last_sums          : in    std_ulogic                               := '1';                -- with the last ones
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)     := (others => '0');    -- counts
@@ -272,6 +273,7 @@ begin
       inserted   => inserted,
       limit      => limit,
       ramp_rate  => ramp_rate,
+      ramp_acceleration => ramp_acceleration,
       total      => total,
       limited    => limited,
       busy       => busy

@@ -72,6 +72,13 @@ entity arctrue_core is
     out_a          : out   std_ulogic;
     out_b          : out   std_ulogic;
     out_z          : out   std_ulogic;
+    driver_enable  : out   std_ulogic;                     -- of the line drivers of A, B and Z
+    alarm          : out   std_ulogic;                     -- a fault of those that are asked for is present
+    -- Instruments beside the table
+    sync_in        : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
+    trigger_out    : out   std_ulogic;                     -- a pulse with each sample
+    probe_in       : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
+    compare_out    : out   std_ulogic;                     -- a pulse at chosen corrected positions
     -- For lamps
     status_capturing    : out   std_ulogic; -- a turn is being captured
     status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
@@ -115,6 +122,26 @@ architecture rtl of arctrue_core is
 
   type head_pair is array (1 to 2) of head;
 
+  type filter_pair is array (1 to 2) of u_unsigned(7 downto 0);
+
+  -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
+  constant PULSE_CLOCKS    : positive := 4;
+  constant POSITION_CLOCKS : positive := 5;
+
+  -- What a fault is called in the register `alarm`.
+  constant FAULT_KINDS : positive := 5;
+
+  -- The filter of a head: its own, or that of both.
+  function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
+  begin
+
+    if (or own) = '0' then
+      return u_unsigned(both);
+    end if;
+    return u_unsigned(own);
+
+  end function filter_of;
+
   signal hwif_in  : arctrue_registers_in_t;
   signal hwif_out : arctrue_registers_out_t;
 
@@ -124,6 +151,8 @@ architecture rtl of arctrue_core is
   signal changes_turn   : std_ulogic;
   signal heads          : head_pair;
   signal pins           : std_ulogic_vector(1 to 6);
+  signal upright_pins   : std_ulogic_vector(1 to 6);
+  signal filter_lengths : filter_pair;
   signal clear_head     : std_ulogic_vector(1 to 2);
   signal zero_again     : std_ulogic_vector(1 to 2);
   signal heal           : std_ulogic_vector(1 to 2);
@@ -172,6 +201,18 @@ architecture rtl of arctrue_core is
   signal following_error    : position_count;
   signal cannot_keep_up     : std_ulogic;
   signal processor_silent   : std_ulogic;
+  signal faults             : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
+  signal released           : std_ulogic;
+  signal sync_strobe        : std_ulogic;
+  signal triggered          : std_ulogic;
+  signal probe_strobe       : std_ulogic;
+  signal probe_latched      : std_ulogic;
+  signal probe_position     : position_count;
+  signal probe_angle        : angle_count;
+  signal probe_time         : time_count;
+  signal probe_edges        : u_unsigned(15 downto 0);
+  signal compare_armed      : std_ulogic;
+  signal compare_strobe     : std_ulogic;
 
 begin
 
@@ -196,17 +237,48 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
+  filter_lengths(1) <= filter_of(hwif_out.head1_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+  filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+
+  head1_selection : entity work.input_selection
+    port map (
+      pin_a    => pins(1),
+      pin_b    => pins(2),
+      pin_z    => pins(3),
+      invert_a => hwif_out.head1_input.pins.invert_a.value,
+      invert_b => hwif_out.head1_input.pins.invert_b.value,
+      invert_z => hwif_out.head1_input.pins.invert_z.value,
+      swap_ab  => hwif_out.head1_input.pins.swap_ab.value,
+      a        => upright_pins(1),
+      b        => upright_pins(2),
+      z        => upright_pins(3)
+    );
+
+  head2_selection : entity work.input_selection
+    port map (
+      pin_a    => pins(4),
+      pin_b    => pins(5),
+      pin_z    => pins(6),
+      invert_a => hwif_out.head2_input.pins.invert_a.value,
+      invert_b => hwif_out.head2_input.pins.invert_b.value,
+      invert_z => hwif_out.head2_input.pins.invert_z.value,
+      swap_ab  => hwif_out.head2_input.pins.swap_ab.value,
+      a        => upright_pins(4),
+      b        => upright_pins(5),
+      z        => upright_pins(6)
+    );
+
   decoders : for number in heads'range generate
 
     decoder : entity work.quadrature_decoder
       port map (
         clock                => clock,
         reset                => reset,
-        a                    => pins(3 * number - 2),
-        b                    => pins(3 * number - 1),
-        z                    => pins(3 * number),
+        a                    => upright_pins(3 * number - 2),
+        b                    => upright_pins(3 * number - 1),
+        z                    => upright_pins(3 * number),
         counts_per_rev       => counts_per_rev,
-        filter_length        => u_unsigned(hwif_out.filter_length.value.value),
+        filter_length        => filter_lengths(number),
         minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
         index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
         timestamp            => timestamp,
@@ -270,7 +342,8 @@ begin
       clock               => clock,
       reset               => reset,
       enable              => hwif_out.control.capture_enable.value,
-      mode                => hwif_out.control.capture_mode.value,
+      mode                => u_unsigned(hwif_out.control.capture_mode.value),
+      external            => sync_strobe,
       sample_period       => u_unsigned(hwif_out.sample_period.value.value),
       angle_step          => u_unsigned(hwif_out.angle_step.value.value),
       counts_per_rev      => counts_per_rev,
@@ -297,7 +370,7 @@ begin
       header_flags        => header_flags,
       overrun_count       => overrun_count,
       fill_count          => fill_count,
-      trigger             => open,
+      trigger             => triggered,
       read_enable         => capture_read,
       read_address        => u_unsigned(access_address(16 downto 2)),
       read_valid          => capture_valid,
@@ -327,6 +400,7 @@ begin
       referenced         => heads(1).index_seen,
       counts_per_rev     => counts_per_rev,
       ramp_rate          => u_unsigned(hwif_out.ramp_rate.value.value),
+      ramp_acceleration  => u_unsigned(hwif_out.ramp_acceleration.value.value),
       write_enable       => coefficient_write,
       write_offset       => offset_write,
       write_address      => u_unsigned(access_address(9 downto 2)),
@@ -352,6 +426,10 @@ begin
       reset              => reset,
       enable             => follow,
       clear              => hwif_out.command.clear_output.value,
+      invert_a           => hwif_out.output_pins.invert_a.value,
+      invert_b           => hwif_out.output_pins.invert_b.value,
+      invert_z           => hwif_out.output_pins.invert_z.value,
+      swap_ab            => hwif_out.output_pins.swap_ab.value,
       corrected_position => corrected_position,
       corrected_angle    => corrected_angle,
       referenced         => corrected_referenced,
@@ -378,6 +456,97 @@ begin
       limit  => u_unsigned(hwif_out.processor_limit.value.value),
       alive  => hwif_out.command.alive.value,
       silent => processor_silent
+    );
+
+  faults <= processor_silent & correction_limited & cannot_keep_up
+            & (heads(2).index_error or heads(2).illegal or heads(2).overspeed)
+            & (heads(1).index_error or heads(1).illegal or heads(1).overspeed);
+
+  told_outside : entity work.fault_outputs
+    generic map (
+      KINDS => FAULT_KINDS
+    )
+    port map (
+      clock           => clock,
+      reset           => reset,
+      enable          => hwif_out.control.output_enable.value,
+      clear           => hwif_out.command.clear_output.value,
+      present         => faults,
+      alarm_sources   => hwif_out.alarm.sources.value,
+      release_sources => hwif_out.alarm.released_by.value,
+      released        => released,
+      driver_enable   => driver_enable,
+      alarm           => alarm
+    );
+
+  -- Instruments beside the table ---------------------------------------------------------------
+
+  sync_input : entity work.pulse_input
+    port map (
+      clock         => clock,
+      reset         => reset,
+      pin           => sync_in,
+      falling_edge  => hwif_out.pulse_inputs.sync_falling.value,
+      filter_length => u_unsigned(hwif_out.pulse_inputs.filter_length.value),
+      strobe        => sync_strobe
+    );
+
+  sample_pulse : entity work.pulse_output
+    port map (
+      clock  => clock,
+      reset  => reset,
+      strobe => triggered,
+      width  => u_unsigned(hwif_out.pulse_widths.trigger.value),
+      pulse  => trigger_out
+    );
+
+  probe_input : entity work.pulse_input
+    port map (
+      clock         => clock,
+      reset         => reset,
+      pin           => probe_in,
+      falling_edge  => hwif_out.pulse_inputs.probe_falling.value,
+      filter_length => u_unsigned(hwif_out.pulse_inputs.filter_length.value),
+      strobe        => probe_strobe
+    );
+
+  probe : entity work.position_latch
+    generic map (
+      DELAY => POSITION_CLOCKS + PIPELINE_LATENCY + FOLD - 1 - PULSE_CLOCKS
+    )
+    port map (
+      clock            => clock,
+      reset            => reset,
+      strobe           => probe_strobe,
+      position         => corrected_position,
+      angle            => corrected_angle,
+      timestamp        => timestamp,
+      latched          => probe_latched,
+      latched_position => probe_position,
+      latched_angle    => probe_angle,
+      latched_time     => probe_time,
+      count            => probe_edges
+    );
+
+  compare : entity work.position_compare
+    port map (
+      clock    => clock,
+      reset    => reset,
+      arm      => hwif_out.command.compare_arm.value,
+      position => corrected_position,
+      first    => u_signed(hwif_out.compare.first.value.value),
+      interval => u_unsigned(hwif_out.compare.interval.value.value),
+      armed    => compare_armed,
+      strobe   => compare_strobe
+    );
+
+  compare_pulse : entity work.pulse_output
+    port map (
+      clock  => clock,
+      reset  => reset,
+      strobe => compare_strobe,
+      width  => u_unsigned(hwif_out.pulse_widths.compare.value),
+      pulse  => compare_out
     );
 
   -- The processor's side -----------------------------------------------------------------------
@@ -460,9 +629,7 @@ begin
 
   status_capturing    <= capture_busy;
   status_compensating <= apply;
-  status_fault        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed
-                         or heads(2).index_error or heads(2).illegal or heads(2).overspeed
-                         or cannot_keep_up or correction_limited or processor_silent;
+  status_fault        <= or faults;
 
   hwif_in.status.compensating.next_q   <= apply;
   hwif_in.status.ramp_busy.next_q      <= ramp_busy;
@@ -470,6 +637,14 @@ begin
   hwif_in.status.capture_busy.next_q   <= capture_busy;
   hwif_in.status.cannot_keep_up.next_q <= cannot_keep_up;
   hwif_in.status.processor_silent.next_q <= processor_silent;
+  hwif_in.status.released.next_q         <= released;
+  hwif_in.status.compare_armed.next_q    <= compare_armed;
+
+  hwif_in.probe.time.value.next_q     <= std_ulogic_vector(probe_time);
+  hwif_in.probe.position.value.next_q <= probe_position;
+  hwif_in.probe.angle.value.next_q    <= std_ulogic_vector(probe_angle);
+  hwif_in.probe.edges.value.next_q    <= std_ulogic_vector(probe_edges);
+  hwif_in.interrupt_status.probe.next_q <= probe_latched;
   hwif_in.swap_count.value.next_q      <= std_ulogic_vector(swap_count);
   hwif_in.overrun_count.value.next_q   <= std_ulogic_vector(overrun_count);
   hwif_in.zero.moves.next_q            <= std_ulogic_vector(heads(1).zero_moves);
@@ -481,8 +656,8 @@ begin
   hwif_in.interrupt_status.capture_overrun.next_q    <= capture_overrun;
   hwif_in.interrupt_status.head1_index.next_q        <= heads(1).index_strobe;
   hwif_in.interrupt_status.head2_index.next_q        <= heads(2).index_strobe;
-  hwif_in.interrupt_status.head1_fault.next_q        <= heads(1).index_error or heads(1).illegal or heads(1).overspeed;
-  hwif_in.interrupt_status.head2_fault.next_q        <= heads(2).index_error or heads(2).illegal or heads(2).overspeed;
+  hwif_in.interrupt_status.head1_fault.next_q        <= faults(0);
+  hwif_in.interrupt_status.head2_fault.next_q        <= faults(1);
   hwif_in.interrupt_status.swap_done.next_q          <= swap_done;
   hwif_in.interrupt_status.ramp_done.next_q          <= ramp_busy_before and not ramp_busy;
   hwif_in.interrupt_status.correction_limited.next_q <= correction_limited;

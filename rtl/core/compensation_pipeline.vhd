@@ -68,6 +68,7 @@ entity compensation_pipeline is
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
+    ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
     write_enable       : in    std_ulogic;                                    -- pulse: write a word of a lane
     write_offset       : in    std_ulogic;                                    -- pulse: write the offset
     write_address      : in    u_unsigned(7 downto 0);                        -- lane * 4 + word
@@ -293,6 +294,7 @@ begin
       zero_moved         => delayed_reading(READING_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
+      ramp_acceleration  => ramp_acceleration,
       first_sums         => first_sums,
       last_sums          => last_sums,
       corrected_angle    => corrected_angle,

@@ -35,6 +35,10 @@
 -- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
 -- to the next one. (A turn of 4 counts at an edge every clock works: 4 counts are under way, 1 is held.)
 --
+-- **Pins.** `invert_a`, `invert_b` and `invert_z` turn the levels of a pin over, and `swap_ab` exchanges A and B before
+-- that, so that the receiver counts the other way round. Phase, gate and the edges' spacing are those without. Change them
+-- only while nobody counts: a change is an edge, or two at once.
+--
 -- **Enable.** While `enable` is low, A, B and Z keep their levels (an edge already decided may still
 -- come within 3 clocks) and the output forgets how far it is behind. When it rises, the output goes to the present
 -- position by at most 2 edges, those that lead from the held levels to the levels that belong to it; Z takes the
@@ -66,6 +70,10 @@ entity quadrature_output is
     reset              : in    std_ulogic;
     enable             : in    std_ulogic;
     clear              : in    std_ulogic;                                    -- pulse: clears cannot_keep_up
+    invert_a           : in    std_ulogic := '0';                             -- of the pin
+    invert_b           : in    std_ulogic := '0';                             -- of the pin
+    invert_z           : in    std_ulogic := '0';                             -- of the pin
+    swap_ab            : in    std_ulogic := '0';                             -- before the inversion
     corrected_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, multi-turn
     corrected_angle    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
     referenced         : in    std_ulogic;                                    -- corrected_angle counts from an index
@@ -166,6 +174,9 @@ begin
 
     -- enable one clock ago, and of the clocks before: (0) two clocks ago
     variable following   : std_ulogic                               := '0';
+    variable a_level     : std_ulogic;
+    variable b_level     : std_ulogic;
+    variable z_level     : std_ulogic                               := '0';
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
@@ -208,20 +219,31 @@ begin
 
     if rising_edge(clock) then
       -- Last stage: lag, behind_zero and phase_then belong to one clock.
-      a <= phase_then(1) xor phase_then(0);
-      b <= phase_then(1);
+      a_level := phase_then(1) xor phase_then(0);
+      b_level := phase_then(1);
+      a       <= a_level xor invert_a;
+      b       <= b_level xor invert_b;
+      if swap_ab = '1' then
+        a <= b_level xor invert_a;
+        b <= a_level xor invert_b;
+      end if;
 
       if enabled /= "00" then
-        z <= '0';
+        z_level := '0';
         for turns in behind_zero'range loop
           beyond := behind_zero(turns)(beyond'range);
           if beyond = 0 or beyond = -1 then
             if is_high(behind_zero(turns)(3 downto 0), phase_then - z_state, z_gated, z_width) then
-              z <= referenced_then(2);
+              z_level := referenced_then(2);
             end if;
           end if;
         end loop;
       end if;
+
+      if reset = '1' then
+        z_level := '0';
+      end if;
+      z <= z_level xor invert_z;
 
       following_error <= (others => '0');
       if clear = '1' then
@@ -325,7 +347,6 @@ begin
         one_up         := '1';
         may_step       := '1';
         too_far        := "00";
-        z              <= '0';
         cannot_keep_up <= '0';
         following_error <= (others => '0');
       end if;

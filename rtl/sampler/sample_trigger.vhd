@@ -2,8 +2,8 @@
 --
 -- # sample_trigger
 --
--- Says when a sample is taken. Mode '0', equal time: every `sample_period` clocks (100000 is the
--- paper's 1 kHz at 100 MHz). Mode '1', equal angle: each time the turn position of head 1 reaches
+-- Says when a sample is taken. Mode 0, equal time: every `sample_period` clocks (100000 is the
+-- paper's 1 kHz at 100 MHz). Mode 1, equal angle: each time the turn position of head 1 reaches
 -- the next multiple of `angle_step` above or below the multiple that was reached last. Source:
 -- section 3.2 of the paper (sampling clock of 1 kHz); equal angle steps are what the Fourier
 -- transform D21[n] of its equation (7) supposes.
@@ -32,6 +32,8 @@
 -- value of that counter a multiple lies. So turn_position may move by one count a clock at most, as
 -- that of the decoder does.
 --
+-- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives none.
+--
 -- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and everything starts
 -- afresh. turn_position may jump (first index) only while `enable` is low.
 
@@ -46,7 +48,8 @@ entity sample_trigger is
     clock         : in    std_ulogic;
     reset         : in    std_ulogic;
     enable        : in    std_ulogic;
-    mode          : in    std_ulogic;                                -- '0' equal time, '1' equal angle
+    mode          : in    u_unsigned(1 downto 0);                    -- 0 equal time, 1 equal angle, 2 external
+    external      : in    std_ulogic := '0';                         -- strobe: a sample is asked for from outside
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
@@ -84,10 +87,24 @@ architecture rtl of sample_trigger is
   signal time_trigger  : std_ulogic := '0';
   signal angle_trigger : std_ulogic := '0';
 
+  signal external_trigger : std_ulogic := '0';
+
 begin
 
   -- Only the selected mode triggers.
-  trigger <= time_trigger or angle_trigger;
+  trigger <= time_trigger or angle_trigger or external_trigger;
+
+  from_outside : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      external_trigger <= external and enable and not reset;
+      if mode /= 2 then
+        external_trigger <= '0';
+      end if;
+    end if;
+
+  end process from_outside;
 
   equal_time : process (clock) is
 
@@ -103,7 +120,7 @@ begin
         time_trigger <= '0';
         elapsed      := elapsed + 1;
       end if;
-      if reset = '1' or enable = '0' or mode = '1' then
+      if reset = '1' or enable = '0' or mode /= 0 then
         time_trigger <= '0';
         elapsed      := to_unsigned(1, 32);
       end if;
@@ -229,7 +246,7 @@ begin
 
       end case;
 
-      if reset = '1' or enable = '0' or mode = '0' or changes = '1' then
+      if reset = '1' or enable = '0' or mode /= 1 or changes = '1' then
         state         := IDLE;
         angle_trigger <= '0';
       end if;

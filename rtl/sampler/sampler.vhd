@@ -64,7 +64,8 @@ entity sampler is
     reset               : in    std_ulogic;
     -- Settings
     enable              : in    std_ulogic;
-    mode                : in    std_ulogic;                                          -- '0' equal time, '1' equal angle
+    mode                : in    u_unsigned(1 downto 0);                              -- 0 equal time, 1 equal angle, 2 external
+    external            : in    std_ulogic := '0';                                   -- strobe: a sample is asked for from outside
     sample_period       : in    u_unsigned(31 downto 0);                             -- clocks
     angle_step          : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                -- counts
     counts_per_rev      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0);       -- counts
@@ -135,6 +136,7 @@ begin
       reset         => reset,
       enable        => running,
       mode          => mode,
+      external      => external,
       sample_period => sample_period,
       angle_step    => angle_step,
       turn_position => turn_position1,

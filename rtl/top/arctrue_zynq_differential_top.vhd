@@ -43,6 +43,13 @@ entity arctrue_zynq_differential_top is
     out_b_n          : out   std_ulogic;
     out_z_p          : out   std_ulogic;
     out_z_n          : out   std_ulogic;
+    -- Single ended: of the line drivers of A, B and Z; of what is beside the table
+    driver_enable    : out   std_ulogic;
+    alarm            : out   std_ulogic;
+    sync_in          : in    std_ulogic; -- asynchronous
+    trigger_out      : out   std_ulogic;
+    probe_in         : in    std_ulogic; -- asynchronous
+    compare_out      : out   std_ulogic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -132,6 +139,12 @@ begin
       out_a            => corrected(2),
       out_b            => corrected(1),
       out_z            => corrected(0),
+      driver_enable    => driver_enable,
+      alarm            => alarm,
+      sync_in          => sync_in,
+      trigger_out      => trigger_out,
+      probe_in         => probe_in,
+      compare_out      => compare_out,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

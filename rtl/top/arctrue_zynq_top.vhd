@@ -42,6 +42,13 @@ entity arctrue_zynq_top is
     out_a            : out   std_ulogic;
     out_b            : out   std_ulogic;
     out_z            : out   std_ulogic;
+    -- Of the line drivers of A, B and Z; of what is beside the table
+    driver_enable    : out   std_ulogic;
+    alarm            : out   std_ulogic;
+    sync_in          : in    std_ulogic; -- asynchronous
+    trigger_out      : out   std_ulogic;
+    probe_in         : in    std_ulogic; -- asynchronous
+    compare_out      : out   std_ulogic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -147,6 +154,12 @@ begin
       out_a               => out_a,
       out_b               => out_b,
       out_z               => out_z,
+      driver_enable       => driver_enable,
+      alarm               => alarm,
+      sync_in             => sync_in,
+      trigger_out         => trigger_out,
+      probe_in            => probe_in,
+      compare_out         => compare_out,
       status_capturing    => capturing,
       status_fault        => fault,
       status_compensating => compensating

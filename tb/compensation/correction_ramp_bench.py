@@ -25,6 +25,7 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
     dut.inserted.value = 0
     dut.limit.value = scenario.limit
     dut.ramp_rate.value = scenario.ramp_rate
+    dut.ramp_acceleration.value = scenario.ramp_acceleration
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     for _ in range(2):
         await RisingEdge(dut.clock)
@@ -45,6 +46,7 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
         scenario.limit,
         scenario.ramp_rate,
         inserted=scenario.inserted if scenario.inserted.size else None,
+        ramp_acceleration=scenario.ramp_acceleration,
     )
     expected = list(
         zip(model.total.tolist(), model.limited.tolist(), model.busy.tolist(), strict=True)

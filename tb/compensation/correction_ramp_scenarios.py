@@ -26,6 +26,8 @@ class RampScenario:
     ramp_rate: int
     inserted: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """Counts by which the reading jumps with a marker, (clocks,); empty: by none."""
+    ramp_acceleration: int = 0
+    """2⁻⁵⁹ count a clock and clock; 0: no bound."""
 
     def __str__(self) -> str:
         return self.name
@@ -45,6 +47,27 @@ def _steps(*parts: tuple[int, int]) -> NDArray[np.int64]:
 def _sine(clocks: int, amplitude_counts: float, period: float) -> NDArray[np.int64]:
     phase = 2.0 * np.pi * np.arange(clocks) / period
     return np.rint(amplitude_counts * COUNT * np.sin(phase)).astype(np.int64)
+
+
+def _smooth(
+    name: str, counts: float, ticks: int, rate: int, acceleration: int, *at: int
+) -> RampScenario:
+    """One step of so many counts, and markers to another level at some ticks of 256 clocks."""
+    clocks = 256 * ticks
+    level = np.zeros(clocks, dtype=np.int64)
+    level[10:] = round(counts * COUNT)
+    markers = [10]
+    for number, tick in enumerate(at):
+        level[256 * tick :] = round(counts * COUNT * (-0.3, 0.9, 0.05)[number % 3])
+        markers.append(256 * tick)
+    return RampScenario(
+        name,
+        level,
+        _markers(clocks, *markers),
+        2**19 - 1,
+        rate,
+        ramp_acceleration=acceleration,
+    )
 
 
 def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
@@ -111,6 +134,11 @@ SCENARIOS = [
         4,
         0,
     ),
+    _smooth("smooth", -3.0, 60, 3_000_000, 16_000_000_000 >> 2),
+    _smooth("smooth, without reaching the rate", 0.5, 50, 2**31, 2**32 - 1),
+    _smooth("smooth, slow", 2e-5, 40, 900, 2_000_000),
+    _smooth("smooth, less than a step", 1e-6, 20, RATE_MAX, 2**32 - 1),
+    _smooth("smooth, markers on the way", 0.8, 200, 9_000_000, 2**32 - 1, 7, 25, 40, 41, 70),
     _insertions(5, 3000, 8),
     _insertions(6, 3000, 2**15 - 1),
     _random(1, 3000, 0.02, 1000, 200 * RATE_ONE + 12345),

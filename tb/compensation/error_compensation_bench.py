@@ -39,6 +39,7 @@ async def start(dut: Any, counts_per_rev: int, ramp_rate: int) -> None:
         getattr(dut, name).value = 0
     dut.counts_per_rev.value = counts_per_rev
     dut.ramp_rate.value = ramp_rate
+    dut.ramp_acceleration.value = 0
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     for _ in range(4):
         await RisingEdge(dut.clock)

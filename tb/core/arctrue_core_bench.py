@@ -111,6 +111,7 @@ async def prepared(dut, *, stall: float = 0.0, seed: int = 0) -> Machine:
     await names.command("rearm")
     await names.write("sample_period", SAMPLE_PERIOD)
     await names.write("ramp_rate", FASTEST_RAMP)
+    await names.write("ramp_acceleration", 0)
     await names.write("output_spacing", 1)
     await ClockCycles(dut.clock, 200)
     cocotb.start_soon(machine.log_every_clock())
@@ -492,6 +493,120 @@ async def a_mark_out_of_its_place_moves_nothing(dut):
     snapshot = await names.snapshot()
     assert snapshot.head1_angle == machine.reading[-1][0] % table.COUNTS_PER_REV
     assert np.abs(np.diff(machine.corrected)).max() <= 2
+
+
+@cocotb.test()
+@cocotb.parametrize(swaps=[0, 1])
+async def polarity_and_direction_of_the_pins(dut, swaps: int):
+    """An encoder with A inverted, or exchanged too, before a drive that wants the same of B."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("head1_input.pins", invert_a=1, invert_z=1, swap_ab=swaps)
+    await names.update("output_pins", invert_b=1, swap_ab=swaps)
+
+    async def show(reading: int) -> None:
+        a, b, z = (table.pins(reading) >> place & 1 for place in range(3))
+        dut.head1_a.value, dut.head1_b.value = (1 - b, a) if swaps else (1 - a, b)
+        dut.head1_z.value = 1 - z
+        await ClockCycles(dut.clock, 10)
+
+    await show(1)
+    await names.command("rearm", "clear_head1", "clear_head2")
+    await ClockCycles(dut.clock, 300)
+    # The output takes the phase of head 1 over when it begins to follow.
+    await names.update("control", output_enable=1)
+    before = await names.snapshot()
+    for reading in range(1, 42):
+        await show(reading)
+    await ClockCycles(dut.clock, 100)
+    after = await names.snapshot()
+    assert after.head1_position - before.head1_position == 40
+    assert await names.read("head1.flags.index_seen") == 0
+    assert await names.read("head1.flags.illegal") == 0
+    first, second = int(dut.out_a.value), int(dut.out_b.value)
+    # The drive's own terms, undone: the levels of the encoder at the same count.
+    assert ((1 - second, first) if swaps else (first, 1 - second)) == (
+        table.pins(41) & 1,
+        table.pins(41) >> 1 & 1,
+    )
+    await names.update("head1_input.pins", invert_a=0, invert_z=0, swap_ab=0)
+    await names.update("output_pins", invert_b=0, swap_ab=0)
+
+
+@cocotb.test()
+async def alarm_and_release_of_the_drivers(dut):
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.command("clear_head1", "clear_head2")
+    await names.update("control", output_enable=1)
+    await names.update("alarm", sources=0b00010, released_by=0b00010)
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
+    dut.head2_a.value, dut.head2_b.value = 1 - int(dut.head2_a.value), 1 - int(dut.head2_b.value)
+    await ClockCycles(dut.clock, 20)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 0)
+    await names.command("clear_head2")
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 0), "nobody asked for it"
+    assert await names.read("status.released") == 1
+    await names.command("clear_output")
+    await ClockCycles(dut.clock, 4)
+    assert int(dut.driver_enable.value) == 1
+    assert await names.read("status.released") == 0
+    assert machine.output[-1] == machine.output[0]
+
+
+@cocotb.test()
+async def instruments_beside_the_table(dut):
+    """A sample at each edge of sync_in with its pulse out, a probe's position, places compared."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("control", capture_enable=1, capture_mode=2, output_enable=1)
+    await names.update("pulse_widths", trigger=5, compare=3)
+    probed, pulses, compared = [], [], []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clock)
+            pulses.append(int(dut.trigger_out.value))
+            compared.append(int(dut.compare_out.value))
+
+    cocotb.start_soon(watch())
+    zero = readings_at(table.START_COUNTS)[0]
+    motion = table.motion(2.4, CLOCKS_PER_COUNT)
+    begin = int(np.argmax(table.readings(motion)[:, 0] >= 20))
+    await machine.turn(motion[:begin])
+    await names.write("compare.first", machine.reading[-1][0] - zero + 100)
+    await names.write("compare.interval", 64)
+    await names.command("compare_arm")
+    asked = 0
+    for first in range(begin, len(motion), 50):
+        dut.sync_in.value = 1
+        dut.probe_in.value = 1
+        probed.append(machine.pair[0])
+        asked += 1
+        await machine.turn(motion[first : first + 25])
+        dut.sync_in.value = 0
+        dut.probe_in.value = 0
+        await machine.turn(motion[first + 25 : first + 50])
+    await ClockCycles(dut.clock, 100)
+    # Its low word latches the group.
+    assert await names.read("probe.time") > machine.first_time
+    assert await names.read("probe.edges") == asked % 2**16
+    rises = np.flatnonzero(np.diff(pulses) == 1)
+    assert rises.size == asked
+    falls = np.flatnonzero(np.diff(pulses) == -1)
+    assert np.all(falls - rises == 5)
+    capture = await names.read_capture()
+    apart = np.diff(capture.samples[:, 0])
+    assert np.all(np.abs(apart - 50 / CLOCKS_PER_COUNT) <= 4)
+    place = np.flatnonzero(np.diff(compared) == 1)
+    at = np.array(machine.corrected)[-len(compared) :][place]
+    assert place.size > 3
+    assert np.all(np.diff(at) == 64)
+    # Uncorrected: the position at the pins of the probe's edge, from where the reset was.
+    latched = await names.read("probe.position")
+    assert abs(latched + zero - probed[-1]) <= 1
 
 
 @cocotb.test()

@@ -59,6 +59,7 @@ async def start(dut: Any, ramp_rate: int = RATE_MAX) -> None:
         getattr(dut, name).value = 0
     dut.counts_per_rev.value = COUNTS_PER_REV
     dut.ramp_rate.value = ramp_rate
+    dut.ramp_acceleration.value = 0
     dut.reset.value = 1
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     for _ in range(PIPELINE_LATENCY):

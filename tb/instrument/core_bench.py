@@ -41,6 +41,7 @@ def set_up() -> Iterator[Access]:
         ("counts_per_rev", COUNTS_PER_REV),
         ("sample_period", 9),
         ("ramp_rate", 200 << 24),
+        ("ramp_acceleration", 2**32 - 1),
         ("output_spacing", 1),
         ("minimum_edge_spacing", 4),
         ("interrupt_enable", 0x3FF),

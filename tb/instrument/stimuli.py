@@ -119,6 +119,8 @@ def error_compensation(random: np.random.Generator) -> Stimulus:
         "referenced": pulses(random, 0.5, clocks),
         "counts_per_rev": [turn] * clocks,
         "ramp_rate": held(bits(random, 32, clocks // 100), 100),
+        # Ramps without a bound of the acceleration, and with one.
+        "ramp_acceleration": held([0, 2**32 - 1, 2**29, 0, 2**31], clocks // 5),
         "first_sums": [1] * clocks,
         "last_sums": [1] * clocks,
     }

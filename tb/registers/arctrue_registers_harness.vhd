@@ -39,7 +39,7 @@ entity arctrue_registers_harness is
     s_axil_rdata                   : out   std_ulogic_vector(31 downto 0);
     s_axil_rresp                   : out   std_ulogic_vector(1 downto 0);
     interrupt                      : out   std_ulogic;
-    interrupt_events               : in    std_ulogic_vector(9 downto 0);
+    interrupt_events               : in    std_ulogic_vector(10 downto 0);
     memory_latency                 : in    u_unsigned(3 downto 0);
     core_configuration             : in    std_ulogic_vector(31 downto 0);
     pipeline                       : in    std_ulogic_vector(31 downto 0);
@@ -58,6 +58,10 @@ entity arctrue_registers_harness is
     head2_overspeeds               : in    std_ulogic_vector(31 downto 0);
     head2_index                    : in    std_ulogic_vector(63 downto 0);
     zero                           : in    std_ulogic_vector(31 downto 0);
+    probe_time                     : in    std_ulogic_vector(63 downto 0);
+    probe_position                 : in    std_ulogic_vector(31 downto 0);
+    probe_angle                    : in    std_ulogic_vector(31 downto 0);
+    probe_edges                    : in    std_ulogic_vector(31 downto 0);
     zero_slip                      : in    std_ulogic_vector(31 downto 0);
     put_back                       : in    std_ulogic_vector(31 downto 0);
     snapshot_time                  : in    std_ulogic_vector(63 downto 0);
@@ -90,7 +94,16 @@ entity arctrue_registers_harness is
     index_tolerance                : out   std_ulogic_vector(31 downto 0);
     output_index                   : out   std_ulogic_vector(31 downto 0);
     lost_counts                    : out   std_ulogic_vector(31 downto 0);
-    processor_limit                : out   std_ulogic_vector(31 downto 0)
+    processor_limit                : out   std_ulogic_vector(31 downto 0);
+    ramp_acceleration              : out   std_ulogic_vector(31 downto 0);
+    head1_input                    : out   std_ulogic_vector(31 downto 0);
+    head2_input                    : out   std_ulogic_vector(31 downto 0);
+    output_pins                    : out   std_ulogic_vector(31 downto 0);
+    alarm                          : out   std_ulogic_vector(31 downto 0);
+    pulse_widths                   : out   std_ulogic_vector(31 downto 0);
+    pulse_inputs                   : out   std_ulogic_vector(31 downto 0);
+    compare_first                  : out   std_ulogic_vector(31 downto 0);
+    compare_interval               : out   std_ulogic_vector(31 downto 0)
   );
 end entity arctrue_registers_harness;
 
@@ -194,6 +207,13 @@ begin
   hwif_in.status.cannot_keep_up.next_q <= status(4);
   hwif_in.status.counts_per_rev_refused.next_q <= status(5);
   hwif_in.status.processor_silent.next_q <= status(6);
+  hwif_in.status.released.next_q <= status(7);
+  hwif_in.status.compare_armed.next_q <= status(8);
+  hwif_in.interrupt_status.probe.next_q <= interrupt_events(10);
+  hwif_in.probe.time.value.next_q <= probe_time;
+  hwif_in.probe.position.value.next_q <= u_signed(probe_position);
+  hwif_in.probe.angle.value.next_q <= probe_angle(23 downto 0);
+  hwif_in.probe.edges.value.next_q <= probe_edges(15 downto 0);
   hwif_in.swap_count.value.next_q <= swap_count(15 downto 0);
   hwif_in.overrun_count.value.next_q <= overrun_count(15 downto 0);
   hwif_in.capture_fill.value.next_q <= capture_fill(15 downto 0);
@@ -255,6 +275,7 @@ begin
       hwif_out.control.output_enable.value &
       hwif_out.control.compensate.value));
   command <= padded(std_ulogic_vector'(
+      hwif_out.command.compare_arm.value &
       hwif_out.command.alive.value &
       hwif_out.command.rearm.value &
       hwif_out.command.clear_output.value &
@@ -272,6 +293,30 @@ begin
   following_limit <= padded(hwif_out.following_limit.value.value);
   index_tolerance <= padded(hwif_out.index_tolerance.value.value);
   lost_counts <= (0 => hwif_out.lost_counts.zero_again.value, 1 => hwif_out.lost_counts.heal.value, others => '0');
+  head1_input <= padded(
+    hwif_out.head1_input.pins.filter_length.value & "0000" & hwif_out.head1_input.pins.swap_ab.value
+    & hwif_out.head1_input.pins.invert_z.value & hwif_out.head1_input.pins.invert_b.value
+    & hwif_out.head1_input.pins.invert_a.value
+  );
+  head2_input <= padded(
+    hwif_out.head2_input.pins.filter_length.value & "0000" & hwif_out.head2_input.pins.swap_ab.value
+    & hwif_out.head2_input.pins.invert_z.value & hwif_out.head2_input.pins.invert_b.value
+    & hwif_out.head2_input.pins.invert_a.value
+  );
+  output_pins <= padded(std_ulogic_vector'(
+      hwif_out.output_pins.swap_ab.value &
+      hwif_out.output_pins.invert_z.value &
+      hwif_out.output_pins.invert_b.value &
+      hwif_out.output_pins.invert_a.value));
+  alarm            <= padded(hwif_out.alarm.released_by.value & "000" & hwif_out.alarm.sources.value);
+  pulse_widths     <= hwif_out.pulse_widths.compare.value & hwif_out.pulse_widths.trigger.value;
+  pulse_inputs     <= padded(
+    hwif_out.pulse_inputs.filter_length.value & "000000" & hwif_out.pulse_inputs.probe_falling.value
+    & hwif_out.pulse_inputs.sync_falling.value
+  );
+  compare_first    <= std_ulogic_vector(hwif_out.compare.first.value.value);
+  compare_interval <= padded(hwif_out.compare.interval.value.value);
+  ramp_acceleration <= hwif_out.ramp_acceleration.value.value;
   processor_limit <= hwif_out.processor_limit.value.value;
   output_index <= padded(
     hwif_out.output_index.width.value & "00" & hwif_out.output_index.state.value & "000" & hwif_out.output_index.gated.value

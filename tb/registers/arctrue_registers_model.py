@@ -14,7 +14,7 @@ CONSTANTS = {0x000: 0x41524354, 0x004: 0x000400}
 
 READ_WRITE = {
     0x010: (WORD, 0, None),
-    0x020: (0xF, 0, "control"),
+    0x020: (0x1F, 0, "control"),
     0x028: (0x1FFFFFF, 1 << 24, "counts_per_rev"),
     0x030: (0xFF, 1, "filter_length"),
     0x034: (0xFFFF, 0, "minimum_edge_spacing"),
@@ -27,21 +27,30 @@ READ_WRITE = {
     0x054: (0x331, 0x20, "output_index"),
     0x058: (0x3, 0, "lost_counts"),
     0x05C: (WORD, 0, "processor_limit"),
-    0x0A0: (0x3FF, 0, None),
+    0x060: (WORD, 1_095_275, "ramp_acceleration"),
+    0x064: (0xFF0F, 0, "head1_input"),
+    0x068: (0xFF0F, 0, "head2_input"),
+    0x06C: (0xF, 0, "output_pins"),
+    0x070: (0x1F1F, 0x1F, "alarm"),
+    0x074: (WORD, 100 << 16 | 100, "pulse_widths"),
+    0x078: (0xFF03, 0x100, "pulse_inputs"),
+    0x0A0: (0x7FF, 0, None),
+    0x180: (WORD, 0, "compare_first"),
+    0x184: (0xFFFFFF, 0, "compare_interval"),
 }
 """Address: bits that exist, value after reset, port that shows the value."""
 
 COMMAND = 0x024
 OFFSET = 0x04C
 INTERRUPT_STATUS = 0x0A4
-INTERRUPT_MASK = 0x3FF
+INTERRUPT_MASK = 0x7FF
 
 READ_ONLY = {
     0x008: (0x7FFF1F7F, "core_configuration"),
     0x00C: (WORD, "clock_hz"),
     0x014: (0xFF0F, "pipeline"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
-    0x080: (0x7F, "status"),
+    0x080: (0x1FF, "status"),
     0x084: (0xFFFF, "swap_count"),
     0x088: (0xFFFF, "overrun_count"),
     0x08C: (0xFFFF, "capture_fill"),
@@ -87,6 +96,17 @@ SNAPSHOT = {
 }
 """Address: bits that exist, port, its bit that is bit 0; latched by a read of 0x100."""
 
+PROBE = {
+    0x160: (WORD, "probe_time", 0),
+    0x164: (WORD, "probe_time", 32),
+    0x168: (WORD, "probe_position", 0),
+    0x16C: (0xFFFFFF, "probe_angle", 0),
+    0x170: (0xFFFF, "probe_edges", 0),
+}
+"""The same, latched by a read of 0x160."""
+
+GROUPS = {0x100: SNAPSHOT, 0x160: PROBE}
+
 COEFFICIENTS = 0x01000
 COEFFICIENT_WORDS = 256
 CAPTURE = 0x20000
@@ -100,7 +120,7 @@ def driven_ports() -> dict[str, int]:
     """Every port that drives read-only registers, with its width in bits."""
     ports = {port: 32 for _, port in READ_ONLY.values()}
     ports |= dict.fromkeys(WIDE.values(), 64)
-    for _, port, low in SNAPSHOT.values():
+    for _, port, low in (*SNAPSHOT.values(), *PROBE.values()):
         ports[port] = max(ports.get(port, 0), low + 32)
     return ports
 
@@ -134,10 +154,10 @@ class RegisterModel:
             value = self.inputs[WIDE[address]]
             self.latched[address + 4] = value >> 32
             return True, value & WORD
-        if address in SNAPSHOT:
-            if address == 0x100:
-                for place, (mask, port, low) in SNAPSHOT.items():
-                    self.latched[place] = self.inputs[port] >> low & mask
+        if address in GROUPS:
+            for place, (mask, port, low) in GROUPS[address].items():
+                self.latched[place] = self.inputs[port] >> low & mask
+        if any(address in group for group in GROUPS.values()):
             return True, self.latched.get(address, 0)
         if address - 4 in WIDE:
             return True, self.latched.get(address, 0)

@@ -112,6 +112,7 @@ class Device:
         await names.command("rearm")
         await names.write("sample_period", SAMPLE_PERIOD)
         await names.write("ramp_rate", FASTEST_RAMP)
+        await names.write("ramp_acceleration", 0)
         await names.write("output_spacing", 1)
 
 

@@ -39,6 +39,12 @@ entity arctrue_zynq_differential_harness is
     out_b_n          : out   std_ulogic;
     out_z_p          : out   std_ulogic;
     out_z_n          : out   std_ulogic;
+    driver_enable    : out   std_ulogic;
+    alarm            : out   std_ulogic;
+    sync_in          : in    std_ulogic := '0';
+    trigger_out      : out   std_ulogic;
+    probe_in         : in    std_ulogic := '0';
+    compare_out      : out   std_ulogic;
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;
@@ -76,6 +82,12 @@ begin
       out_b_n          => out_b_n,
       out_z_p          => out_z_p,
       out_z_n          => out_z_n,
+      driver_enable    => driver_enable,
+      alarm            => alarm,
+      sync_in          => sync_in,
+      trigger_out      => trigger_out,
+      probe_in         => probe_in,
+      compare_out      => compare_out,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

@@ -28,6 +28,12 @@ entity arctrue_zynq_harness is
     out_a            : out   std_ulogic;
     out_b            : out   std_ulogic;
     out_z            : out   std_ulogic;
+    driver_enable    : out   std_ulogic;
+    alarm            : out   std_ulogic;
+    sync_in          : in    std_ulogic := '0';
+    trigger_out      : out   std_ulogic;
+    probe_in         : in    std_ulogic := '0';
+    compare_out      : out   std_ulogic;
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;
@@ -56,6 +62,12 @@ begin
       out_a            => out_a,
       out_b            => out_b,
       out_z            => out_z,
+      driver_enable    => driver_enable,
+      alarm            => alarm,
+      sync_in          => sync_in,
+      trigger_out      => trigger_out,
+      probe_in         => probe_in,
+      compare_out      => compare_out,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

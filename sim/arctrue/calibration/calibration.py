@@ -115,6 +115,17 @@ def calibrate(
     )
 
 
+def _at_the_temperature_of(measurement: MeasurementSet, coefficients: Coefficients) -> Coefficients:
+    """What the firmware makes of lanes that follow the temperature, at the mean of the run's."""
+    if coefficients.thermal is None:
+        return coefficients
+    rows = measurement.reference or measurement.capture
+    celsius = None if rows is None else rows.temperature_c
+    if celsius is None or not np.any(np.isfinite(celsius)):
+        return coefficients.at(coefficients.thermal.reference_c)
+    return coefficients.at(float(np.nanmean(celsius)))
+
+
 def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[str]:
     """Why coefficients that come from elsewhere should not be written for this set's table.
 
@@ -124,6 +135,7 @@ def objections(measurement: MeasurementSet, coefficients: Coefficients) -> list[
     measurement = _without_masked_stations(measurement)
     table, capture, reference = measurement.table, measurement.capture, measurement.reference
     counts_per_rev = table.counts_per_rev
+    coefficients = _at_the_temperature_of(measurement, coefficients)
     found = []
     if reference is not None:
         found += acceptance.of_comparison(compare(reference, coefficients))

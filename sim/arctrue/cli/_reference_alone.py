@@ -84,7 +84,7 @@ def calibrate_from_reference(
             "another controller: arctrue export SET --format"
         )
     observations = observations_of(measurement)
-    rows, reference = observations.reference, measurement.reference
+    rows, reference = observations.every_reference_row, measurement.reference
     if rows is None or reference is None:
         raise ValueError("the set has neither a capture nor a reference run")
     effects = catalogue([])

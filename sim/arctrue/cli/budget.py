@@ -121,8 +121,9 @@ def _budget(bench: Workbench, model_file: Path | None, temperature: float | None
         except CaptureRefusedError as refusal:
             raise ValueError(f"the capture cannot be used ({refusal.reason}): {refusal}") from None
     model = bench.model
-    if model_file is None and observations.reference is not None:
-        model = model_of_stations(observations.reference)
+    stations = observations.every_reference_row
+    if model_file is None and stations is not None:
+        model = model_of_stations(stations)
     with Progress("fitting"):
         model, _ = fitted(model, observations, bench.effects)
     correction = Correction.of_model(model, observations, bench.effects, temperature_c=temperature)

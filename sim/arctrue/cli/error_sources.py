@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
@@ -41,17 +42,19 @@ def error_sources(
         step.now("polygon and two heads")
         found["experiment"] = experiment_budget()
     found = plain(found)
-    table = Table(title="Left of the error of head 1, RMS over the turn, ″", title_justify="left")
-    table.add_column("source")
-    for heading in ("least squares", "the paper's method"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    left = table(
+        "Left of the error of head 1, RMS over the turn, ″",
+        words("source"),
+        number("least\nsquares"),
+        number("the paper's\nmethod"),
+    )
     for title, own, paper in summary(found):
-        table.add_row(title, f"{own:.4f}", f"{paper:.4f}")
-    table.add_section()
+        left.add_row(title, figure(own, 4), figure(paper, 4))
+    left.add_section()
     both = [found["methods"][name] for name in ("least_squares", "paper")]
-    table.add_row("root of the sum of squares", *(f"{one['sum_arcsec']:.4f}" for one in both))
-    table.add_row("all together", *(f"{one['whole']['rms_arcsec']:.4f}" for one in both))
-    console.print(table)
+    left.add_row("root of the sum of squares", *(figure(one["sum_arcsec"], 4) for one in both))
+    left.add_row("all together", *(figure(one["whole"]["rms_arcsec"], 4) for one in both))
+    console.print(left)
     for name, one in found["experiment"]["compared"].items():
         console.print(
             f"{name}: two heads and polygon, largest |E_n| {max(map(abs, one['e_n'])):.2f}",

@@ -24,7 +24,8 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.coefficient_file import ARCSEC_PER_TURN, write_coefficient_file
+from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
@@ -61,7 +62,18 @@ GATEWARE = "gateware"
     show_default=True,
     help="Lanes of the gateware.",
 )
-@click.option("--temperature", type=Finite(), help="°C, for effects that depend on it.")
+@click.option(
+    "--temperature",
+    type=Finite(),
+    help="°C, for effects that depend on it.  [default: the device follows its thermometer]",
+)
+@click.option(
+    "--sensor-lag",
+    type=Finite(min=0.0, max=TIME_CONSTANT_MOST_S),
+    default=0.0,
+    show_default=True,
+    help="Seconds, the time constant by which the thermometer lags behind the disc.",
+)
 @click.option(
     "--coefficients",
     "coefficient_file",
@@ -85,6 +97,7 @@ def export(
     points: int | None,
     lanes: int,
     temperature: float | None,
+    sensor_lag: float,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -100,7 +113,7 @@ def export(
         _check_points(FORMATS[table_format], points)
     bench = load(measurement_set, model_file, folders)
     model = bench.model
-    reference = bench.observations.reference
+    reference = bench.observations.every_reference_row
     if model_file is None and bench.observations.capture is None and reference is not None:
         model = model_of_stations(reference)
     if not all(entry.coefficients for entry in model.effects):
@@ -117,7 +130,12 @@ def export(
         return
     coefficient_file = coefficient_file or Path("coefficients.toml")
     result = export_model(
-        model, bench.observations, bench.effects, lanes=lanes, temperature_c=temperature
+        model,
+        bench.observations,
+        bench.effects,
+        lanes=lanes,
+        temperature_c=temperature,
+        sensor_time_constant_s=sensor_lag,
     )
     path = coefficient_file if out is None else out / coefficient_file.name
     refused = objections(bench.measurement_set, result.coefficients)
@@ -130,11 +148,26 @@ def export(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_coefficient_file(path, result.coefficients, title=bench.measurement)
     in_use = table(
-        f"Lanes, {len(result.orders)} of {lanes} in use", number("order"), number("amplitude ″")
+        f"Lanes, {len(result.orders)} of {lanes} in use",
+        number("order"),
+        number("amplitude ″"),
+        number("slope ″/K"),
     )
+    thermal = result.coefficients.thermal
+    count = ARCSEC_PER_TURN / result.coefficients.counts_per_rev
     for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):
-        in_use.add_row(str(order), figure(amplitude, 4))
+        slope = ""
+        if thermal is not None and order in thermal.orders:
+            one = thermal.change_counts(order, thermal.reference_c + 1.0)
+            slope = figure(abs(one) * count, 4)
+        in_use.add_row(str(order), figure(amplitude, 4), slope)
     console.print(in_use)
+    if thermal is not None:
+        console.print(
+            f"amplitudes at {thermal.reference_c:g} °C; orders with a slope follow the device's "
+            f"thermometer, whose lag is taken as {thermal.time_constant_s:g} s",
+            soft_wrap=True,
+        )
     for text in result.left_out:
         console.print(f"not corrected: {text}")
     if written:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import time
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import serial
-from numpy.typing import NDArray
 
-from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.device.dump import DumpHead, read_head, read_row
+from arctrue.measurement import MeasurementSet
 
 BAUD = 115_200
-_ROW_FIELDS = 4
-_HEADER = "run,time_s,head1_counts,head2_counts"
+ATTEMPTS = 3
+"""Of what was spoiled on the way."""
+SILENCE_S = 5.0
+"""A dump that is silent for so long has ended, and its end was spoiled."""
 
 
 class ConsoleError(Exception):
@@ -95,19 +95,48 @@ class Console:
         return self._turns.pop(0) if self._turns else None
 
     def dump(self, seconds: float) -> MeasurementSet:
-        """The capture of the next turn. Raises ConsoleError where it is not whole."""
-        self.command("dump")
-        head = self._wait_for("dump ", seconds)
-        fields = dict(part.split("=", 1) for part in head.split()[1:])
-        if self._wait_for("run,", seconds) != _HEADER:
-            raise ConsoleError(f"{self.port}: the dump has other columns than {_HEADER}")
-        rows: list[str] = []
-        while (text := self._wait_for("", seconds)) != "end of dump":
-            rows.append(text)
-        try:
-            return _measurement(fields, rows, self.port)
-        except (KeyError, ValueError) as error:
-            raise ConsoleError(f"{self.port}: the dump cannot be read: {error}") from error
+        """The capture of the next turn; rows that were spoiled on the way are asked for again.
+
+        Raises ConsoleError where it cannot be made whole.
+        """
+        for _ in range(ATTEMPTS):
+            self.command("dump")
+            head = read_head(self._wait_for(("dump ", "error"), seconds))
+            rows: dict[int, tuple[int, int]] = {}
+            self._take_rows(rows, seconds)
+            if head is not None:
+                return self._completed(head, rows, seconds)
+        raise ConsoleError(f"{self.port}: the head of the dump was spoiled {ATTEMPTS} times")
+
+    def _completed(
+        self, head: DumpHead, rows: dict[int, tuple[int, int]], seconds: float
+    ) -> MeasurementSet:
+        for _ in range(ATTEMPTS):
+            for first, number in head.missing(rows):
+                self.command(f"dump rows {first} {number}")
+                self._take_rows(rows, seconds)
+        if head.missing(rows):
+            lacking = head.samples - len(rows)
+            raise ConsoleError(
+                f"{self.port}: {lacking} of {head.samples} rows were spoiled {ATTEMPTS} times: "
+                "is the cable good, the port free?"
+            )
+        return head.measurement(rows, self.port)
+
+    def _take_rows(self, rows: dict[int, tuple[int, int]], seconds: float) -> None:
+        """Up to the end of the dump, or until nothing comes any more where that was spoiled."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            text = self._line()
+            if text is None:
+                continue
+            # What the line carries counts, not whether the device is fast.
+            end = time.monotonic() + min(seconds, SILENCE_S)
+            if text == "end of dump":
+                return
+            row = read_row(text)
+            if row is not None:
+                rows[row[0]] = row[1:]
 
     def _write(self, line: str) -> None:
         try:
@@ -133,46 +162,12 @@ class Console:
             return None
         return None
 
-    def _wait_for(self, start: str, seconds: float) -> str:
+    def _wait_for(self, starts: tuple[str, ...], seconds: float) -> str:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             text = self._line()
-            if text is not None and text.startswith(start):
+            if text is not None and text.startswith(starts):
+                if text.startswith("error"):
+                    raise ConsoleError(f"{self.port}: the device says {text}")
                 return text
         raise ConsoleError(f"{self.port}: nothing came within {seconds:g} s; does the table turn?")
-
-
-def _temperature(fields: dict[str, str], rows: int) -> NDArray[np.float64] | None:
-    """Of the die, the same for every row; None where the device has told none."""
-    if "temperature_c" not in fields:
-        return None
-    celsius = float(fields["temperature_c"])
-    if not math.isfinite(celsius):
-        raise ValueError("temperature_c")
-    return np.full(rows, celsius)
-
-
-def _measurement(fields: dict[str, str], rows: list[str], port: str) -> MeasurementSet:
-    values = [row.split(",") for row in rows]
-    bad = [i for i, row in enumerate(values) if len(row) != _ROW_FIELDS]
-    if bad or len(rows) != int(fields["samples"]):
-        where = f"row {bad[0] + 1} is {rows[bad[0]]!r}" if bad else f"{len(rows)} rows came"
-        raise ConsoleError(
-            f"{port}: expected {fields['samples']} whole rows, but {where}: characters were lost"
-        )
-    capture = Capture(
-        run=np.array([int(row[0]) for row in values], dtype=np.int64),
-        time_s=np.array([float(row[1]) for row in values]),
-        head1_counts=np.array([int(row[2]) for row in values], dtype=np.int64),
-        head2_counts=np.array([int(row[3]) for row in values], dtype=np.int64),
-        clock_hz=float(fields["clock_hz"]),
-        temperature_c=_temperature(fields, len(rows)),
-    )
-    separation = float(fields["separation_deg"])
-    if not math.isfinite(separation):
-        raise ValueError("separation_deg")
-    title = f"capture {fields['sequence']} of {port}"
-    if capture.temperature_c is not None:
-        title += ", temperature of the die"
-    table = Table(counts_per_rev=int(fields["counts_per_rev"]), head_separation_deg=separation)
-    return MeasurementSet(table, capture, title=title)

@@ -45,7 +45,13 @@ def load_frames(coefficients: Coefficients) -> list[str]:
             f"offset.word is {coefficients.offset}; expected 0: the device corrects no mean, which "
             "is the choice of zero"
         )
-    lanes = [lane for lane in range(coefficients.lanes) if coefficients.amplitudes[lane]]
+    thermal = coefficients.thermal
+    following = set(thermal.orders) if thermal is not None else set()
+    lanes = [
+        lane
+        for lane, order in enumerate(coefficients.orders.tolist())
+        if coefficients.amplitudes[lane] or order in following
+    ]
     begin = [len(lanes), coefficients.counts_per_rev]
     rows = [
         [
@@ -56,9 +62,16 @@ def load_frames(coefficients: Coefficients) -> list[str]:
         ]
         for number, lane in enumerate(lanes)
     ]
-    whole = zlib.crc32(b"".join(_words(values) for values in (begin, *rows)))
-    frames = [_frame("begin", begin), *(_frame("lane", row) for row in rows)]
-    return [*frames, f"load end {whole:08X}"]
+    named = [("begin", begin), *(("lane", row) for row in rows)]
+    if thermal is not None:
+        milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
+        named.append(("temperature", milli))
+        named += [
+            ("slope", [number, order, *thermal.slopes[number].tolist()])
+            for number, order in enumerate(thermal.orders)
+        ]
+    whole = zlib.crc32(b"".join(_words(values) for _, values in named))
+    return [*(_frame(name, values) for name, values in named), f"load end {whole:08X}"]
 
 
 def send_coefficients(

@@ -21,15 +21,20 @@ from arctrue.gateware.coefficients import (
     check_counts_per_rev,
     phase_step,
 )
+from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
 from arctrue.toml_file import TomlContentError, read_toml
 from arctrue.whole_file import write_whole_text
 
 SCHEMA = 1
+THERMAL_SCHEMA = 2
+"""Of a file with lanes that follow the temperature; any other is of schema 1."""
 ARCSEC_PER_TURN = 1_296_000
 
 _FILE_KEYS = ("schema", "counts_per_rev", "lanes", "offset")
 _OFFSET_KEYS = ("counts", "word")
+_TEMPERATURE_KEYS = ("reference_c", "sensor_time_constant_s")
+_SLOPE_KEYS = ("slope_arcsec_per_k", "slope_arcsec_per_k2", "slope")
 _LANE_KEYS = (
     "order",
     "amplitude_arcsec",
@@ -62,7 +67,7 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
         "# Coefficients of the gateware: offset + sum of amplitude * cos(order * angle + phase).",
         "# Loaded: phase_step (turn a count / 2^48), phase_offset (turn / 2^24), amplitude and",
         "# offset.word (count / 2^11). The other values say the same for people.",
-        f"schema = {SCHEMA}",
+        f"schema = {SCHEMA if coefficients.thermal is None else THERMAL_SCHEMA}",
     ]
     if title:
         lines.append(f"title = {json.dumps(title, ensure_ascii=False)}")
@@ -74,6 +79,18 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
         f"counts = {coefficients.offset_counts!r}",
         f"word = {coefficients.offset}",
     ]
+    thermal = coefficients.thermal
+    if thermal is not None:
+        lines[1:3] += [
+            "# Lanes with a slope follow the temperature T: their cosine and sine gain",
+            "# slope[0:2] (T - T0) + slope[2:4] (T - T0)^2, in count / 2^20; T0 is reference_c.",
+        ]
+        lines += [
+            "",
+            "[temperature]",
+            f"reference_c = {thermal.reference_c!r}",
+            f"sensor_time_constant_s = {thermal.time_constant_s!r}",
+        ]
     for lane in range(coefficients.lanes):
         amplitude = int(coefficients.amplitudes[lane])
         step = int(coefficients.phase_steps[lane])
@@ -91,6 +108,15 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
             f"phase_offset = {offset}",
             f"amplitude = {amplitude}",
         ]
+        order = int(coefficients.orders[lane])
+        if thermal is not None and order in thermal.orders:
+            words = thermal.slopes[thermal.orders.index(order)].tolist()
+            said = [float(f"{word * SLOPE_LSB_COUNTS * arcsec:.9g}") for word in words]
+            lines += [
+                f"slope_arcsec_per_k = {said[:2]}",
+                f"slope_arcsec_per_k2 = {said[2:]}",
+                f"slope = {words}",
+            ]
     return "\n".join(lines) + "\n"
 
 
@@ -120,9 +146,13 @@ class _Reader:
         self.file = file
 
     def coefficients(self, content: Mapping[str, Any]) -> Coefficients:
-        if "schema" in content and content["schema"] != SCHEMA:
-            raise self.error("schema", f"expected {SCHEMA}, found {content['schema']!r}")
-        self.keys(content, "", _FILE_KEYS, optional=("title", "lane"))
+        if "schema" in content and content["schema"] not in (SCHEMA, THERMAL_SCHEMA):
+            raise self.error(
+                "schema", f"expected {SCHEMA} or {THERMAL_SCHEMA}, found {content['schema']!r}"
+            )
+        thermal = content.get("schema") == THERMAL_SCHEMA
+        required = (*_FILE_KEYS, "temperature") if thermal else _FILE_KEYS
+        self.keys(content, "", required, optional=("title", "lane"))
         if not isinstance(content.get("title", ""), str):
             raise self.error("title", f"expected text, found {content['title']!r}")
         counts_per_rev = self.integer(content, "", "counts_per_rev")
@@ -148,9 +178,11 @@ class _Reader:
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
             raise self.error("lane", "expected tables [[lane]], one a lane")
         taken: set[int] = set()
+        slopes: dict[int, list[int]] = {}
         for index, entry in enumerate(entries):
             where = f"lane[{index}]."
-            self.keys(entry, where, ("lane", *_LANE_KEYS))
+            follows = thermal and any(key in entry for key in _SLOPE_KEYS)
+            self.keys(entry, where, ("lane", *_LANE_KEYS, *(_SLOPE_KEYS if follows else ())))
             lane = self.integer(entry, where, "lane")
             if not 0 <= lane < lanes:
                 raise self.error(where + "lane", f"expected 0 to {lanes - 1}, found {lane}")
@@ -158,6 +190,8 @@ class _Reader:
                 raise self.error(where + "lane", f"lane {lane} is listed twice")
             taken.add(lane)
             steps[lane], offsets[lane], amplitudes[lane] = self.words(entry, where, counts_per_rev)
+            if follows:
+                slopes[entry["order"]] = self.slope(entry, where, counts_per_rev)
         try:
             return Coefficients(
                 np.array(steps.tolist(), dtype=np.int64),
@@ -165,6 +199,7 @@ class _Reader:
                 np.array(amplitudes.tolist(), dtype=np.int64),
                 offset,
                 counts_per_rev,
+                self.thermal(content, slopes) if thermal else None,
             )
         except (ValueError, OverflowError) as error:
             raise CoefficientFileError(f"{self.file}: {error}") from error
@@ -196,6 +231,56 @@ class _Reader:
             entry, where, "phase_deg", "phase_offset", offset, 360.0 / 2**PHASE_WIDTH, turn=360.0
         )
         return step, offset, amplitude
+
+    def slope(self, entry: Mapping[str, Any], where: str, counts_per_rev: int) -> list[int]:
+        """The four words of a lane that follows the temperature."""
+        arcsec = ARCSEC_PER_TURN / counts_per_rev
+        words = self.numbers(entry, where, "slope", 4)
+        said = [
+            *self.numbers(entry, where, "slope_arcsec_per_k", 2),
+            *self.numbers(entry, where, "slope_arcsec_per_k2", 2),
+        ]
+        if any(not isinstance(word, int) for word in words):
+            raise self.error(where + "slope", f"expected whole numbers, found {words}")
+        for value, word in zip(said, words, strict=True):
+            unit = SLOPE_LSB_COUNTS * arcsec
+            if abs(value - word * unit) > _AGREEMENT * unit + 1e-8 * abs(value):
+                raise self.error(
+                    where + "slope",
+                    f"found {word}, which is {word * unit:.9g}, but {value} beside it; "
+                    "change both or neither",
+                )
+        return [int(word) for word in words]
+
+    def numbers(
+        self, table: Mapping[str, Any], where: str, key: str, number: int
+    ) -> list[int | float]:
+        """A list of that many finite numbers."""
+        found = table[key]
+        if (
+            not isinstance(found, list)
+            or len(found) != number
+            or any(isinstance(item, bool) or not isinstance(item, int | float) for item in found)
+            or not all(math.isfinite(item) for item in found)
+        ):
+            raise self.error(where + key, f"expected {number} finite numbers, found {found!r}")
+        return found
+
+    def thermal(self, content: Mapping[str, Any], slopes: dict[int, list[int]]) -> ThermalLanes:
+        """The table [temperature] and the slopes of the lanes."""
+        table = content["temperature"]
+        if not isinstance(table, dict):
+            raise self.error("temperature", "expected a table [temperature] with reference_c")
+        self.keys(table, "temperature.", _TEMPERATURE_KEYS)
+        if not slopes:
+            raise self.error("temperature", "no lane has a slope; leave [temperature] out")
+        reference_c, time_constant_s = (
+            self.numbers({key: [table[key]]}, "temperature.", key, 1)[0]
+            for key in _TEMPERATURE_KEYS
+        )
+        return ThermalLanes(
+            tuple(slopes), np.array(list(slopes.values())), float(reference_c), time_constant_s
+        )
 
     def agree(
         self,

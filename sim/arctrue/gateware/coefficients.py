@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import dataclasses
 import math
 import warnings
 from collections.abc import Sequence
@@ -10,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
     AMPLITUDE_WIDTH,
@@ -35,7 +38,8 @@ class Coefficients:
     ``phase_steps``: uint64 (lanes,), K in 2⁻⁴⁸ turn a count; ``phase_offsets``: uint32 (lanes,),
     Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count;
     ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn that K was worked
-    out for.
+    out for; ``thermal``: how some of the lanes follow the temperature, which the firmware works
+    out.
 
     Raises ValueError for a word that its format cannot hold.
     """
@@ -45,6 +49,7 @@ class Coefficients:
     amplitudes: NDArray[np.int32]
     offset: int
     counts_per_rev: int
+    thermal: ThermalLanes | None = None
 
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""
@@ -68,6 +73,12 @@ class Coefficients:
             words = words.astype(dtype)
             words.flags.writeable = False
             object.__setattr__(self, name, words)
+        if self.thermal is not None:
+            lacking = set(self.thermal.orders) - set(self.orders.tolist())
+            if lacking:
+                raise ValueError(
+                    f"orders {sorted(lacking)} follow the temperature, but have no lane"
+                )
         sizes = {self.phase_steps.size, self.phase_offsets.size, self.amplitudes.size}
         if len(sizes) != 1:
             raise ValueError(f"a phase step, phase offset and amplitude a lane: found {sizes}")
@@ -89,7 +100,23 @@ class Coefficients:
             and np.array_equal(self.phase_steps, other.phase_steps)
             and np.array_equal(self.phase_offsets, other.phase_offsets)
             and np.array_equal(self.amplitudes, other.amplitudes)
+            and self.thermal == other.thermal
         )
+
+    def at(self, celsius: float) -> Coefficients:
+        """The bank at a temperature; itself where no lane follows it."""
+        if self.thermal is None:
+            return self
+        offsets, amplitudes = self.phase_offsets.copy(), self.amplitudes.copy()
+        for lane, order in enumerate(self.orders.tolist()):
+            if order not in self.thermal.orders:
+                continue
+            written = cmath.rect(float(self.amplitudes_counts[lane]), -float(self.phases_rad[lane]))
+            amplitude, phase = as_lane(written + self.thermal.change_counts(order, celsius))
+            amplitudes[lane] = _amplitude_word(f"amplitude of order {order}", amplitude)
+            turns = phase / (2.0 * math.pi)
+            offsets[lane] = round(turns % 1.0 * 2**PHASE_WIDTH) % 2**PHASE_WIDTH
+        return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
 
     @property
     def lanes(self) -> int:

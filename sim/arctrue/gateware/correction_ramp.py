@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.generated.number_formats import CORRECTION_FRACTION, PAIR_FRACTION
+from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
 
-RATE_FRACTION = 24
+ARCSEC_PER_TURN = 1_296_000
 RATE_MAX = 2**32 - 1
+ACCELERATION_MAX = 2**32 - 1
+TICK_BITS = 8
+"""The velocity changes once in 2⁸ clocks; in that time r moves by its whole part, in 2⁻ᶠ count."""
+VELOCITY_FRACTION = 16
+MARGIN_BITS = 3
+LOOK, COMPARE, DECIDE = 240, 241, 255
 # Clocks from a marker to the first total from which r can have lost a unit.
 DECAY_START = 2
 
@@ -26,6 +32,77 @@ class RampState:
     held: int = 0
     caught: int = 0
     age: int = 0
+    motion: RampVelocity | None = None
+    """With a bound of the acceleration: r and its velocity, in place of ``caught`` and ``age``."""
+
+
+@dataclass
+class RampVelocity:
+    """Model of the entity ``ramp_velocity``, one call of :meth:`clock` a clock.
+
+    ``velocity``: 2⁻⁵¹ count a clock; ``way``: what braking takes, 2⁻ᶠ count; ``excess``: -r, which
+    correction_ramp keeps.
+    """
+
+    excess: int = 0
+    velocity: int = 0
+    way: int = 0
+    step: int = 0
+    falling: bool = False
+    ends: bool = False
+    moves: bool = False
+    tick: int = 0
+    fraction: int = 0
+    is_stale: bool = False
+    seen: tuple[int, bool, bool] = (0, True, False)
+    """Of the look: the size, whether it is 0, whether it moves away."""
+    fits: tuple[bool, bool] = (False, False)
+    """The way is long enough to go on faster, and as it is."""
+
+    def clock(self, marker: bool, rate: int, acceleration: int) -> None:
+        """One clock; ``excess`` is that of the clock before."""
+        whole = self.velocity >> VELOCITY_FRACTION
+        faster = self.velocity + acceleration
+        more = faster >> VELOCITY_FRACTION
+        velocity, self.ends = self.velocity, False
+        if self.tick == LOOK:
+            self.is_stale = False
+            size = self.excess if self.excess >= 0 else ~self.excess
+            away = self.moves and self.falling == (self.excess < 0)
+            self.seen = size, self.excess == 0, away
+        elif self.tick == COMPARE:
+            enough = self.way + more + (more >> MARGIN_BITS), self.way + (whole >> MARGIN_BITS)
+            self.fits = self.seen[0] >= enough[0], self.seen[0] >= enough[1]
+        elif self.tick == DECIDE and not (self.is_stale or marker):
+            limit = rate << VELOCITY_FRACTION
+            if (not self.moves and not self.fits[0]) or (self.seen[1] and whole <= 1):
+                self.ends, self.moves, velocity, self.way = True, False, 0, 0
+            elif velocity > limit or self.seen[2] or not self.fits[1]:
+                velocity, self.way = velocity - acceleration, self.way - whole
+                if velocity <= 0:
+                    self.moves, velocity, self.way = False, 0, 0
+            elif self.fits[0] and faster <= limit:
+                self.falling = self.falling if self.moves else self.excess >= 0
+                velocity, self.way, self.moves = faster, self.way + more, True
+        self.tick = (self.tick + 1) % 2**TICK_BITS
+        self.is_stale |= marker
+        moved = self.fraction + whole
+        self.step = 0 if marker else moved >> TICK_BITS
+        self.fraction = 0 if marker else moved % 2**TICK_BITS
+        self.velocity = velocity
+
+
+def ramp_arcsec_s(ramp_rate: float, counts_per_rev: int) -> float:
+    """The velocity of a ramp, ″/s of the gateware's clock, from the register's 2⁻³⁵ count a clock.
+
+    What the firmware's parameter of the same name is worked out back from.
+    """
+    return ramp_rate / 2**35 * CLOCK_HZ * ARCSEC_PER_TURN / counts_per_rev
+
+
+def ramp_arcsec_s2(ramp_acceleration: float, counts_per_rev: int) -> float:
+    """The same of its acceleration, ″/s², from 2⁻⁵⁹ count a clock and clock."""
+    return ramp_acceleration / 2**59 * CLOCK_HZ**2 * ARCSEC_PER_TURN / counts_per_rev
 
 
 class RampResult(NamedTuple):
@@ -44,6 +121,7 @@ def correction_ramp(
     ramp_rate: int,
     state: RampState | None = None,
     inserted: NDArray[np.int64] | None = None,
+    ramp_acceleration: int = 0,
 ) -> RampResult:
     """The total correction of consecutive clocks.
 
@@ -51,12 +129,21 @@ def correction_ramp(
     another origin than the clock before; ``limit`` in counts; ``ramp_rate`` u8.24 in 2⁻¹¹ count a
     clock. ``state``: that of the clocks before, else that after reset. ``inserted``: counts by
     which the reading jumps in the clock of a marker, (clocks,); not looked at in others.
+    ``ramp_acceleration`` in 2⁻⁵⁹ count a clock and clock; 0: the velocity is the rate at once.
 
-    Raises ValueError for a rate that u8.24 cannot hold.
+    Raises ValueError for a rate that u8.24, or an acceleration that 32 bits cannot hold.
     """
+    if not 0 <= ramp_acceleration <= ACCELERATION_MAX:
+        raise ValueError(
+            f"ramp_acceleration: {ramp_acceleration}, expected 0 to {ACCELERATION_MAX}"
+        )
     if not 0 <= ramp_rate <= RATE_MAX:
         raise ValueError(f"ramp_rate: {ramp_rate}, expected 0 to {RATE_MAX} (u8.24)")
     state = state or RampState()
+    if ramp_acceleration:
+        return _accelerated(
+            correction, marker, limit, ramp_rate, ramp_acceleration, state, inserted
+        )
     clocks = correction.size
     total = np.empty(clocks, dtype=np.int64)
     limited = np.zeros(clocks, dtype=np.bool_)
@@ -89,7 +176,42 @@ def correction_ramp(
 def _decayed(caught: int, ages: NDArray[np.int64], ramp_rate: int) -> NDArray[np.int64]:
     if caught == 0:
         return np.zeros(ages.size, dtype=np.int64)
-    units = (np.maximum(ages - DECAY_START, 0) * ramp_rate) >> RATE_FRACTION
-    lost = units << (PAIR_FRACTION - CORRECTION_FRACTION)
+    lost = (np.maximum(ages - DECAY_START, 0) * ramp_rate) >> TICK_BITS
     left: NDArray[np.int64] = np.maximum(abs(caught) - lost, 0)
     return left if caught > 0 else -left
+
+
+def _accelerated(
+    correction: NDArray[np.int64],
+    marker: NDArray[np.bool_],
+    limit: int,
+    ramp_rate: int,
+    ramp_acceleration: int,
+    state: RampState,
+    inserted: NDArray[np.int64] | None,
+) -> RampResult:
+    """Clock by clock: what the velocity becomes depends on r."""
+    motion = replace(state.motion or RampVelocity())
+    held, top = state.held, limit << PAIR_FRACTION
+    jumps = np.zeros(correction.size, dtype=np.int64) if inserted is None else inserted
+    rows = []
+    for now, marks, jump in zip(correction.tolist(), marker.tolist(), jumps.tolist(), strict=True):
+        busy, excess = motion.excess != 0 or motion.moves, motion.excess
+        if marks:
+            jump <<= PAIR_FRACTION
+            unlimited, after = held + jump, now - held - jump
+            held, busy = unlimited, True
+        else:
+            unlimited = now - excess
+            held = min(max(unlimited, -top), top)
+            after = 0 if motion.ends else excess + (-motion.step if motion.falling else motion.step)
+        motion.clock(marks, ramp_rate, ramp_acceleration)
+        motion.excess = after
+        rows.append((held, held != unlimited, busy))
+    total, limited, busies = (np.array(column) for column in zip(*rows, strict=True))
+    return RampResult(
+        total.astype(np.int64),
+        limited.astype(np.bool_),
+        busies.astype(np.bool_),
+        RampState(held=held, motion=motion),
+    )

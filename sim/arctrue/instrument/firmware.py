@@ -36,6 +36,8 @@ class Firmware:
         self._view = ctypes.cast(self._bus, ctypes.POINTER(FirmwareBus)).contents
         self.telemetry: list[dict[str, Any]] = []
         """What the console told of every turn so far."""
+        self.thermometer: Callable[[], float | None] | None = None
+        """What the table's thermometer shows now, °C; None as an answer: it does not answer."""
         self.send("telemetry on")
 
     def close(self) -> None:
@@ -86,6 +88,14 @@ class Firmware:
 
     def step(self) -> str:
         """One round of the main loop; what the console said, telemetry apart."""
+        if self.thermometer is not None:
+            celsius = self.thermometer()
+            self._library.firmware_thermometer(
+                self._processor,
+                celsius is not None,
+                0.0 if celsius is None else celsius,
+                self._instrument.clock_hz,
+            )
         self._library.firmware_step(self._processor)
         self._check_bus()
         return self._said()
@@ -128,7 +138,7 @@ class Firmware:
 
     @property
     def phase(self) -> str:
-        """``no_core``, ``wait_for_index``, ``capture``, ``dump`` or ``swap``."""
+        """``no_core``, ``wait_for_index``, ``capture`` or ``swap``."""
         return str(self._library.firmware_phase(self._processor).decode())
 
     @property

@@ -95,6 +95,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "firmware_type": (None, (_HANDLE, c_char_p)),
     "firmware_said": (c_char_p, (_HANDLE,)),
     "firmware_phase": (c_char_p, (_HANDLE,)),
+    "firmware_thermometer": (None, (_HANDLE, c_int, c_double, c_double)),
     "firmware_set": (c_int, (_HANDLE, c_char_p, c_double)),
     "firmware_coefficients": (
         c_uint32,

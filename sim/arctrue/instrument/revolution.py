@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.gateware.correction_ramp import ramp_arcsec_s, ramp_arcsec_s2
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_DEFAULT
 from arctrue.generated.registers import REGISTERS
 from arctrue.instrument.build import Say
@@ -125,6 +126,21 @@ class RevolutionSettings:
         preset = register.fields[0].reset or 0
         return min(round(preset * CLOCK_HZ / self.clock_hz), 2**32 - 1)
 
+    @property
+    def ramp_acceleration(self) -> int:
+        """The same of the ramp's acceleration: where time is compressed, so are its seconds."""
+        (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
+        preset = register.fields[0].reset or 0
+        return min(round(preset * (CLOCK_HZ / self.clock_hz) ** 2), 2**32 - 1)
+
+    @property
+    def ramp_parameters(self) -> dict[str, float]:
+        """Both as the firmware has them."""
+        return {
+            "ramp_arcsec_s": ramp_arcsec_s(self.ramp_rate, self.counts_per_rev),
+            "ramp_arcsec_s2": ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev),
+        }
+
     def table(self) -> RotaryTable:
         """The table with the paper's kind of error."""
         effects: list[Any] = [
@@ -164,7 +180,8 @@ class RevolutionSettings:
         # The ramp works off twice the largest error at the most.
         largest_counts = 2 * max(-PAPER_BEFORE_ARCSEC[0], PAPER_BEFORE_ARCSEC[1])
         largest_counts /= self.arcsec_per_count
-        ramp_s = largest_counts / (self.ramp_rate * 2.0**-35) / self.clock_hz
+        rate, acceleration = self.ramp_rate * 2.0**-35, self.ramp_acceleration * 2.0**-59
+        ramp_s = (largest_counts / rate + rate / acceleration) / self.clock_hz
         read_s = 2 * self.samples * _CLOCKS_A_READ / self.clock_hz
         return (ramp_s + read_s + self.calculation_s) * self.speed_rad_s + 2 * _SPARE_RAD
 
@@ -297,7 +314,7 @@ def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
     for name, value in (
         ("counts_per_rev", settings.counts_per_rev),
         ("sample_period", settings.sample_period_clocks),
-        ("ramp_rate", settings.ramp_rate),
+        *settings.ramp_parameters.items(),
         ("output_spacing", 1),
         ("orders", settings.orders),
     ):

@@ -160,7 +160,7 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
         "at the "
         "count at which a servo would stop. A servo",
         "  adds its own error: following error, friction, dither between two counts: "
-        "none of that is in these figures.",
+        "[stop and go](stop-and-go.md).",
         "- **The judge leaves the latency out.** An edge is compared with the angle at the instant "
         "at which the table made it. At 100 MHz",
         f"  an edge leaves {delay['pin_to_pin_ns']:.0f} ns later, at 30°/s "

@@ -26,7 +26,7 @@ from arctrue.generated import number_formats
 TOP = "arctrue_zynq_top"
 PAIRS = "arctrue_zynq_differential_top"
 TEMPLATE = CONSTRAINTS / "own_board.template.xdc"
-VIVADO_ONLY = CONSTRAINTS / "vivado.xdc"
+VIVADO_ONLY = [CONSTRAINTS / "vivado" / f"{entity}.xdc" for entity in TOPS[TOP].vivado]
 SOURCE = "encoder_source"
 PMODS = (FIRST_PMOD, SECOND_PMOD)
 DEVICE_BOARDS = [board for board in boards() if board != SOURCE]
@@ -44,7 +44,8 @@ def test_a_second_board_gives_what_the_first_takes() -> None:
     for board in DEVICE_BOARDS:
         device = check_pins(CONSTRAINTS / f"{board}.xdc", ports_of(TOP))
         assert pins == {port: device[port] for port in pins}
-    text = (CONSTRAINTS / TOPS[f"{SOURCE}_top"].vivado).read_text(encoding="utf-8")
+    (entity,) = TOPS[f"{SOURCE}_top"].vivado
+    text = (CONSTRAINTS / "vivado" / f"{entity}.xdc").read_text(encoding="utf-8")
     period = re.search(r"create_clock -name \w+ -period ([\d.]+) \[get_ports oscillator\]", text)
     assert period
     assert float(period[1]) == 1e3 / TOPS[f"{SOURCE}_top"].clock_mhz
@@ -54,8 +55,8 @@ def test_ports_are_read_from_the_vhdl() -> None:
     text = (ROOT / "rtl" / "top" / f"{TOP}.vhd").read_text(encoding="utf-8")
     clause = text[text.index("  port (") : text.index(f"end entity {TOP}")]
     assert ports_of(TOP) == re.findall(r"^ +(\w+) +: +(?:in|out) ", clause, re.MULTILINE)
-    assert len(ports_of(TOP)) == 6 + 3 + 4
-    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 4
+    assert len(ports_of(TOP)) == 6 + 3 + 6 + 4
+    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 6 + 4
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
@@ -79,7 +80,8 @@ def test_an_open_input_is_pulled_low(path: Path) -> None:
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
-    assert pulled == dict.fromkeys(ports_of(TOP)[:6], "PULLDOWN")
+    inputs = [*ports_of(TOP)[:6], "sync_in", "probe_in"]
+    assert pulled == dict.fromkeys(inputs, "PULLDOWN")
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
@@ -152,9 +154,22 @@ def test_faults_are_named_with_their_line(fault: str, tmp_path: Path) -> None:
         check_pins(path, ["head1_a", "head1_b"])
 
 
+def vivado_text() -> str:
+    """All of the device's files for Vivado, without comments."""
+    text = "".join(path.read_text(encoding="utf-8") for path in VIVADO_ONLY)
+    return re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
+
+
+def test_a_file_for_an_entity_names_no_port_of_a_top() -> None:
+    """So that any design with the entity in it can read it."""
+    for path in VIVADO_ONLY:
+        text = re.sub(r"^#.*$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        assert ("get_ports" in text) == (path.stem == TOP), path
+
+
 def test_vivado_names_what_is_in_the_vhdl() -> None:
     """A pattern that matches nothing would leave a path untimed or a synchroniser unmarked."""
-    text = re.sub(r"^#.*$", "", VIVADO_ONLY.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    text = vivado_text()
     patterns = set(re.findall(r"=~ \*([\w/]+)", text))
     assert patterns == {
         "ps7_primitive/FCLKCLK",
@@ -184,13 +199,14 @@ def test_vivado_names_what_is_in_the_vhdl() -> None:
 
 def test_inputs_are_timed_and_their_skew_is_bounded() -> None:
     """Without an input delay Vivado times no path from a pin, whatever it ends at."""
-    text = VIVADO_ONLY.read_text(encoding="utf-8")
-    assert "set_input_delay -clock fabric_clock 0.000 [get_ports head*]" in text
-    bounds = re.findall(r"^set_max_delay .*(head\*|out\*).* ([\d.]+)$", text, re.MULTILINE)
+    text = vivado_text()
+    for port in ("head*", "sync_in", "probe_in"):
+        assert f"set_input_delay -clock fabric_clock 0.000 [get_ports {port}]" in text
+    bounds = re.findall(r"^set_max_delay .*(all_\w+).* ([\d.]+)$", text, re.MULTILINE)
     half_a_clock_ns = 0.5e9 / number_formats.CLOCK_HZ
-    assert {port: float(bound) for port, bound in bounds} == {
-        "head*": half_a_clock_ns,
-        "out*": half_a_clock_ns,
+    assert {ports: float(bound) for ports, bound in bounds} == {
+        "all_inputs": half_a_clock_ns,
+        "all_outputs": half_a_clock_ns,
     }
     # No exception may take the bound away again.
     assert not re.search(r"^set_false_path -from \[get_ports head", text, re.MULTILINE)
@@ -205,42 +221,50 @@ def test_asynchronous_pins_meet_synchronisers_that_are_marked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "extra"),
+    ("names", "expected"),
     [
         (
-            VIVADO_ONLY,
+            TOPS[TOP].vivado,
             {
-                "get_pins",
+                "all_inputs",
+                "all_outputs",
+                "create_clock",
                 "get_cells",
+                "get_pins",
+                "get_ports",
                 "set_false_path",
-                "set_property",
                 "set_input_delay",
                 "set_input_jitter",
+                "set_max_delay",
+                "set_property",
             },
         ),
-        (CONSTRAINTS / "vivado_encoder_source.xdc", set()),
+        (
+            TOPS[f"{SOURCE}_top"].vivado,
+            {"create_clock", "set_max_delay", "get_ports", "get_clocks"},
+        ),
     ],
 )
-def test_vivado_constraints_are_whole_tcl(file: Path, extra: set[str]) -> None:
+def test_vivado_constraints_are_whole_tcl(names: tuple[str, ...], expected: set[str]) -> None:
     """Braces and brackets, read by a real Tcl; the commands are stand-ins that note their names."""
     tcl = shutil.which("tclsh")
     assert tcl, "tclsh is missing: apt-get install tcl"
+    files = " ".join(str(CONSTRAINTS / "vivado" / f"{name}.xdc") for name in names)
     script = """
     set called {}
     foreach name {create_clock set_false_path set_max_delay set_property get_pins get_cells
-                  set_input_delay set_input_jitter get_ports get_clocks} {
+                  set_input_delay set_input_jitter get_ports get_clocks all_inputs all_outputs} {
         proc $name args "lappend ::called $name; return $name"
     }
-    source [lindex $argv 0]
+    foreach file $argv { source $file }
     puts [lsort -unique $called]
     """
     done = subprocess.run(
         [tcl],
-        input=f"set argv [list {file}]\n{script}",
+        input=f"set argv [list {files}]\n{script}",
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.stderr == ""
-    always = {"create_clock", "set_max_delay", "get_ports", "get_clocks"}
-    assert set(done.stdout.split()) == always | extra
+    assert set(done.stdout.split()) == expected

@@ -28,6 +28,7 @@ from sim.tests.faults.setting import (
 from sim.tests.instrument.sizes import DEPTH, LANES
 
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.correction_ramp import ramp_arcsec_s
 from arctrue.instrument import (
     HEAD1_A,
     HEAD1_B,
@@ -102,7 +103,7 @@ class Scene:
         values = {**PARAMETERS, **(parameters or {})}
         for name, value in values.items():
             firmware.set(name, value)
-        self._ramp_counts_a_clock = values["ramp_rate"] / 2.0**35
+        self._ramp_counts_a_clock = values["ramp_arcsec_s"] / ramp_arcsec_s(2.0**35, COUNTS)
         firmware.start()
         self.instrument.write("following_limit", FOLLOWING_LIMIT_COUNTS)
         self._zeros = Zeros(0.0, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.gateware.correction_ramp import ramp_arcsec_s
 from arctrue.table import (
     DiscEccentricity,
     GraduationHarmonics,
@@ -40,7 +41,9 @@ PARAMETERS: dict[str, float] = {
     "sample_period": TURN_CLOCKS // SAMPLES,
     "output_spacing": OUTPUT_SPACING_CLOCKS,
     "minimum_edge_spacing": MINIMUM_EDGE_SPACING_CLOCKS,
-    "ramp_rate": RAMP_RATE,
+    "ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE, COUNTS),
+    # At this scale of time the start of a ramp would take longer than the ramp.
+    "ramp_arcsec_s2": 0,
     "orders": 8,
     # A count of 79″ has a rounding of 23″ rms in each head; the presets are those of 0.08″.
     "alarm_noise_arcsec": 100,

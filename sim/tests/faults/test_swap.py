@@ -9,6 +9,7 @@ import pytest
 from sim.tests.faults.conftest import MakeScene
 from sim.tests.faults.scene import MEAN_ERROR, Scene
 from sim.tests.faults.setting import (
+    COUNTS,
     RAMP_RATE,
     TURN_CLOCKS,
     TURN_RAD,
@@ -16,6 +17,7 @@ from sim.tests.faults.setting import (
 )
 
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.correction_ramp import ramp_arcsec_s
 
 PIPELINE_CLOCKS = 40
 """From the swap to its ramp."""
@@ -42,7 +44,7 @@ def swap(scene: Scene, bank: Coefficients) -> None:
 @pytest.mark.parametrize("place", PLACES)
 def test_swap_of_all_or_nothing(make_scene: MakeScene, place: str, slower: int) -> None:
     """With a ramp that is faster than the table's error changes, and with one that is not."""
-    scene = make_scene(None, {"ramp_rate": RAMP_RATE // slower})
+    scene = make_scene(None, {"ramp_arcsec_s": ramp_arcsec_s(RAMP_RATE / slower, COUNTS)})
     scene.calibrate()
     assert (scene.ramp_lag > 0) == (slower > 1)
     good = scene.coefficients

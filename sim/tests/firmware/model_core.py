@@ -149,6 +149,8 @@ class Firmware:
         self.application = ffi.new("struct application *")
         self.console = ffi.new("struct console *")
         library.application_prepare(self.application, core.access)
+        self.copy = ffi.new("struct capture_copy *")
+        library.application_use_copy(self.application, self.copy)
         library.console_prepare(self.console, self.application, self.sink)
 
     def _take(self, _: Any, characters: Any, number: int) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sim.tests.firmware.calibrator import capture_in_c
 from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware, ModelCore
 from sim.tests.firmware.test_application import turn
@@ -47,7 +50,7 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
         ("set orders 3.5", "error: a whole number is needed, not 3.5"),
         ("set colour 1", "error: no parameter colour"),
         ("bypass maybe", "error: on or off, not maybe"),
-        ("a b c d e f g h", "error: the line is too long or is not text; try help"),
+        ("a b c d e f g h i j", "error: the line is too long or is not text; try help"),
         ("x" * 81, "error: the line is too long or is not text; try help"),
         ("x" * 5000, "error: the line is too long or is not text; try help"),
         ("st\x01atus", "error: the line is too long or is not text; try help"),
@@ -62,12 +65,13 @@ def test_every_reason_and_alarm_is_explained(running: Firmware) -> None:
     ffi, library = firmware()
     reasons = [library.refusal_name(reason) for reason in range(1, library.REFUSALS)]
     alarms = [name for bit in range(32) if (name := library.alarm_name(1 << bit)) != ffi.NULL]
-    assert len(alarms) == 11
+    assert len(alarms) == 13
     for name in {ffi.string(name).decode() for name in (*reasons, *alarms)}:
         answer = running.send(f"help {name}").splitlines()
-        assert len(answer) == 2, name
-        assert len(answer[0].split()) >= 5, "a sentence"
-        assert answer[1] == "ok"
+        # `temperature` is a command too.
+        assert len(answer) == 2 + (name == "temperature"), name
+        assert len(answer[-2].split()) >= 5, "a sentence"
+        assert answer[-1] == "ok"
 
 
 def test_help_with_a_word(running: Firmware) -> None:
@@ -145,14 +149,71 @@ def test_a_dump_is_the_capture(running: Firmware) -> None:
     said = running.step(2 + counts.shape[1] // 8)
     head, *rows, end = said.splitlines()
     assert head.startswith("dump sequence=1 samples=1501 counts_per_rev=16777216 clock_hz=1000000")
-    assert rows[0] == "run,time_s,head1_counts,head2_counts"
+    assert rows[0] == "row,head1_counts,head2_counts,crc"
     assert end == "end of dump"
-    table = np.loadtxt(io.StringIO("\n".join(rows[1:])), delimiter=",")
-    np.testing.assert_array_equal(table[:, 2:], counts.T)
-    np.testing.assert_allclose(np.diff(table[:, 1]), 1e-3, atol=1e-9)
-    running.step(3)
+    table = np.loadtxt(io.StringIO("\n".join(rows[1:])), delimiter=",", usecols=(0, 1, 2))
+    np.testing.assert_array_equal(table[:, 0], np.arange(counts.shape[1]))
+    np.testing.assert_array_equal(table[:, 1:], counts.T)
+    for row in rows[1:]:
+        number, head1, head2, crc = row.split(",")
+        words = struct.pack("<Iqq", int(number), int(head1), int(head2))
+        assert int(crc, 16) == zlib.crc32(words)
+    assert running.send("dump rows 7 2") == "ok\r\n"
+    assert running.step(1).splitlines() == [*rows[8:10], "end of dump"]
+    for bad in ("dump rows 1500 2", "dump rows -1 2", "dump rows 0 0", "dump rows a b"):
+        assert running.send(bad) == "error: no such rows\r\n"
     assert running.phase == "capture"
     assert running.application.turns == 1, "the dumped turn is worked on as well"
+
+
+def test_the_turns_go_on_while_a_capture_is_told(running: Firmware) -> None:
+    """The bank is the core's again at once; each step tells eight rows of the copy."""
+    running.send("dump")
+    running.send("telemetry on")
+    counts = turn()
+    running.core.hand_over(counts)
+    said, turns = running.step(4), 0
+    while "end of dump" not in said:
+        assert running.library.console_busy(running.console)
+        if not running.core.get("status"):
+            turns += 1
+            running.core.hand_over(turn(seed=turns + 1))
+        said += running.step(4)
+    assert turns > 5
+    told = [line for line in said.splitlines() if line.startswith("{")]
+    assert len(told) >= turns
+    assert all('"alarms":[]' in line for line in told), "no overrun"
+    rows = [line.split(",") for line in said.splitlines() if line[0].isdigit()]
+    found = np.array([[int(row[1]), int(row[2])] for row in rows]).T
+    np.testing.assert_array_equal(found, counts)
+
+
+@pytest.mark.parametrize("samples", [3, 6144, 6145, 12_288])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_copy_has_every_sample(samples: int, sense: int) -> None:
+    """Few samples whole, many as steps of 16 bits; in any order, over a wrap at 2³¹."""
+    ffi, library = firmware()
+    draw = np.random.default_rng(samples)
+    step = min(30_000, (1 << 24) // samples)
+    head1 = 2**31 - 5_000 + sense * np.cumsum(draw.integers(step // 2, step, samples))
+    head2 = head1 + 1_500_000 + draw.integers(-15_000, 15_000, samples)
+    capture = capture_in_c(np.array([head1, head2]))
+    copy = ffi.new("struct capture_copy *")
+    assert library.capture_copy_take(copy, capture.capture)
+    for sample in (*range(0, samples, max(1, samples // 50)), samples - 1, 0, samples // 2):
+        found = library.capture_copy_counts(copy, sample)
+        asked = library.capture_counts(capture.capture, sample)
+        assert (found.head1, found.head2) == (asked.head1, asked.head2)
+
+
+def test_a_turn_whose_steps_do_not_fit_is_not_copied() -> None:
+    ffi, library = firmware()
+    head1 = np.arange(7000) * 1000
+    head1[3000:] += 40_000
+    capture = capture_in_c(np.array([head1, head1]))
+    copy = ffi.new("struct capture_copy *")
+    assert not library.capture_copy_take(copy, capture.capture)
+    assert copy.samples == 0
 
 
 @given(st.binary(max_size=400))

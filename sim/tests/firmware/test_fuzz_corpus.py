@@ -10,7 +10,7 @@ from sim.tests.firmware.library import FIRMWARE
 CORPUS = FIRMWARE / "fuzz" / "corpus"
 FILES_MOST = 200
 BYTES_MOST = 200_000
-TARGETS = ("console", "capture")
+TARGETS = ("console", "capture", "record")
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from arctrue.gateware.coefficient_file import (
     write_coefficient_file,
 )
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.thermal import ThermalLanes
 
 GOOD = coefficient_file_text(
     Coefficients.from_harmonics(
@@ -59,7 +61,7 @@ def test_other_editors(tmp_path: Path, encoding: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("schema = 1", "schema = 2", "schema: expected 1, found 2"),
+        ("schema = 1", "schema = 3", "schema: expected 1 or 2, found 3"),
         ("schema = 1", "", "schema: is missing"),
         ("schema = 1", "schema = 1\ncolour = 3", "colour: is not known"),
         ('title = "table \\"A\\""', "title = 3", "title: expected text"),
@@ -119,3 +121,65 @@ def test_files_that_are_none(tmp_path: Path, content: bytes | None) -> None:
         path.write_bytes(content)
     with pytest.raises(CoefficientFileError, match=r"c\.toml: "):
         read_coefficient_file(path)
+
+
+def thermal() -> Coefficients:
+    """Order 1 at 20 °C, its slope, and order 2, which is nothing at 20 °C."""
+    lanes = ThermalLanes.from_slopes(
+        {1: np.array([18.5, -7.25, 0.01, 0.0]), 2: np.array([0.0, 3.0, 0.0, -0.5])}, 20.0, 60.0
+    )
+    cold = Coefficients.from_harmonics(
+        [1, 2, 16_384], [1942.1, 0.0, 0.5], [0.4, 0.0, 1.0], 2**24, 8
+    )
+    return dataclasses.replace(cold, thermal=lanes)
+
+
+def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
+    path = tmp_path / "c.toml"
+    write_coefficient_file(path, thermal())
+    assert read_coefficient_file(path) == thermal()
+    assert "schema = 2\n" in path.read_text("utf-8")
+    assert "schema = 1\n" in GOOD, "what needs no new reader stays readable for old ones"
+    # Equation: c0 + c1 (T - T0) + c2 (T - T0)^2, at angles of their own.
+    angle = np.arange(0, 2**24, 99_991)
+    turn = angle * 2.0 * np.pi / 2**24
+    expected = (
+        1942.1 * np.cos(turn + 0.4)
+        + (18.5 * 4 + 0.01 * 16) * np.cos(turn)
+        - 7.25 * 4 * np.sin(turn)
+        + (3.0 * 4 - 0.5 * 16) * np.sin(2 * turn)
+        + 0.5 * np.cos(16_384 * turn + 1.0)
+    )
+    found = thermal().at(24.0).error_counts(angle)
+    # Half a word of the amplitude a lane, and of the phase at 2,000 counts.
+    assert np.abs(found - expected).max() < 3 / 4096 + 2000 * np.pi / 2**24
+    assert thermal().at(20.0).error_counts(angle) == pytest.approx(
+        dataclasses.replace(thermal(), thermal=None).error_counts(angle), abs=1 / 2048
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("reference_c = 20.0", "reference_c = 2000.0", "reference_c: 2000.0, expected"),
+        ("reference_c = 20.0\n", "", "temperature.reference_c: is missing"),
+        ("[temperature]", "[temperatures]", "temperature: is missing"),
+        ("sensor_time_constant_s = 60.0", "sensor_time_constant_s = -1.0", "expected 0 to"),
+        ("schema = 2", "schema = 1", "temperature: is not known"),
+        ("schema = 2", "schema = 3", "expected 1 or 2, found 3"),
+        ("slope = [19398656, ", "slope = [19398657, ", "change both or neither"),
+        ("slope = [19398656, ", "slope = [1.5, ", "expected whole numbers"),
+        ("slope = [19398656, ", "slope = [", "expected 4 finite numbers"),
+        ("slope_arcsec_per_k = [", "slope_arcsec_per_k = [nan, ", "expected 2 finite numbers"),
+    ],
+)
+def test_what_is_wrong_with_slopes_is_named(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    text = coefficient_file_text(thermal())
+    assert text.count(old) >= 1
+    path = tmp_path / "c.toml"
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(CoefficientFileError, match=r"c\.toml: ") as found:
+        read_coefficient_file(path)
+    assert message in str(found.value)

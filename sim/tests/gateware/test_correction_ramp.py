@@ -15,27 +15,50 @@ from tb.compensation.correction_ramp_scenarios import (
 )
 
 from arctrue.gateware.correction_ramp import RampState, correction_ramp
+from arctrue.gateware.register_access import register_named
+
+LINEAR = [scenario for scenario in SCENARIOS if not scenario.ramp_acceleration]
+TICK = 256
+"""Clocks in which the velocity does not change."""
+CLOCK_HZ = 1e8
 
 
 def run(scenario: RampScenario) -> np.ndarray:
     return correction_ramp(
-        scenario.correction, scenario.marker, scenario.limit, scenario.ramp_rate
+        scenario.correction,
+        scenario.marker,
+        scenario.limit,
+        scenario.ramp_rate,
+        inserted=jumps(scenario),
+        ramp_acceleration=scenario.ramp_acceleration,
     ).total
+
+
+def reset_value(path: str) -> int:
+    """Of a register with one field."""
+    (field,) = register_named(path).fields
+    return int(field.reset or 0)
+
+
+def jumps(scenario: RampScenario) -> np.ndarray:
+    none = np.zeros(scenario.correction.size, dtype=np.int64)
+    return scenario.inserted if scenario.inserted.size else none
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=str)
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
-    before = np.concatenate(([0], total[:-1]))
+    before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
     assert np.array_equal(total[scenario.marker], before[scenario.marker])
-    # One clock hands out at most the rate, rounded up to a whole unit.
-    rate_units = -(-scenario.ramp_rate // RATE_ONE)
+    # One clock hands out at most the rate, rounded up to a whole unit of 2⁻²⁷ count.
+    rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
-    allowed = np.abs(np.diff(scenario.correction)) + rate_units * UNIT
+    ends = UNIT if scenario.ramp_acceleration else 0
+    allowed = np.abs(np.diff(scenario.correction)) + rate + ends
     assert np.all((change <= allowed)[~scenario.marker[1:]])
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS, ids=str)
+@pytest.mark.parametrize("scenario", LINEAR, ids=str)
 def test_equals_a_plain_walk(scenario: RampScenario) -> None:
     """Clock by clock, with the time since the marker as a fraction."""
     held = 0
@@ -44,10 +67,11 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
     for clock, total in enumerate(run(scenario).tolist()):
         correction = int(scenario.correction[clock])
         if scenario.marker[clock]:
+            held += int(jumps(scenario)[clock]) * COUNT
             caught, age = held - correction, 0
         else:
             age += 1
-            lost = int(Fraction(max(age - 2, 0) * scenario.ramp_rate, RATE_ONE)) * UNIT
+            lost = int(Fraction(max(age - 2, 0) * scenario.ramp_rate * UNIT, RATE_ONE))
             left = max(abs(caught) - lost, 0)
             held = correction + (left if caught > 0 else -left)
             held = max(-top, min(top, held))
@@ -67,7 +91,7 @@ def test_ramp_ends_at_the_correction() -> None:
 
 
 def test_runs_in_pieces_are_one_run() -> None:
-    scenario = SCENARIOS[13]
+    (scenario,) = [s for s in SCENARIOS if s.name.startswith("random 1,")]
     state = RampState()
     pieces = []
     for start in range(0, scenario.correction.size, 171):
@@ -96,3 +120,75 @@ def test_limited_flag_says_clipped() -> None:
 def test_rate_outside_the_format_is_refused(rate: int) -> None:
     with pytest.raises(ValueError, match="ramp_rate"):
         correction_ramp(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=bool), 4, rate)
+
+
+@pytest.mark.parametrize("acceleration", [-1, 2**32])
+def test_acceleration_outside_the_format_is_refused(acceleration: int) -> None:
+    with pytest.raises(ValueError, match="ramp_acceleration"):
+        correction_ramp(
+            np.zeros(1, dtype=np.int64),
+            np.zeros(1, dtype=bool),
+            4,
+            0,
+            ramp_acceleration=acceleration,
+        )
+
+
+def smooth(counts: float, rate: int, acceleration: int, ticks: int) -> np.ndarray:
+    """r, in counts, after a step of ε."""
+    clocks = TICK * ticks
+    level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
+    marker = np.arange(clocks) == 0
+    done = correction_ramp(level, marker, 2**19 - 1, rate, ramp_acceleration=acceleration)
+    assert not done.busy[-1]
+    return (done.total - level) / COUNT
+
+
+@pytest.mark.parametrize("counts", [2.5, -0.9])
+@pytest.mark.parametrize("clocks_to_rate", [1e4, 4e4])
+def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> None:
+    """Velocity and acceleration of r, against d/v + v/a and the bounds of motion at constant a."""
+    rate, ticks = 1_500_000, 600
+    velocity = rate / 2**35
+    acceleration = round(rate / clocks_to_rate * 2**24)
+    acceleration_clocks = acceleration / 2**59
+    r = smooth(counts, rate, acceleration, ticks)
+    assert r[0] == pytest.approx(-counts, abs=2**-27)
+    assert r[-1] == 0
+    at = r[np.arange(0, r.size, TICK)]
+    speed = np.diff(at) / TICK
+    assert np.all(speed * np.sign(counts) >= 0), "it never goes back"
+    assert np.abs(speed).max() <= velocity * (1 + 1e-9)
+    # The grid of the samples lies beside that of the ticks: two changes share one difference.
+    assert np.abs(np.diff(speed)).max() <= acceleration_clocks * TICK * (1 + 1e-3) + 2**-27
+    assert np.abs(speed[:2]).max() <= 2 * acceleration_clocks * TICK
+    last = np.flatnonzero(speed)[-1]
+    assert np.abs(speed[last]) <= 2 * acceleration_clocks * TICK
+    # As fast as constant acceleration allows, but for a margin of a few ticks.
+    reached = min(velocity, np.sqrt(abs(counts) * acceleration_clocks))
+    shortest = abs(counts) / reached + reached / acceleration_clocks
+    took = np.flatnonzero(r)[-1]
+    assert shortest - 2 * TICK < took < shortest * 1.1 + 12 * TICK
+
+
+def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
+    rate = reset_value("ramp_rate") / 2**35 * CLOCK_HZ
+    acceleration = reset_value("ramp_acceleration") / 2**59 * CLOCK_HZ**2
+    assert rate == pytest.approx(1900, rel=1e-3)
+    assert rate / acceleration == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_marker_on_the_way_leaves_the_velocity() -> None:
+    """A swap, ε back and forth, while r moves: r brakes, turns and comes back."""
+    (scenario,) = [s for s in SCENARIOS if s.name == "smooth, markers on the way"]
+    total = run(scenario)
+    rest = total - scenario.correction
+    # The jumps of ε are no motion of the total.
+    speed = np.diff(total)[~scenario.marker[1:] & ~scenario.marker[:-1]]
+    mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
+    change = np.abs(mean[TICK:] - mean[:-TICK]).max()
+    # In 512 clocks between the two, and in what a marker holds, the velocity changes twice.
+    of_a_tick = scenario.ramp_acceleration / 2**59 * TICK * COUNT
+    held = 3 * scenario.ramp_rate / 2**8 / TICK
+    assert change <= 3 * of_a_tick + held
+    assert rest[-1] == 0

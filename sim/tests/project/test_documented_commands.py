@@ -30,9 +30,12 @@ ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
+    "arctrue error-sources": ("minutes", "sim/tests/studies/error_budget/test_error_budget.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
+    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_look_report.py"),
+    "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
 """Commands of the documents that are run by another test: why not here, and by which."""
@@ -107,7 +110,8 @@ def test_a_documented_command_has_these_words_and_options(page: str, line: str) 
 @pytest.mark.parametrize("name", ELSEWHERE)
 def test_what_is_run_elsewhere_is_run_there(name: str) -> None:
     _, place = ELSEWHERE[name]
-    assert name.split()[1] in (ROOT / place).read_text(encoding="utf-8")
+    there = (ROOT / place).read_text(encoding="utf-8")
+    assert name.split()[1].replace("-", "_") in there.replace("-", "_")
 
 
 def test_targets_of_the_documents_are_tested_or_listed() -> None:
@@ -167,11 +171,14 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 PICTURES = {
     "alpha_maps.png": "docs/head-angle.md",
+    "calibration_budget.svg": "docs/calibration-budget.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
     "hidden_effect.svg": "Makefile",
     "methods.svg": "docs/methods.md",
+    "page.png": "scripts/page_screenshot.py",
     "paper_fig_11.png": "docs/paper-experiment.md",
+    "paper_fig_11_x64.png": "sim/arctrue/report/paper_figures.py",
     "real_motor.png": "scripts/make_workbench_pictures.py",
     "real_worm.png": "scripts/make_workbench_pictures.py",
     "revolution.svg": "docs/instrument.md",
@@ -184,6 +191,10 @@ PICTURES = {
 """What makes each picture: a script, or the command that stands beside it on a page."""
 
 
+DRAWINGS = "sim/arctrue/report/paper_drawings.py"
+PICTURES |= {f"paper_fig_{n}.svg": DRAWINGS for n in ("1", *"3456789", "a1", "a2")}
+
+
 def test_every_picture_is_made_by_a_script_or_a_command() -> None:
     there = {path.name for path in (DOCS / "images").iterdir()}
     assert there == set(PICTURES)
@@ -192,6 +203,7 @@ def test_every_picture_is_made_by_a_script_or_a_command() -> None:
         assert f"images/{name}" in shown, f"{name} is on no page"
         text = (ROOT / place).read_text(encoding="utf-8")
         if place.endswith(".md"):
-            assert re.search(r"arctrue \w+ [^`\n]*docs/images", text), f"{place}: {name}"
+            assert re.search(r"arctrue [\w-]+ [^`\n]*docs/images", text), f"{place}: {name}"
         else:
-            assert Path(name).stem in text, f"{place}: {name}"
+            stem = re.sub(r"(?<=paper_fig_)(?!11)\w+$|(?<=_x)\d+$", "", Path(name).stem)
+            assert stem in text, f"{place}: {name}"

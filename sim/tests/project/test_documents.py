@@ -13,8 +13,7 @@ from scripts.make_docs import (
     read_items,
     stale_documents,
 )
-from scripts.mutate import faults_of_list
-from scripts.mutations import MUTATIONS
+from scripts.mutate import MUTATIONS, faults_of_list
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

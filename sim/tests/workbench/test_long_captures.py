@@ -17,9 +17,10 @@ from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import normal_equations, scan
-from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -93,7 +94,7 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
         patch.setattr(normal_equations, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
     assert streamed.every_row
-    figures, expected = capture_figures(streamed), capture_figures(whole)
+    figures, expected = (channel_figures(item, "capture") for item in (streamed, whole))
     assert figures is not None
     assert expected is not None
     assert figures.rows == expected.rows == ROWS
@@ -179,7 +180,7 @@ def test_a_vibration_is_found_window_by_window(
     )
     observations = observations_of(made)
     assert observations.stored is not None
-    found = EFFECTS["vibration"]().scan(Residuals(fit([_graduation()], observations)))
+    found = places_of(EFFECTS["vibration"](), Residuals(fit([_graduation()], observations)))
     # A tenth of what the run resolves: 1/144 s.
     assert found[0].nonlinear["frequency"] == pytest.approx(7.3123, abs=0.0007)
 

@@ -24,7 +24,7 @@ from arctrue.workbench.observations.build import observations_of
 
 SOURCE = """
 import numpy as np
-from arctrue.workbench.effects.base import Candidate, Effect, Lane, Parameter, SearchParameter
+from arctrue.workbench.effects.base import Effect, Lane, Parameter, SearchParameter
 
 class Mine(Effect):
     name = "mine"
@@ -197,6 +197,9 @@ def test_a_wrong_answer_is_named(
         ("physics = None", "Mine.physics: expected a text"),
         ("compensation = 'much'", "Mine.compensation: expected 'lanes' or 'offset' or 'none'"),
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
+        ("search_kind = 'luck'", "Mine.search_kind: expected 'grid' or 'disc_order'"),
+        ("search_kind = 'frequency'", "expected frequency for search_kind 'frequency'"),
+        ("def scan(self, residuals): pass", "Mine.scan: expected none: search_kind says how"),
         ("defaults = None", "Mine.defaults"),
         ("longest_call_s = 0", "Mine.longest_call_s: expected seconds above 0"),
     ],

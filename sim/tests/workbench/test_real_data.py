@@ -14,6 +14,7 @@ from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
@@ -73,7 +74,7 @@ def test_motor_orders_above_the_model(motor: Observations) -> None:
     assert not effect.missing(motor)
     found = []
     for _ in range(7):
-        place = effect.scan(Residuals(fit(terms, motor)))[0]
+        place = places_of(effect, Residuals(fit(terms, motor)))[0]
         assert place.nonlinear["order"] == pytest.approx(round(place.nonlinear["order"]), abs=0.3)
         found.append(round(place.nonlinear["order"]))
         terms.append(Term(effect, place.nonlinear))

@@ -23,7 +23,20 @@ struct processor {
     char *said;
     size_t length;
     size_t room;
+    /* What the table's thermometer shows. */
+    int thermometer_answers;
+    double thermometer_c;
+    struct capture_copy copy;
 };
+
+static bool read_thermometer(void *context, double *celsius) {
+    const struct processor *processor = context;
+    if (!processor->thermometer_answers) {
+        return false;
+    }
+    *celsius = processor->thermometer_c;
+    return true;
+}
 
 static void put(void *context, const char *characters, size_t number) {
     struct processor *processor = context;
@@ -46,6 +59,7 @@ static void settle(void) {
 /* As main() does, up to the first access to the core. */
 static void prepare(struct processor *processor, const struct core_access *core, int after_fault) {
     application_prepare(&processor->application, core);
+    application_use_copy(&processor->application, &processor->copy);
     console_prepare(&processor->console, &processor->application, &processor->sink);
     application_keep_settings(&processor->application, &processor->kept, settle);
     application_recover(&processor->application, after_fault != 0);
@@ -77,6 +91,17 @@ EXPORTED void firmware_fault(struct processor *processor) {
 EXPORTED void firmware_delete(struct processor *processor) {
     free(processor->said);
     free(processor);
+}
+
+/* The first call is the plug. */
+EXPORTED void firmware_thermometer(struct processor *processor, int answers, double celsius,
+                                   double clock_hz) {
+    processor->application.temperature_clock_hz = clock_hz;
+    processor->thermometer_answers = answers;
+    processor->thermometer_c = celsius;
+    if (processor->application.table.read == NULL) {
+        application_use_thermometer(&processor->application, read_thermometer, processor);
+    }
 }
 
 EXPORTED void firmware_start(struct processor *processor) {

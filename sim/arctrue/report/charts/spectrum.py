@@ -17,8 +17,9 @@ from arctrue.report.charts.chart import (
     Layer,
     Panel,
 )
-from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum, speed_turns_s
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 Float = NDArray[np.float64]
 Along = Literal["order", "hz", "s"]

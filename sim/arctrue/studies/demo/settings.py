@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.gateware.correction_ramp import ramp_arcsec_s
 from arctrue.whole_file import write_whole_text
 
 
@@ -56,7 +57,8 @@ class DemoSettings:
         values = {
             "counts_per_rev": f"{self.counts_per_rev}",
             "sample_period": f"{self.sample_period_clocks}",
-            "ramp_rate": f"{self.ramp_rate}",
+            "ramp_arcsec_s": f"{ramp_arcsec_s(self.ramp_rate, self.counts_per_rev):.6f}",
+            "ramp_arcsec_s2": "0",
             "output_spacing": f"{self.output_spacing_clocks}",
             "orders": f"{self.fitted_orders}",
             "alarm_noise_arcsec": f"{self.arcsec_per_count:.3f}",

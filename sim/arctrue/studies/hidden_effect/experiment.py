@@ -155,7 +155,7 @@ class _Run:
         case, rig, settings = self.case, self.rig, self.settings
         paper_bank = self._first_run()
         paper = None
-        if case.fresh_c is None and not case.further:
+        if self._goes_on:
             paper = rig.instrument.recording()
         for number, plan in enumerate(case.further, start=2):
             self._further_run(plan, number)
@@ -173,8 +173,13 @@ class _Run:
             self._fresh_power_up()
             rig.load(paper_bank, "the firmware's coefficients")
             paper = rig.recorded_turn("fresh turn with the paper's model")
-        rig.instrument.firmware.send("freeze on")
-        rig.load(export.coefficients, "swap to the exported coefficients")
+        if self._goes_on:
+            # As a person does: the file over the console, beside the calibration.
+            rig.instrument.firmware.send("freeze off")
+            rig.load_over_console(export.coefficients, "a turn judges what was loaded")
+        else:
+            rig.instrument.firmware.send("freeze on")
+            rig.load(export.coefficients, "swap to the exported coefficients")
         rig.restart_capture()
         rig.record()
         fresh = rig.captured_turn("fresh turn with the effect corrected")
@@ -205,6 +210,11 @@ class _Run:
             workbench_s=workbench_s,
         )
 
+    @property
+    def _goes_on(self) -> bool:
+        """The first run is the only one: the fresh turns follow it."""
+        return self.case.fresh_c is None and not self.case.further
+
     def _examined(self, measured: Path) -> tuple[Examined, Export]:
         """What the workbench finds, and the coefficients for the temperature of the fresh turns."""
         effects_folder = self.folder / "effects"
@@ -232,10 +242,11 @@ class _Run:
     def _first_run(self) -> Coefficients:
         """Two turns up, cold; the firmware calibrates after the first. Its bank is returned."""
         rig = self.rig
-        stays = self.case.fresh_c is None and not self.case.further
         plan = RunPlan()
         rig.power_up(
-            self._drive(plan, 3.4 if stays else 2.0), frozen=False, stage="over both indices"
+            self._drive(plan, 4.6 if self._goes_on else 2.0),
+            frozen=False,
+            stage="over both indices",
         )
         rig.record()
         first = rig.captured_turn("first turn: captured, not corrected")

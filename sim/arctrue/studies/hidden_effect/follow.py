@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,18 @@ from arctrue.studies.hidden_effect.rig import Rig
 from arctrue.studies.hidden_effect.score import score
 from arctrue.table import Motion
 
-HELD, EVERY_TURN, BY_TEMPERATURE = WAYS = ("held", "every turn", "by temperature")
+HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
+    "held",
+    "every turn",
+    "by temperature",
+    "by the firmware",
+)
 """The first turn's coefficients for good; the firmware's after each turn; the model's at the
-temperature of the moment."""
+temperature of the moment, written by the host; the model loaded over the console once, and the
+firmware alone with its thermometer."""
+
+
+JUDGED_TURNS = 1.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,46 +43,61 @@ def follow_warming(
     result: HiddenResult,
     turns: int,
     *,
+    ways: Sequence[str] = WAYS,
+    sensor_lag_s: float = 0.0,
+    told_lag_s: float | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, list[FollowedTurn]]:
     """The table of ``result`` warms over ``turns`` turns after the first; once for each way.
 
-    Raises InstrumentError where the firmware does not come to a swap.
+    The thermometer lags by ``sensor_lag_s``; the coefficient file says ``told_lag_s``, the same
+    unless it is given. Raises InstrumentError where the firmware does not come to a swap.
     """
     scale = result.settings.revolution
     found = {}
-    for way in WAYS:
+    lags = (sensor_lag_s, sensor_lag_s if told_lag_s is None else told_lag_s)
+    for way in ways:
         with Instrument(
             scale.lanes, scale.capture_depth, clock_hz=scale.clock_hz, progress=progress
         ) as instrument:
             table = result.settings.table(result.case.build(result.settings))
             rig = Rig(instrument, table, result.settings)
-            found[way] = _followed(rig, result, way, turns)
+            found[way] = _followed(rig, result, way, turns, lags)
     return found
 
 
-def _followed(rig: Rig, result: HiddenResult, way: str, turns: int) -> list[FollowedTurn]:
+def _followed(
+    rig: Rig, result: HiddenResult, way: str, turns: int, lags: tuple[float, float]
+) -> list[FollowedTurn]:
     scale = result.settings.revolution
+    # Each turn is recorded with a little more, and its coefficients fade in.
+    every = 1.0 + 1.4 * turns
+    # What is loaded is judged by a turn of its own, while the table warms as fast as else.
+    driven = every + (JUDGED_TURNS if way == BY_FIRMWARE else 0.0)
     drive = turning(
         scale.speed_rad_s,
-        # Each turn is recorded with a little more, and its coefficients fade in.
-        1.0 + 1.4 * turns,
+        driven,
         ripple_rad=scale.ripple_rad,
         ripple_order=scale.ripple_order,
-        temperature_c=(COLD_C, WARM_C),
+        temperature_c=(COLD_C, COLD_C + (WARM_C - COLD_C) * driven / every),
     )
     firmware = rig.instrument.firmware
     # An average over turns would lag behind a table that changes.
     firmware.set("keep", 0.0)
     rig.power_up(drive, frozen=False, stage=f"{way}: indices")
+    if way == BY_FIRMWARE:
+        firmware.thermometer = _thermometer(rig, drive, lags[0])
     rig.captured_turn(f"{way}: first turn")
     if firmware.telemetry[-1]["result"] != "applied":
         raise InstrumentError(
             f"the firmware did not apply the first turn: {firmware.telemetry[-1]}"
         )
-    if way != EVERY_TURN:
+    if way not in (EVERY_TURN, BY_FIRMWARE):
         firmware.send("freeze on")
     rig.settle(way)
+    if way == BY_FIRMWARE:
+        export = result.examined.export(scale.lanes, None, lags[1])
+        rig.load_over_console(export.coefficients, f"{way}: judged")
     found = []
     for _ in range(turns):
         if way == BY_TEMPERATURE:
@@ -85,6 +109,20 @@ def _followed(rig: Rig, result: HiddenResult, way: str, turns: int) -> list[Foll
         seen = score(recording.output, recording.head1, scale.lines)
         found.append(FollowedTurn(temperature_c, float(seen.order_arcsec[0]), seen.rms_arcsec))
     return found
+
+
+def _thermometer(rig: Rig, drive: Motion, lag_s: float) -> Callable[[], float]:
+    """On the table, with steps of 1/128 K as ADT7420 and TMP117 have them."""
+
+    def shown() -> float:
+        now_s = rig.motion_time_s(np.array([float(rig.instrument.clock)]))
+        if lag_s == 0.0:
+            celsius = drive.temperature_c(now_s)
+        else:
+            celsius = drive.temperature.lagging(drive.start_s + drive.surroundings_at(now_s), lag_s)
+        return float(np.rint(celsius[0] * 128.0) / 128.0)
+
+    return shown
 
 
 def _middle_c(rig: Rig, drive: Motion) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording
 from arctrue.instrument.revolution import set_up
@@ -132,6 +133,22 @@ class Rig:
         instrument.update("control", compensate=1)
         # The status tells of the ramp once the pipeline has seen the enable.
         self._pass(_ENABLE_CLOCKS, stage)
+        self.settle(stage)
+
+    def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
+        """The frames of ``arctrue load``, and the turn that judges them; the calibration goes on.
+
+        Raises InstrumentError where the firmware refuses them.
+        """
+        firmware = self.instrument.firmware
+        for frame in load_frames(coefficients):
+            answer = firmware.send(frame)
+            if answer != "ok":
+                raise InstrumentError(f"the firmware refuses {frame!r}: {answer}")
+        self.captured_turn(stage)
+        state = firmware.send("load status").splitlines()[0]
+        if state != "load active":
+            raise InstrumentError(f"the captured turn does not confirm what was loaded: {state}")
         self.settle(stage)
 
     def restart_capture(self) -> None:

@@ -46,7 +46,9 @@ class Examined:
         """How the error fell on this set."""
         return list(self.model.history)
 
-    def export(self, lanes: int, temperature_c: float | None) -> Export:
+    def export(
+        self, lanes: int, temperature_c: float | None, sensor_time_constant_s: float = 0.0
+    ) -> Export:
         """The model as coefficients of the gateware, and what lanes cannot correct."""
         return export_model(
             self.model,
@@ -54,6 +56,7 @@ class Examined:
             self.effects,
             lanes=lanes,
             temperature_c=temperature_c,
+            sensor_time_constant_s=sensor_time_constant_s,
         )
 
     def data(self) -> dict[str, Any]:

@@ -211,7 +211,7 @@ def _set_up(instrument: Instrument, scenario: Scenario) -> None:
     for name, value in (
         ("counts_per_rev", scenario.scale.counts_per_rev),
         ("sample_period", scenario.sample_period_clocks),
-        ("ramp_rate", scenario.revolution.ramp_rate),
+        *scenario.revolution.ramp_parameters.items(),
         ("output_spacing", 1),
         ("orders", scenario.firmware.orders),
         *scenario.firmware.parameters,

@@ -10,10 +10,9 @@ from arctrue.workbench.compare.findings import ExcessOf, Finding, ranked_finding
 from arctrue.workbench.compare.maps import ResidualMap, residual_maps
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
-from arctrue.workbench.inference.every_row import capture_figures
+from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.model.growth import rms_and_peak
 
 
 @dataclass(frozen=True)
@@ -52,14 +51,15 @@ def compare(solution: Solution, seed: int) -> Comparison:
     ):
         if values is None:
             continue
-        rms, peak = rms_and_peak(values)
-        rows = values.size
-        figures = capture_figures(solution) if channel == "capture" else None
-        if figures is not None:
-            rows, rms, peak = figures.rows, figures.rms_arcsec, figures.peak_arcsec
+        figures = channel_figures(solution, channel)
+        assert figures is not None
         p_value = lack(residuals)
         channels[channel] = ChannelComparison(
-            rows, rms, peak, noise(observations, values), 1.0 if p_value is None else p_value
+            figures.rows,
+            figures.rms_arcsec,
+            figures.peak_arcsec,
+            noise(observations, values),
+            1.0 if p_value is None else p_value,
         )
     maps = residual_maps(residuals, np.random.default_rng(seed))
     excess = {

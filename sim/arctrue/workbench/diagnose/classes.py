@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.inference.residuals import Residuals, Score
-from arctrue.workbench.inference.symmetric import RANK_TOLERANCE
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5
 """A candidate that takes less than this share of the best one's gain cannot stand in for it."""

@@ -16,12 +16,18 @@ from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5
-"""Where more of the catalogue than this cannot be tested, a set cannot say that nothing lacks."""
+"""Where more of the catalogue than this cannot be tested, a set cannot say that nothing lacks.
+
+From the priors of :mod:`probabilities`: with half of the catalogue unseen the odds that nothing
+lacks are 0.5 : (0.4/2 + 0.01), 2.4 to 1; above 3 to 1 evidence is "positive" (Kass and Raftery,
+J. Am. Stat. Assoc. 90 (1995) 773).
+"""
 COLOURED_SHARE = 0.99
 """Of a row's variance. The rows then show the slow noise ten times as well as a single reading
 scatters: any effect as slow as it would have been taken for it."""
 UNSEEN_SHARE = 0.5
-"""Of the generic effects, so many may need more than the whole residual to be found."""
+"""Of the generic effects, so many may need more than the whole residual to be found: then most of
+what may lack is out of sight. Chosen, not calibrated."""
 GENERIC_ORDERS = (None, 1.0, 2.5, 6.0, 10.5, 25.0)
 """Orders of the angle that stand for all: slow and fast, whole and half; None: no wave."""
 HIGHEST_BLIND_ORDER = 1000

@@ -48,9 +48,10 @@ def data_faults(observations: Observations) -> list[str]:
             found += _step_faults(rows, run, start, end, observations)
         found += _cut_runs(rows, spans)
         found += _temperature_faults("capture", rows.temperature_c, observations.capture_line)
-    if observations.reference is not None:
+    stations = observations.every_reference_row
+    if stations is not None:
         found += _temperature_faults(
-            "reference", observations.reference.temperature_c, observations.reference_line
+            "reference", stations.temperature_c, observations.reference_line
         )
     found += [
         f"{channel}: {share:.0%} of the rows are outliers, each far from the rows around it; at "

@@ -96,9 +96,15 @@ class Case:
         return [item for item in self.survey.significant() if self.survey.confirmed(item)]
 
     @cached_property
+    def at_every_speed(self) -> list[Candidate]:
+        """Of those, what shows at every speed at which it would."""
+        return [item for item in self.seen if at_other_speeds(item)]
+
+    @cached_property
     def real(self) -> list[Candidate]:
-        """Of those, what shows at every speed at which it would; a cause rather than a line."""
-        return without_unspecific([item for item in self.seen if at_other_speeds(item)])
+        """Of those, a cause rather than the line that it is."""
+        causes = {item.name for item in without_unspecific(self.seen)}
+        return [item for item in self.at_every_speed if item.name in causes]
 
     @cached_property
     def refused(self) -> Candidate | None:
@@ -106,7 +112,7 @@ class Case:
 
         Something like it is there, and it is not this.
         """
-        real = {item.name for item in self.seen if at_other_speeds(item)}
+        real = {item.name for item in self.at_every_speed}
         return next(
             (
                 item
@@ -193,10 +199,13 @@ def described_by_parts(case: Case) -> Decision | None:
 
 
 def shown_at_one_speed(case: Case) -> Decision | None:
-    """The only effect that is seen would show at all speeds, and shows at one."""
-    if case.best is not None or not case.seen:
+    """The first that is seen would show at all speeds, and shows at one; no other has a cause."""
+    best = case.best
+    if not case.seen or (best is not None and not best.effect.unspecific):
         return None
-    first = case.seen[0]
+    first = without_unspecific(case.seen)[0]
+    if best is not None and (at_other_speeds(first) or adds(best, first)):
+        return None
     return Decision(
         "ambiguous",
         first=first,

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.classes import without_unspecific
 from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import (
@@ -141,10 +142,12 @@ def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnos
         # The one that is spoken of stands first, whatever negligible ones fit as well.
         candidates = [first, *(item for item in candidates if item is not first)]
     significant = tried.significant()
-    negligible = [
+    small = [
         item for item in significant if not tried.matters(item) and on_every_pass(item, tried.base)
     ]
-    kept = {item.name for item in (*Case(tried, {}, lambda item: tried).real, *negligible)}
+    real = Case(tried, {}, lambda item: tried).at_every_speed
+    kept = {item.name for item in (*real, *small)}
+    negligible = without_unspecific(small)
     if found.resembles is not None:
         kept.discard(found.resembles.name)
     described = found.described

@@ -20,6 +20,7 @@ from arctrue.workbench.inference.normal_equations import (
     measured_arcsec,
 )
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
@@ -136,12 +137,18 @@ def without(
 ) -> Observations:  # fmt: skip
     """The observations with some of their rows only."""
     capture, reference = observations.capture, observations.reference
+    keep = {"capture": keep_capture, "reference": keep_reference}
+    kept_columns = {
+        key: None if columns is None else columns[keep[key[-1]]]
+        for key, columns in observations.kept_columns.items()
+    }
     return replace(
         observations,
         capture=None if capture is None else capture.part(keep_capture),  # type: ignore[arg-type]
         reference=None if reference is None else reference.part(keep_reference),  # type: ignore[arg-type]
         stored=None,
-        kept_columns={},
+        stored_reference=None,
+        kept_columns=kept_columns,
     )
 
 
@@ -179,7 +186,7 @@ def held_out_with(
         before.judge(residuals.solution, keep)
         place = further.nonlinear
         if further.effect.search:
-            found = further.effect.scan(residuals)
+            found = places_of(further.effect, residuals)
             if found:
                 place = found[0].nonlinear
         score = residuals.score(further.effect, place)

@@ -18,6 +18,7 @@ from arctrue.workbench.diagnose.planned import PLANS, Plan
 from arctrue.workbench.effects.base import Nonlinear
 from arctrue.workbench.inference.normal_equations import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution, solve
 from arctrue.workbench.observations import Observations
 
@@ -177,7 +178,7 @@ def _left_over(truth: Candidate, other: Candidate, there: Observations) -> float
     if other.effect.search:
         # It may have been found a little beside its place: look again.
         places += [
-            place.nonlinear for place in other.effect.scan(Residuals(solved(base_terms)))[:1]
+            place.nonlinear for place in places_of(other.effect, Residuals(solved(base_terms)))[:1]
         ]
     return min(_chi_square(solved([*base_terms, Term(other.effect, place)])) for place in places)
 

@@ -24,7 +24,7 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns, harmonic_names
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 from arctrue.workbench.observations.column_unit import column_unit
 

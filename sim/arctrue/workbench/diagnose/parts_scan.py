@@ -18,6 +18,7 @@ from arctrue.workbench.diagnose.parts import (
 )
 from arctrue.workbench.inference.normal_equations import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import highest
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
@@ -245,7 +246,7 @@ def _best_of_each(scored: Sequence[PartsCandidate]) -> list[PartsCandidate]:
 
 
 def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandidate:
-    """A settling with its time constant moved to the largest gain (golden section in log τ)."""
+    """A settling with its time constant moved to the largest gain (in log τ)."""
     constant = item.effect.condition.time_constant_s
     if constant is None:
         return item
@@ -257,20 +258,9 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
         )
         return replace(_scored(residuals, effect, item.trials, 1.0), level_trials=item.level_trials)
 
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
     low, high = (np.log(constant) + side * np.log(SETTLING_STEP) for side in (-1.0, 1.0))
-    inner, outer = high - golden * (high - low), low + golden * (high - low)
-    there = [at(inner), at(outer)]
-    for _ in range(SETTLING_ROUNDS):
-        if there[0].gain > there[1].gain:
-            high, outer = outer, inner
-            inner = high - golden * (high - low)
-            there = [at(inner), there[0]]
-        else:
-            low, inner = inner, outer
-            outer = low + golden * (high - low)
-            there = [there[1], at(outer)]
-    return max([item, *there], key=lambda place: place.gain)
+    place, _ = highest(lambda log_constant: at(log_constant).gain, low, high, SETTLING_ROUNDS)
+    return max([item, at(place)], key=lambda found: found.gain)
 
 
 def _without_idle_conditions(

@@ -24,6 +24,7 @@ from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
 
@@ -133,7 +134,7 @@ def _try_effect(effect: Effect, residuals: Residuals, candidates: int) -> Candid
     nonlinear: dict[str, float] = {}
     effect, trials = effect.narrowed(residuals)
     if effect.search:
-        places = effect.scan(residuals)
+        places = places_of(effect, residuals)
         if not places:
             return None
         nonlinear, trials = places[0].nonlinear, places[0].trials

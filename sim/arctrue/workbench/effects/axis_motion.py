@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns
-from arctrue.workbench.effects.harmonics import harmonic_columns
+from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
 ARCSEC_PER_RAD = 648_000.0 / np.pi

@@ -3,7 +3,7 @@
 An effect turns the conditions of each measured row (angle, time, temperature, direction, ...)
 into columns; the fit finds one coefficient a column, common to both channels. What an effect
 needs beyond linear coefficients (an order, a frequency, an instant) it declares as search
-parameters and finds by :meth:`Effect.scan`.
+parameters, with the kind of search that finds them.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from arctrue.workbench.inference.residuals import Residuals
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Columns = NDArray[np.float64]
@@ -28,6 +27,41 @@ Nonlinear = Mapping[str, float]
 
 Compensation = Literal["lanes", "offset", "none"]
 """What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing."""
+
+
+SearchKind = Literal[
+    "grid", "disc_order", "unwrapped_order", "frequency", "line", "step", "disc_place"
+]
+"""How the inference looks for the search parameters of an effect: every point of the declared
+ranges; a whole order of the disc, an order over the unwrapped angle, a frequency in time, any of
+these in either channel; the instant of a step in a run; place and width of a bump on the disc."""
+
+SEARCHED: Mapping[SearchKind, frozenset[str]] = {
+    "disc_order": frozenset({"order"}),
+    "unwrapped_order": frozenset({"order"}),
+    "frequency": frozenset({"frequency"}),
+    "line": frozenset({"order", "frequency", "in_time", "in_capture"}),
+    "step": frozenset({"run", "instant"}),
+    "disc_place": frozenset({"place", "width"}),
+}
+"""Names of the search parameters that a kind finds; a grid finds any."""
+
+
+class Gain(Protocol):
+    """What a block of columns takes of the residuals."""
+
+    @property
+    def gain(self) -> float:
+        """2·Δ(log likelihood), the noise held."""
+
+
+class Leftover(Protocol):
+    """What the model leaves, as far as an effect may ask: how much of it some columns take."""
+
+    observations: Observations
+
+    def score(self, effect: Effect, nonlinear: Nonlinear) -> Gain:
+        """Of an effect's whole block, the model projected out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,16 +99,6 @@ class SearchParameter:
 
 CONTRADICTED_P = 0.005
 """Share of true effects that their own physics may refuse: half of the 1 % of false names."""
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A place that a scan found: search parameters, and how many independent places it tried."""
-
-    nonlinear: dict[str, float]
-    gain: float
-    """Weighted sum of squares that the columns take from the residuals, 2·Δ(log likelihood)."""
-    trials: float
 
 
 @dataclass(frozen=True)
@@ -151,6 +175,7 @@ class Effect(ABC):
     compensation: ClassVar[Compensation] = "none"
     compensation_note: ClassVar[str] = ""
     search: ClassVar[tuple[SearchParameter, ...]] = ()
+    search_kind: ClassVar[SearchKind] = "grid"
     defaults: ClassVar[Mapping[str, object]] = {}
     """Settings and their default values."""
     parameter_units: ClassVar[Mapping[str, str]] = {}
@@ -285,16 +310,12 @@ class Effect(ABC):
         """Parameters that follow from fitted ones and their σ: a period from a frequency."""
         return {}
 
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        """The best places of the search parameters for what the model leaves, best first.
+    def search_range(self, name: str) -> tuple[float, float]:
+        """Smallest and largest value of a search parameter, as the settings may narrow it."""
+        parameter = next(item for item in self.search if item.name == name)
+        return parameter.low, parameter.high
 
-        The default tries a grid over the declared ranges. Effects with a better way override it.
-        """
-        from arctrue.workbench.inference.scan import grid_scan
-
-        return grid_scan(self, residuals)
-
-    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """The effect with no more settings than the residuals ask for; how many were tried.
 
         The diagnosis judges this one, so that an effect of many orders is not charged for those

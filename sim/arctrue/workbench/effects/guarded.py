@@ -15,11 +15,12 @@ import numpy as np
 
 from arctrue.printable import is_printable
 from arctrue.workbench.effects.base import (
-    Candidate,
+    SEARCHED,
     Compensation,
     Effect,
     Lane,
     Parameter,
+    SearchKind,
     SearchParameter,
 )
 from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
@@ -202,17 +203,6 @@ def _nothing(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | No
     return None
 
 
-def _candidates(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
-    if not isinstance(found, list) or not all(isinstance(item, Candidate) for item in found):
-        return f"expected a list of Candidate, found {found!r}"
-    names = {item.name for item in effect.search}
-    for item in found:
-        values = [*item.nonlinear.values(), item.gain, item.trials]
-        if set(item.nonlinear) != names or not np.isfinite(values).all():
-            return f"expected finite values of {sorted(names)}, found {item}"
-    return None
-
-
 def _parameters(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     named = isinstance(found, Mapping) and all(
         isinstance(name, str)
@@ -235,6 +225,7 @@ def _lanes(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None
 CHECKS: Mapping[str, Check] = {
     "__init__": _nothing,
     "disc_orders": _nothing,
+    "search_range": _nothing,
     "lanes": _lanes,
     "missing": _texts,
     "variety": _texts,
@@ -244,7 +235,6 @@ CHECKS: Mapping[str, Check] = {
     "reference_columns": _columns,
     "capture_formula": _values,
     "reference_formula": _values,
-    "scan": _candidates,
     "told": _text,
     "derived": _parameters,
     "narrowed": _nothing,
@@ -270,6 +260,14 @@ def _check_declarations(kind: type[Effect], path: Path) -> None:
         isinstance(item, SearchParameter) and item.low < item.high for item in kind.search
     ):
         fail("search", "a tuple of SearchParameter, each with low below high")
+    if kind.search_kind not in get_args(SearchKind):
+        fail("search_kind", " or ".join(map(repr, get_args(SearchKind))))
+    names = {item.name for item in kind.search}
+    expected = SEARCHED.get(kind.search_kind, names)
+    if names != expected:
+        fail("search", f"{', '.join(sorted(expected))} for search_kind {kind.search_kind!r}")
+    if "scan" in vars(kind):
+        fail("scan", "none: search_kind says how the parameters are looked for")
     limit = kind.longest_call_s
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0.0:
         fail("longest_call_s", "seconds above 0")

@@ -1,19 +1,25 @@
-"""A model on every row of a capture of which searches and statistics see only a part."""
+"""A model on every row of a set of which searches and statistics see only a part."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from arctrue.workbench.inference.normal_equations import row_blocks, stored_columns
+from arctrue.workbench.inference.normal_equations import (
+    reference_block,
+    row_blocks,
+    stored_columns,
+)
 from arctrue.workbench.inference.search_parameters import refined, with_steps_on_every_row
 from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.observations import ReferenceRows
 
 
 @dataclass(frozen=True)
-class CaptureFigures:
-    """How far a model is from the capture."""
+class ChannelFigures:
+    """How far a model is from one channel."""
 
     rows: int
     rms_arcsec: float
@@ -23,35 +29,48 @@ class CaptureFigures:
 def on_every_row(solution: Solution) -> Solution:
     """The same terms fitted to every row, search parameters included; streamed, block by block.
 
-    A capture that is worked on as a whole is left as it is.
+    A set that is worked on as a whole is left as it is.
     """
     observations = solution.observations
-    if observations.stored is None or solution.every_row or solution.held:
+    part_only = observations.stored is not None or observations.stored_reference is not None
+    if not part_only or solution.every_row or solution.held:
         return solution
     terms = with_steps_on_every_row(solution)
     tried = fit(terms, observations, solution.context, noise=solution.noise, every_row=True)
     return refined(tried)
 
 
-def capture_figures(solution: Solution) -> CaptureFigures | None:
-    """Of the residuals of every capture row; None without a capture."""
-    stored = solution.observations.stored
+def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
+    """Of the residuals of every row of ``capture`` or ``reference``; None without that channel."""
+    observations = solution.observations
+    capture = channel == "capture"
+    stored = observations.stored if capture else observations.stored_reference
     if stored is None:
-        values = solution.capture_residual_arcsec()
-        if values is None:
-            return None
-        return CaptureFigures(
-            values.size,
-            float(np.sqrt(np.mean(values**2))) if values.size else 0.0,
-            float(np.abs(values).max(initial=0.0)),
+        values = (
+            solution.capture_residual_arcsec() if capture else solution.reference_residual_arcsec()
         )
-    square, peak = 0.0, 0.0
-    for block in row_blocks(stored.size):
-        rows = stored.rows(block)
-        columns = stored_columns(solution.terms, solution.widths, rows, solution.context)
-        left = rows.difference_arcsec - columns @ solution.coefficients
-        left -= solution.run_offsets_arcsec[rows.run]
-        square += float(left @ left)
-        peak = max(peak, float(np.abs(left).max(initial=0.0)))
-        solution.observations.report(block.stop, stored.size)
-    return CaptureFigures(stored.size, float(np.sqrt(square / stored.size)), peak)
+        return None if values is None else _figures(values.size, *_sums(values))
+    square, peak, size = 0.0, 0.0, int(stored.run.size)
+    for block in row_blocks(size):
+        if isinstance(stored, ReferenceRows):
+            stations = stored.part(block)
+            columns = reference_block(solution.terms, solution.widths, stations, solution.context)
+            left = stations.error_arcsec - columns @ solution.coefficients
+            left -= solution.reference_offset_arcsec
+        else:
+            rows = stored.rows(block)
+            columns = stored_columns(solution.terms, solution.widths, rows, solution.context)
+            left = rows.difference_arcsec - columns @ solution.coefficients
+            left -= solution.run_offsets_arcsec[rows.run]
+        of_block, highest = _sums(left)
+        square, peak = square + of_block, max(peak, highest)
+        observations.report(block.stop, size)
+    return _figures(size, square, peak)
+
+
+def _sums(values: NDArray[np.float64]) -> tuple[float, float]:
+    return float(values @ values), float(np.abs(values).max(initial=0.0))
+
+
+def _figures(rows: int, square: float, peak: float) -> ChannelFigures:
+    return ChannelFigures(rows, float(np.sqrt(square / max(rows, 1))), peak)

@@ -13,7 +13,7 @@ from arctrue.workbench.inference.detectable import smallest_detectable
 from arctrue.workbench.inference.normal_equations import channel_sums
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.inference.symmetric import RANK_TOLERANCE
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 STRONG_CORRELATION = 0.9
 UNDETERMINED_SHARE = 0.5

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Candidate, Effect
-from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum, speed_turns_s
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import BEST_PLACES, moved_to_maximum, peaks, scored
+from arctrue.workbench.inference.scan import BEST_PLACES, Place, moved_to_maximum, peaks, scored
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 Float = NDArray[np.float64]
 
@@ -16,7 +17,7 @@ HALF_ORDERS_TO = 30.5
 """Half orders up to this in a capture belong to the products of parts."""
 
 
-def line_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """The best lines of both channels, over the angle and over time, best first.
 
     At one speed a line in time is one in the angle: it is then looked for once, in the angle.

@@ -8,14 +8,13 @@ leaves of a line is told by its spectrum. Exact enough to find where to look.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.row_noise import RowNoise
-from arctrue.workbench.observations import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.one_speed import coordinate
 
 Float = NDArray[np.float64]
 
@@ -23,9 +22,6 @@ MOST_BINS = 1 << 22
 """A longer record is put into wider bins, and its fastest lines are not looked for."""
 LEAST_PERIODS = 1.5
 """Fewer periods than these in the whole record are a slow curve, no line."""
-SAME_PHASE_TURNS = 0.25
-"""Angle and time are alike where, at one speed, they differ by less than this share of a period."""
-LEAST_PASS_ROWS = 8
 
 
 @dataclass(frozen=True)
@@ -75,11 +71,6 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     return LineSpectrum(rates, 2.0 * sums**2 / told, 2.0 * sums / told, span)
 
 
-def coordinate(rows: CaptureRows | ReferenceRows, *, in_time: bool) -> Float | None:
-    """Unwrapped angle in turns, or time in seconds, of every row; None where there is no time."""
-    return rows.time_s if in_time else rows.angle_rad / (2.0 * np.pi)
-
-
 def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) -> Float:
     """Σ over the rows of 1/(spectral density of the noise) at each rate, arcsec⁻²."""
     total = np.full(rates.size, 1e-30)
@@ -93,39 +84,3 @@ def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) 
         density = spectrum.density(rates * way, step)
         total += (part.stop - part.start) / (density * noise.mean_square_scale(part))
     return total
-
-
-def speed_turns_s(rows: CaptureRows | ReferenceRows, highest_order: float) -> float | None:
-    """The one speed of all passes, turns a second, at which an order and a frequency are the same.
-
-    None where speeds differ, or there is no time, so that a line tells what it is fixed to. There
-    and back at one speed, the phase of the way back is all that differs: it may be a lag.
-    """
-    turns, time_s = coordinate(rows, in_time=False), coordinate(rows, in_time=True)
-    if turns is None or time_s is None or highest_order <= 0.0:
-        return None
-    speeds, durations = [], []
-    for part in _passes(turns, rows.run):
-        since = time_s[part] - time_s[part].mean()
-        square = float(since @ since)
-        if square <= 0.0:
-            return None
-        away = turns[part] - turns[part].mean()
-        slope = float(since @ away) / square
-        if float(np.abs(away - slope * since).max()) * highest_order > SAME_PHASE_TURNS:
-            return None
-        speeds.append(abs(slope))
-        durations.append(float(np.ptp(time_s[part])))
-    if not speeds or max(speeds) <= 0.0:
-        return None
-    apart = (max(speeds) - min(speeds)) * max(durations) * highest_order
-    return float(np.median(speeds)) if apart < SAME_PHASE_TURNS else None
-
-
-def _passes(turns: Float, run: NDArray[np.int64]) -> list[slice]:
-    """Rows between changes of the run or of the sense of motion, LEAST_PASS_ROWS at least."""
-    sense = np.sign(np.diff(turns))
-    new = np.diff(run) != 0
-    new[1:] |= (sense[1:] * sense[:-1] < 0.0) & ~new[:-1]
-    bounds = [0, *(np.flatnonzero(new) + 1).tolist(), turns.size]
-    return [slice(start, end) for start, end in pairwise(bounds) if end - start >= LEAST_PASS_ROWS]

@@ -22,13 +22,13 @@ from arctrue.workbench.inference.normal_equations import (
     term_widths,
     whitened_rows,
 )
-from arctrue.workbench.inference.symmetric import solve_symmetric
 from arctrue.workbench.noise.estimate import ChannelRows, estimated_law, row_noise
 from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
 from arctrue.workbench.noise.likelihood import Beside
 from arctrue.workbench.noise.noise import INDEX_FREEDOM, FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.spectrum_fit import WhiteBounds
+from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]

@@ -17,7 +17,7 @@ from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import Observations
-from arctrue.workbench.observations.rows import CaptureRows
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 BLOCK_ROWS = 1 << 15
 Matrix = NDArray[np.float64]
@@ -181,6 +181,14 @@ def stored_columns(
     return _side_by_side(blocks, widths, rows.run.size)
 
 
+def reference_block(
+    terms: Sequence[Term], widths: Sequence[int], rows: ReferenceRows, context: FitContext
+) -> Matrix:
+    """Columns for rows of a long reference that is not worked on as a whole."""
+    blocks = [term.effect.reference_columns(rows, term.nonlinear, context) for term in terms]
+    return _side_by_side(blocks, widths, rows.run.size)
+
+
 def whitened_rows(
     terms: Sequence[Term],
     observations: Observations,
@@ -260,26 +268,40 @@ def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
     return observations.reference.error_arcsec
 
 
-def every_capture_row_sums(
-    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise
+def every_row_sums(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
 ) -> ChannelSums | None:
-    """Sums over all rows of a long capture, block by block.
+    """Sums over all rows of a long channel, block by block; of one that is worked on whole, as is.
 
     The correlation is cut between blocks, which loses about a time constant in a block's length
     of what slow noise tells.
     """
-    stored = observations.stored
-    if stored is None or noise.capture_law is None:
-        return channel_sums(terms, observations, context, noise, capture=True)
+    law = noise.capture_law if capture else noise.reference_law
+    stored = observations.stored if capture else observations.stored_reference
+    if stored is None or law is None:
+        return channel_sums(terms, observations, context, noise, capture=capture)
     widths = term_widths(terms, observations)
     total: ChannelSums | None = None
-    for block in row_blocks(stored.size):
-        rows = stored.rows(block)
-        of_rows = noise.capture_law.on_capture(rows)
-        columns = of_rows.whiten(stored_columns(terms, widths, rows, context))
-        ones = of_rows.whiten(np.ones(rows.run.size))
-        inside = WhitenedRows(columns, ones, rows.run, observations.runs)
-        sums = _sums(inside, of_rows.whiten(rows.difference_arcsec), of_rows)
+    size = int(stored.run.size)
+    for block in row_blocks(size):
+        if isinstance(stored, ReferenceRows):
+            stations = stored.part(block)
+            of_rows, run = law.on_reference(stations), np.zeros(stations.run.size, dtype=np.int64)
+            columns = reference_block(terms, widths, stations, context)
+            measured, offsets = stations.error_arcsec, 1
+        else:
+            rows = stored.rows(block)
+            of_rows, run = law.on_capture(rows), rows.run
+            columns = stored_columns(terms, widths, rows, context)
+            measured, offsets = rows.difference_arcsec, observations.runs
+        ones = of_rows.whiten(np.ones(run.size))
+        inside = WhitenedRows(of_rows.whiten(columns), ones, run, offsets)
+        sums = _sums(inside, of_rows.whiten(measured), of_rows)
         total = sums if total is None else total + sums
-        observations.report(block.stop, stored.size)
+        observations.report(block.stop, size)
     return total

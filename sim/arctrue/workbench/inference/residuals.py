@@ -17,8 +17,8 @@ from arctrue.workbench.inference.normal_equations import (
     whitened_rows,
 )
 from arctrue.workbench.inference.solution import Layout, Solution, context_of
-from arctrue.workbench.inference.symmetric import RANK_TOLERANCE, solve_symmetric
 from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, solve_symmetric
 from arctrue.workbench.observations import Observations
 
 

@@ -8,12 +8,14 @@ model projected out. ``trials`` is the number of independent places.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
-from arctrue.workbench.effects.base import Candidate, Effect
+from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import ReferenceRows
@@ -26,6 +28,8 @@ BEST_PLACES = 4
 """Places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
 """Times that a search begins again where it met the end of its step."""
+EVALUATIONS = 8
+"""Of the gain, in one step: the maximum is a parabola to within a hundredth of the step."""
 AT_THE_END = 0.8
 """Share of the step beyond which a maximum may be the end's own."""
 DISC_BINS = 1 << 15
@@ -37,12 +41,22 @@ LARGEST_GAP_STEPS = 8.0
 """A reference run with a wider gap, in its own steps, does not go round the whole turn."""
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Search parameters that were found, and how many independent places were tried."""
+
+    nonlinear: dict[str, float]
+    gain: float
+    """Weighted sum of squares that the columns take from the residuals, 2·Δ(log likelihood)."""
+    trials: float
+
+
 def scored(
     effect: Effect, residuals: Residuals, places: Iterable[dict[str, float]], trials: float
-) -> list[Candidate]:
+) -> list[Place]:
     """The exact gain of each place, best first."""
     found = [
-        Candidate(place, residuals.score(effect, place).gain, max(trials, 1.0)) for place in places
+        Place(place, residuals.score(effect, place).gain, max(trials, 1.0)) for place in places
     ]
     return sorted(found, key=lambda candidate: -candidate.gain)
 
@@ -94,12 +108,14 @@ def samples_a_turn(residuals: Residuals) -> float:
     return float(2.0 * np.pi / max(float(np.median(steps[inside])), 1e-12))
 
 
-def disc_order_scan(effect: Effect, residuals: Residuals, above: int) -> list[Candidate]:
-    """Whole orders above ``above``, up to half the samples a turn."""
+def disc_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
+    """Whole orders of the declared range, up to half the samples a turn."""
+    low, high = effect.search_range("order")
+    above = int(low) - 1
     capture = residuals.observations.capture
     if capture is None:
         return []
-    highest = int(min(samples_a_turn(residuals) / 2.0, DISC_BINS / 8.0))
+    highest = int(min(samples_a_turn(residuals) / 2.0, DISC_BINS / 8.0, high))
     if highest <= above:
         return []
     orders = np.arange(highest + 1)
@@ -126,8 +142,9 @@ def stations_a_turn(rows: ReferenceRows) -> float:
     return 2.0 * np.pi / step if widest < LARGEST_GAP_STEPS * step else 0.0
 
 
-def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -> list[Candidate]:
+def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Orders that are not whole, over the unwrapped angle of all revolutions together."""
+    lowest, highest = effect.search_range("order")
     capture, precise = residuals.observations.capture, residuals.capture_precise
     if capture is None or precise is None:
         return []
@@ -147,7 +164,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
     turns = length / bins_a_turn
     away = np.abs(orders * 2.0 - np.round(orders * 2.0)) / 2.0
     resolution = residuals.observations.order_resolution
-    power[(away < resolution) | (orders > highest) | (orders < resolution)] = 0.0
+    power[(away < resolution) | (orders > highest) | (orders < max(resolution, lowest))] = 0.0
     # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
     coarse = [{"order": float(orders[index])} for index in peaks(power, BEST_PLACES)]
     found = scored(effect, residuals, coarse, 2.0 * turns * highest)
@@ -157,7 +174,7 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals, highest: float) -
     return found if abs(2.0 * order - round(2.0 * order)) / 2.0 < resolution else refined
 
 
-def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Frequencies in time; each run has its own phase, so the runs' powers add."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
@@ -199,6 +216,9 @@ def frequency_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
                     total = np.concatenate([total, np.zeros(power.size - total.size)])
                 total[: power.size] += power
         bandwidths = max(bandwidths, 0.5 / period)
+    low, high = effect.search_range("frequency")
+    tried = np.arange(total.size) * spacing
+    total[(tried < low) | (tried > high)] = 0.0
     coarse = [{"frequency": float(index * spacing)} for index in peaks(total, BEST_PLACES)]
     trials = bandwidths * longest
     fine = 0.25 / longest
@@ -231,8 +251,8 @@ def _window_power(since_s: Float, precise: Float, period: float, spacing: float)
 
 
 def moved_to_maximum(
-    effect: Effect, residuals: Residuals, found: list[Candidate], name: str, step: float
-) -> list[Candidate]:
+    effect: Effect, residuals: Residuals, found: list[Place], name: str, step: float
+) -> list[Place]:
     """The best place moved to its maximum between the grid points.
 
     The model has taken its part of the line, most of it beside one of its own orders: what is
@@ -243,42 +263,38 @@ def moved_to_maximum(
     best = found[0]
     for _ in range(MOST_MOVES):
         centre = best.nonlinear[name]
-        value, top = _highest(
+        value, top = highest(
             lambda place: residuals.score(effect, {**found[0].nonlinear, name: place}).gain,
             centre - step,
             centre + step,
+            EVALUATIONS,
         )
         if top <= best.gain:
             break
-        best = Candidate({**best.nonlinear, name: value}, top, best.trials)
+        best = Place({**best.nonlinear, name: value}, top, best.trials)
         if abs(value - centre) < AT_THE_END * step:
             break
     return [best, *found[1:]]
 
 
-def _highest(gain: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """Place and height of a maximum by golden section."""
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
-    inner, outer = high - golden * (high - low), low + golden * (high - low)
-    gain_inner, gain_outer = gain(inner), gain(outer)
-    for _ in range(6):
-        if gain_inner > gain_outer:
-            high, outer, gain_outer = outer, inner, gain_inner
-            inner = high - golden * (high - low)
-            gain_inner = gain(inner)
-        else:
-            low, inner, gain_inner = inner, outer, gain_outer
-            outer = low + golden * (high - low)
-            gain_outer = gain(outer)
-    place, height = (inner, gain_inner) if gain_inner > gain_outer else (outer, gain_outer)
-    return float(place), height
+def highest(
+    gain: Callable[[float], float], low: float, high: float, evaluations: int
+) -> tuple[float, float]:
+    """Place and height of a maximum between two places (Brent's method)."""
+    found = minimize_scalar(
+        lambda place: -gain(float(place)),
+        bounds=(low, high),
+        method="bounded",
+        options={"maxiter": evaluations, "xatol": 1e-4 * (high - low)},
+    )
+    return float(found.x), -float(found.fun)
 
 
 STEP_PLACES = 24
 """Places of a run at which what a step tells is worked out; it changes slowly between them."""
 
 
-def step_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """The instant after which one run's residual lies higher or lower, by cumulative sums."""
     capture, precise = residuals.observations.capture, residuals.capture_precise
     noise = residuals.solution.noise.capture
@@ -319,7 +335,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
 BUMP_WIDTHS_DEG = 0.05 * 1.5 ** np.arange(14)
 
 
-def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
+def bump_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Place and width of a bell on the disc, by matched filters over the binned disc angle."""
     capture = residuals.observations.capture
     if capture is None or residuals.capture_precise is None:
@@ -357,8 +373,8 @@ def bump_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
     return candidates
 
 
-def grid_scan(effect: Effect, residuals: Residuals) -> list[Candidate]:
-    """Every point of the grid over the declared ranges; for effects without a scan of their own."""
+def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
+    """Every point of the grid over the declared ranges; for effects of no other kind."""
     axes = []
     for parameter in effect.search:
         points = np.linspace(parameter.low, parameter.high, parameter.steps)
@@ -381,6 +397,7 @@ __all__ = [
     "disc_spectrum",
     "frequency_scan",
     "grid_scan",
+    "highest",
     "moved_to_maximum",
     "peaks",
     "samples_a_turn",

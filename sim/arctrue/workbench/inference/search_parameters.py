@@ -20,7 +20,7 @@ from arctrue.workbench.inference.change_point import position_sigma_samples
 from arctrue.workbench.inference.normal_equations import (
     Term,
     channel_sums,
-    every_capture_row_sums,
+    every_row_sums,
     stored_columns,
 )
 from arctrue.workbench.inference.solution import Solution, solve
@@ -128,15 +128,14 @@ def _with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, li
             own = solution.coefficients[solution.part(index)]
             terms.append(Term(Tangent(term, own, observations), {}))
     context, noise = solution.context, solution.noise
+    summed = every_row_sums if every_row else channel_sums
     joint = solve(
         terms,
         observations,
         context,
         noise,
-        capture=every_capture_row_sums(terms, observations, context, noise)
-        if every_row
-        else channel_sums(terms, observations, context, noise, capture=True),
-        reference=channel_sums(terms, observations, context, noise, capture=False),
+        capture=summed(terms, observations, context, noise, capture=True),
+        reference=summed(terms, observations, context, noise, capture=False),
     )
     return joint, places
 

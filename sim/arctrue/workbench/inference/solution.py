@@ -22,11 +22,11 @@ from arctrue.workbench.inference.normal_equations import (
     Term,
     channel_columns,
     channel_sums,
-    every_capture_row_sums,
+    every_row_sums,
     term_widths,
 )
-from arctrue.workbench.inference.symmetric import solve_symmetric
 from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
@@ -51,7 +51,7 @@ class Solution:
     """Number of combinations of coefficients that the data determine."""
     condition: float
     every_row: bool = False
-    """The coefficients come from every row of a capture of which only a part is worked on."""
+    """The coefficients come from every row of a set of which only a part is worked on."""
     held: bool = False
     """The coefficients are those of another set: only offsets were fitted to this one."""
     unknown_noise: frozenset[str] = frozenset()
@@ -108,16 +108,26 @@ class Solution:
         """R₂ − R₁ − α that the model gives for every capture row."""
         rows = self.observations.capture
         assert rows is not None
-        columns = channel_columns(self.terms, self.observations, self.context, capture=True)
-        total = columns @ self.coefficients
+        total = self._of_terms(capture=True)
         return total + self.run_offsets_arcsec[rows.run] if with_offsets else total
+
+    def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
+        """Prediction of the terms alone; asked for again and again beside other models."""
+        if capture not in self._predictions:
+            columns = channel_columns(self.terms, self.observations, self.context, capture=capture)
+            found = columns @ self.coefficients
+            found.setflags(write=False)
+            self._predictions[capture] = found
+        return self._predictions[capture]
+
+    @cached_property
+    def _predictions(self) -> dict[bool, NDArray[np.float64]]:
+        return {}
 
     def reference_prediction_arcsec(self) -> NDArray[np.float64]:
         """ε that the model gives for every reference row."""
-        rows = self.observations.reference
-        assert rows is not None
-        columns = channel_columns(self.terms, self.observations, self.context, capture=False)
-        return columns @ self.coefficients + self.reference_offset_arcsec
+        assert self.observations.reference is not None
+        return self._of_terms(capture=False) + self.reference_offset_arcsec
 
     def capture_residual_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64] | None:
         """Measured less model; None without a capture."""
@@ -207,7 +217,7 @@ def fit(
     """Fit terms whose search parameters are settled; columns that depend on the model iterate.
 
     Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
-    capture, not only the part that the statistics work on.
+    set, not only the part that the statistics work on.
     """
     present = context or FitContext()
     unknown: frozenset[str] = frozenset()
@@ -218,14 +228,11 @@ def fit(
     if noise is None:
         noise, unknown = estimated_noise(terms, observations, present)
     for _ in range(rounds):
-        reference = channel_sums(terms, observations, present, noise, capture=False)
-        capture = (
-            every_capture_row_sums(terms, observations, present, noise)
-            if every_row
-            else channel_sums(terms, observations, present, noise, capture=True)
-        )
-
-        sums = {"capture": capture, "reference": reference}
+        summed = every_row_sums if every_row else channel_sums
+        sums = {
+            name: summed(terms, observations, present, noise, capture=name == "capture")
+            for name in ("capture", "reference")
+        }
         solution = solve(terms, observations, present, noise, **sums)
         for _ in range(INDEX_ROUNDS if estimated and observations.runs else 0):
             variance, freedom = index_variance(observations, solution.run_offsets_arcsec)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from arctrue.calibration.harmonics import as_function_of_reading
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
+from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.units import arcsec_per_count
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.solution import fit
@@ -86,6 +88,8 @@ class ReadingHarmonics:
     left_out: list[str]
     """What of the model is no such function, or is not significant."""
     warnings: list[str]
+    every: dict[int, Float]
+    """As ``components``, with the orders that are not significant."""
 
     def amplitude_arcsec(self, order: int) -> float:
         """Of one order."""
@@ -147,7 +151,77 @@ def harmonics_of_reading(
             one = "order" if len(quiet) == 1 else "orders"
             left_out.append(f"{one} {named}: not significant, below {factor:.1f} u")
     kept = {order: pair for order, pair in by_order.items() if order not in quiet}
-    return ReadingHarmonics(kept, left_out, warnings)
+    return ReadingHarmonics(kept, left_out, warnings, by_order)
+
+
+@dataclass(frozen=True)
+class _Thermal:
+    """Orders of the reading at T₀, and how they follow the temperature."""
+
+    harmonics: ReadingHarmonics
+    slopes_arcsec: dict[int, Float]
+    """By order: cosine and sine a kelvin, and a kelvin squared, (4,)."""
+
+    def largest_arcsec(self, order: int) -> float:
+        """Within THERMAL_SPAN_K of T₀."""
+        slopes = self.slopes_arcsec.get(order, np.zeros(4))
+        cold = self.harmonics.components[order]
+        return max(
+            float(np.hypot(*(cold + slopes[:2] * warmth + slopes[2:] * warmth**2)))
+            for warmth in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
+        )
+
+
+THERMAL_SPAN_K = 5.0
+"""About T₀: where the polynomial in T has the model's own values."""
+LEAST_CHANGE_COUNTS = 0.1
+"""Of an order within that span: below, it does not follow the temperature."""
+
+
+def follows_temperature(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> bool:
+    """Whether lanes of the model change with the temperature."""
+    reference_c = observations.reference_temperature_c
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        if effect.compensation != "lanes" or not entry.coefficients:
+            continue
+        cold, warm = (
+            effect.lanes(np.array(entry.coefficients), entry.search, observations, celsius)
+            for celsius in (reference_c, reference_c + THERMAL_SPAN_K)
+        )
+        if cold != warm:
+            return True
+    return False
+
+
+def _with_temperature(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> _Thermal:
+    """The model at T₀ and a span below and above it; an order counts that is significant at one."""
+    reference_c = observations.reference_temperature_c
+    count = arcsec_per_count(observations.counts_per_rev or 0)
+    cold, middle, warm = (
+        harmonics_of_reading(model, observations, effects, temperature_c=reference_c + step)
+        for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
+    )
+    components: dict[int, Float] = {}
+    slopes: dict[int, Float] = {}
+    for order in sorted({*cold.components, *middle.components, *warm.components}):
+        below, at, above = (found.every[order] for found in (cold, middle, warm))
+        components[order] = at
+        slope = (above - below) / (2.0 * THERMAL_SPAN_K)
+        curve = (above + below - 2.0 * at) / (2.0 * THERMAL_SPAN_K**2)
+        # What the conversion to the reading alone shifts is no slope worth a lane's.
+        if max(np.hypot(*(below - at)), np.hypot(*(above - at))) >= LEAST_CHANGE_COUNTS * count:
+            slopes[order] = np.concatenate([slope, curve])
+    quiet = set(middle.every) - set(components)
+    left_out = [text for text in middle.left_out if "not significant" not in text]
+    if quiet:
+        named = ", ".join(map(str, sorted(quiet)))
+        left_out.append(f"orders {named}: not significant within {THERMAL_SPAN_K:g} K")
+    return _Thermal(ReadingHarmonics(components, left_out, middle.warnings, middle.every), slopes)
 
 
 def export_model(
@@ -157,20 +231,29 @@ def export_model(
     *,
     lanes: int,
     temperature_c: float | None,
+    sensor_time_constant_s: float = 0.0,
 ) -> Export:
     """Quantise a fitted model for the gateware; the largest significant orders have a lane.
+
+    Without ``temperature_c`` the lanes that change with it follow the table's thermometer, which
+    lags by ``sensor_time_constant_s``: the firmware works them out.
 
     Raises ValueError for a model without coefficients, or a set that does not count.
     """
     if observations.counts_per_rev is None:
         raise ValueError("the gateware counts: table.counts_per_rev is missing in the set")
-    found = harmonics_of_reading(model, observations, effects, temperature_c=temperature_c)
+    if temperature_c is None and follows_temperature(model, observations, effects):
+        thermal = _with_temperature(model, observations, effects)
+    else:
+        found = harmonics_of_reading(model, observations, effects, temperature_c=temperature_c)
+        thermal = _Thermal(found, {})
+    found = thermal.harmonics
     left_out = list(found.left_out)
     by_order = found.components
-    orders = sorted(by_order, key=lambda order: -found.amplitude_arcsec(order))
+    orders = sorted(by_order, key=lambda order: -thermal.largest_arcsec(order))
     for order in orders[lanes:]:
         left_out.append(
-            f"order {order} ({found.amplitude_arcsec(order):.3f}″): no lane left, {lanes} are there"
+            f"order {order} ({thermal.largest_arcsec(order):.3f}″): no lane left, {lanes} are there"
         )
     kept = sorted(orders[:lanes])
     phases = [float(np.arctan2(-by_order[order][1], by_order[order][0])) for order in kept]
@@ -179,6 +262,18 @@ def export_model(
     coefficients = Coefficients.from_harmonics(
         kept, np.array(sizes) / count, phases, observations.counts_per_rev, lanes
     )
+    following = [order for order in orders[:lanes] if order in thermal.slopes_arcsec]
+    for order in following[ORDERS_MOST:]:
+        left_out.append(f"order {order} as it follows the temperature: {ORDERS_MOST} orders can")
+    if following:
+        coefficients = dataclasses.replace(
+            coefficients,
+            thermal=ThermalLanes.from_slopes(
+                {order: thermal.slopes_arcsec[order] / count for order in following[:ORDERS_MOST]},
+                observations.reference_temperature_c,
+                sensor_time_constant_s,
+            ),
+        )
     return Export(coefficients, kept, sizes, left_out, found.warnings)
 
 

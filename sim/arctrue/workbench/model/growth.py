@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.every_row import capture_figures, on_every_row
+from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
@@ -78,7 +78,7 @@ def _likeliest_place(
     places = [
         place.nonlinear
         for seen in (residuals, Residuals(fit(terms, observations, noise=white)))
-        for place in effect.scan(seen)[:1]
+        for place in places_of(effect, seen)[:1]
     ]
     if len(places) < 2 or places[0] == places[1]:
         return places[0] if places else None
@@ -148,21 +148,13 @@ def step_of(action: str, effect: str, measurement: str, solution: Solution) -> H
     ):
         if values is None:
             continue
-        figures = capture_figures(solution) if channel == "capture" else None
-        rms[channel], peak[channel] = (
-            rms_and_peak(values) if figures is None else (figures.rms_arcsec, figures.peak_arcsec)
-        )
+        figures = channel_figures(solution, channel)
+        assert figures is not None
+        rms[channel], peak[channel] = figures.rms_arcsec, figures.peak_arcsec
         noise[channel] = noise_of(observations, values)
         if unseen_rms is not None:
             apart[channel] = unseen_rms
     return HistoryStep(action, effect, measurement, rms, peak, apart, noise)
-
-
-def rms_and_peak(values: NDArray[np.float64]) -> tuple[float, float]:
-    """RMS and largest magnitude."""
-    if values.size == 0:
-        return 0.0, 0.0
-    return float(np.sqrt(np.mean(values**2))), float(np.abs(values).max())
 
 
 def add_effect(

@@ -69,6 +69,8 @@ def reference_clock(rows: ReferenceRows) -> Float:
     """Time of each reference row; its number where the file has no time that goes on."""
     if rows.time_s is not None and rows.time_s.size > 1 and float(np.ptp(rows.time_s)) > 0.0:
         return rows.time_s
+    if rows.row is not None:
+        return rows.row.astype(np.float64)
     return np.arange(rows.run.size, dtype=np.float64)
 
 

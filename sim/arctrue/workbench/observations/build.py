@@ -12,7 +12,7 @@ from arctrue.runs import run_spans
 from arctrue.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations.observations import ARCSEC_PER_TURN, Observations
 from arctrue.workbench.observations.outliers import MaskedRow
-from arctrue.workbench.observations.part import part_of
+from arctrue.workbench.observations.part import part_of, part_of_reference
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
@@ -75,14 +75,17 @@ def observations_of(
         faces = reference.faces
     stored = None if capture is None else _stored_capture(facts, capture, separation, usual)
     part, whole = (None, None) if stored is None else part_of(stored)
+    compared = compared_whole = None
+    if reference is not None:
+        compared = _reference_rows(facts, reference, usual, faces, two_heads=capture is not None)
+        compared, compared_whole = part_of_reference(compared)
     return Observations(
         title=measurement.title,
         capture=part,
         stored=whole,
         progress=progress,
-        reference=None
-        if reference is None
-        else _reference_rows(facts, reference, usual, faces, two_heads=capture is not None),
+        reference=compared,
+        stored_reference=compared_whole,
         counts_per_rev=facts.counts_per_rev,
         grating_lines=facts.grating_lines,
         head_separation_rad=separation,

@@ -34,8 +34,10 @@ class Observations:
     disc_diameter_mm: float | None
     stored: StoredCapture | None = None
     """Every row of a capture of which ``capture`` is a part."""
+    stored_reference: ReferenceRows | None = field(default=None, repr=False)
+    """Every row of a reference of which ``reference`` is a part."""
     progress: Callable[[int, int], None] | None = field(default=None, repr=False, compare=False)
-    """Told of (rows done, all rows) while a fit goes over every row of a long capture."""
+    """Told of (rows done, all rows) while a fit goes over every row of a long set."""
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
@@ -72,6 +74,11 @@ class Observations:
         """Tell how far a pass over every row has come."""
         if self.progress is not None:
             self.progress(done, total)
+
+    @property
+    def every_reference_row(self) -> ReferenceRows | None:
+        """The whole reference, however long it is."""
+        return self.reference if self.stored_reference is None else self.stored_reference
 
     @property
     def capture_rows(self) -> int:

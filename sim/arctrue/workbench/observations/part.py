@@ -1,4 +1,4 @@
-"""The part of a long capture that searches and statistics work on.
+"""The part of a long capture or reference that searches and statistics work on.
 
 Whole stretches of consecutive rows are kept, spread over every run: pairs of turns where there
 is room for them, so that sample rate, electrical phase, turn-to-turn scatter and every run's own
@@ -8,16 +8,20 @@ than 0.002″, far below what matters (half a count RMS, 0.039″).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.observations.rows import CaptureRows
+from arctrue.runs import run_spans
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 
 MOST_ROWS = 150_000
-"""Captures up to this size are worked on as a whole."""
+"""Captures, and references, up to this size are worked on as a whole."""
+REFERENCE_STRETCH_ROWS = 2048
+"""Rows in one piece of a reference: 42 cycles of a polygon, and every line that rows can show."""
 LEAST_ROWS_A_RUN = 256
 """Every run keeps so many at least: its offset and its conditions stay in the statistics."""
 STRETCH_TURNS = 2
@@ -33,6 +37,26 @@ def part_of(stored: StoredCapture) -> tuple[CaptureRows, StoredCapture | None]:
     if stored.size <= MOST_ROWS:
         return stored.rows(slice(None)), None
     return stored.rows(kept_rows(stored, MOST_ROWS)), stored
+
+
+def part_of_reference(rows: ReferenceRows) -> tuple[ReferenceRows, ReferenceRows | None]:
+    """The rows to work on, and all rows where those are only a part."""
+    if rows.run.size <= MOST_ROWS:
+        return rows, None
+    numbered = replace(rows, row=np.arange(rows.run.size))
+    random = np.random.default_rng(SEED)
+    kept = np.zeros(rows.run.size, dtype=bool)
+    for start, end in run_spans(rows.run):
+        size = end - start
+        share = max(LEAST_ROWS_A_RUN, round(MOST_ROWS * size / rows.run.size))
+        pieces = max(share // REFERENCE_STRETCH_ROWS, 1)
+        length = min(share // pieces, size)
+        # Equal shares of the run, in each a place of its own: an even spacing would alias.
+        edges = np.linspace(start, end, pieces + 1).astype(int)
+        for low, high in pairwise(edges.tolist()):
+            first = low + int(random.integers(max(high - low - length, 0) + 1))
+            kept[first : min(first + length, high)] = True
+    return numbered.part(kept), numbered
 
 
 def kept_rows(stored: StoredCapture, most_rows: int) -> NDArray[np.int64]:

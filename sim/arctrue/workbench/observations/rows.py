@@ -112,5 +112,7 @@ class ReferenceRows(_Sliceable):
     """ε: reading of head 1 less the angle of the reference, the mean over all rows removed."""
     u_arcsec: Float | None = None
     """Standard uncertainty of ε, where the file gives one for each row."""
+    row: Integer | None = None
+    """Number of the row among all that are used; None: 0, 1, … without a gap."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
-from arctrue.workbench.inference.symmetric import solve_symmetric
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.numeric.symmetric import solve_symmetric
 
 Float = NDArray[np.float64]
 

@@ -370,3 +370,15 @@ def test_smallest_found_and_largest_missed_by_effect() -> None:
 
 def test_the_page_tells_the_independence_of_every_cause_of_the_catalogue() -> None:
     assert set(INDEPENDENCE) == set(CATALOGUE)
+
+
+def test_sealed_answers_are_not_scored_by_another_scoring(tmp_path: Path) -> None:
+    plan = make_plan("sealed", tmp_path)
+    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    with Store(tmp_path / "arctrue", {"plan": "x", "code": {"arctrue": "a"}}) as store:
+        store.add(plan.tasks("arctrue")[0], {"truth": truth, "answer": {"verdict": "error"}}, 1.0)
+    assert score_folders([tmp_path], "arctrue", None)["sets"] == 1
+    told = json.loads((tmp_path / "plan.json").read_text())
+    (tmp_path / "plan.json").write_text(json.dumps({**told, "scoring": "0"}))
+    with pytest.raises(PlanError, match="the scoring has changed since the plan was made"):
+        score_folders([tmp_path], "arctrue", None)

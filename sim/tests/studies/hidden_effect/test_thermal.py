@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sim.tests.studies.hidden_effect.small import run_small
 
+from arctrue.instrument import InstrumentError
 from arctrue.studies.hidden_effect.cases import FRESH_C
 from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.follow import follow_warming
@@ -17,6 +18,9 @@ COARSER = 64
 """Of 2¹⁸ counts beside 2²⁴: what is hidden is as much larger."""
 HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
+FOLLOWED_ARCSEC = 6.0
+"""Order 1 of the corrected output while the table warms, a count being 4.9″ (issue 13)."""
+LAGGING_ARCSEC = 20.0
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +48,13 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
     # The paper's coefficients are of the cold turn.
     assert centre.paper.order_arcsec[0] == pytest.approx(geometry, rel=0.02)
     assert centre.corrected.order_arcsec[0] < 0.5 * COUNT_ARCSEC
-    with pytest.raises(ValueError, match="temperature"):
-        centre.examined.export(4, None)
+    follows = centre.examined.export(4, None).coefficients
+    assert follows.thermal is not None
+    assert 1 in follows.thermal.orders
+    at_once = centre.examined.export(4, FRESH_C).coefficients
+    readings = np.arange(0, 1 << 18, 997)
+    worked_out = follows.at(FRESH_C).error_counts(readings)
+    assert np.abs(worked_out - at_once.error_counts(readings)).max() < 0.1
 
 
 @pytest.mark.parametrize("made", ["centre", "lobes"])
@@ -62,9 +71,9 @@ def test_the_model_tells_a_capture_at_a_temperature_never_measured(
 
 def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenResult) -> None:
     ways = follow_warming(centre, 3)
-    held, every, told = (
+    held, every, told, alone = (
         np.array([turn.order1_arcsec for turn in ways[way]])
-        for way in ("held", "every turn", "by temperature")
+        for way in ("held", "every turn", "by temperature", "by the firmware")
     )
     heated = np.array([turn.temperature_c for turn in ways["held"]])
     rate = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600
@@ -76,6 +85,22 @@ def test_thermal_eccentricity_is_followed_while_the_table_warms(centre: HiddenRe
     assert every[-1] < 0.6 * held[-1]
     # By temperature: what changes within the turn, and no drift.
     assert np.all(told < 0.15 * turn_arcsec + COUNT_ARCSEC)
+    # By the firmware alone, from its thermometer: not even that.
+    assert held.max() > 100.0
+    assert np.all(alone < FOLLOWED_ARCSEC)
+
+
+@pytest.mark.slow
+def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: HiddenResult) -> None:
+    """60 s are five turns. A lag that is not told: the captured turn speaks against the model."""
+    ways = ["by the firmware"]
+    with pytest.raises(InstrumentError, match="worse_prediction"):
+        follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
+    (turns,) = follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0).values()
+    left = np.array([turn.order1_arcsec for turn in turns])
+    # 0.2 K of 95″/K: the slope is late by two of the filter's time constants while it changes, with
+    # the 60 s of the thermometer since the table began to warm.
+    assert np.all(left < LAGGING_ARCSEC), left
 
 
 def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -> None:
@@ -93,8 +118,9 @@ def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
     assert lobes.paper.order_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
     assert lobes.corrected.order_arcsec[1] < 0.5 * COUNT_ARCSEC
     assert lobes.corrected.rms_arcsec < 0.1 * lobes.paper.rms_arcsec
-    with pytest.raises(ValueError, match="temperature"):
-        lobes.examined.export(4, None)
+    thermal = lobes.examined.export(4, None).coefficients.thermal
+    assert thermal is not None
+    assert 2 in thermal.orders
 
 
 def test_command(tmp_path: Path) -> None:

@@ -7,10 +7,19 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.simulate.experiment import EXPERIMENTS, full, lean
+from arctrue.studies.simulate.bench import Bench
+from arctrue.studies.simulate.experiment import (
+    EXPERIMENTS,
+    CaptureRun,
+    Experiment,
+    full,
+    lean,
+)
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.table import RotaryTable, two_heads
 from arctrue.table.causes.cause import UnhonouredCauseError
 from arctrue.table.causes.registry import RECIPES, STRANGERS
+from arctrue.table.causes.shaft_wind_up import ShaftWindUp
 
 Float = NDArray[np.float64]
 COUNT_ARCSEC = 1_296_000 / (1 << 24)
@@ -244,3 +253,32 @@ def test_strangers_are_drawn_and_seen(name: str) -> None:
 def test_noise_that_is_none_is_an_error() -> None:
     with pytest.raises(ValueError, match="no cause is called latency; there are: white"):
         simulate_set([], SMALL, 1, noise=[Wanted("latency")])
+
+
+def test_a_run_with_a_pause_and_a_reversal() -> None:
+    # Up, a pause, and down: the shaft keeps its wind-up in the pause and goes over behind it.
+    profile = ((0.0, 0.5), (4.0, 0.5), (5.0, 0.0), (7.0, 0.0), (8.0, -0.5), (12.0, -0.5))
+    run = CaptureRun(0.0, 12.0, 0.5, 1200, profile=profile)
+    heads = []
+    for causes in ((), (ShaftWindUp(1e-4, 0.05),)):
+        table = RotaryTable(two_heads(), causes)
+        bench = Bench(
+            table,
+            reference_noise_arcsec=0.1,
+            index_scatter_counts=0,
+            random=np.random.default_rng(1),
+        )
+        capture = bench.measure(Experiment("there and back", (run,), None), title="").measurement
+        assert capture.capture is not None
+        heads.append(capture.capture.head1_counts)
+    turned_rad = (heads[1] - heads[0]) * table.count_rad
+    # It begins as if it had just turned back; 2 rad are 40 strokes, and a stroke leaves 2/e.
+    assert turned_rad[[0, 400, 600, 700]] == pytest.approx([-1e-4, 1e-4, 1e-4, 1e-4], abs=4e-7)
+    assert turned_rad[-1] == pytest.approx(-1e-4, abs=4e-7)
+    stroke = round((7.0 + np.sqrt(2 * 0.05 / 0.5)) * 100)
+    gone = 0.25 * (stroke / 100 - 7.0) ** 2
+    assert turned_rad[stroke] == pytest.approx(-1e-4 * (1 - 2 * np.exp(-gone / 0.05)), abs=4e-7)
+    steps = np.diff(heads[0])
+    assert (steps[:400] > 0).all()
+    assert (steps[520:690] == 0).all()
+    assert (steps[-400:] < 0).all()

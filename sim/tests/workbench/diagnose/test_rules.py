@@ -15,6 +15,7 @@ from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
 
@@ -57,7 +58,7 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     observations = observations_of(measurement)
     base = Term(EFFECTS["graduation_harmonics"](), {})
     slip = EFFECTS["count_slip"]()
-    place = slip.scan(Residuals(fit([base], observations)))[0].nonlinear
+    place = places_of(slip, Residuals(fit([base], observations)))[0].nonlinear
     before, after = (
         held_out(terms, observations, fit(terms, observations).context).capture_rms_arcsec
         for terms in ([base], [base, Term(slip, place)])
@@ -155,5 +156,5 @@ def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
         )
     )
     base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
-    found = EFFECTS["bearing_ball_pass"]().scan(Residuals(base))
+    found = places_of(EFFECTS["bearing_ball_pass"](), Residuals(base))
     assert found[0].nonlinear["order"] == pytest.approx(order, abs=0.01)

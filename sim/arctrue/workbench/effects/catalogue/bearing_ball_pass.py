@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.axis_motion import capture_motion, reference_motion
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -17,8 +16,6 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
 )
 from arctrue.workbench.effects.conditions import one_speed
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import unwrapped_order_scan
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 LEAST_TURNS = 1.98
@@ -47,6 +44,7 @@ class BearingBallPass(Effect):
         "head1_amplitude": "arcsec",
         "head1_phase": "deg",
     }
+    search_kind = "unwrapped_order"
     search = (SearchParameter("order", "1", 0.2, 60.0, "periods a turn, not whole"),)
     defaults = {"highest_order": 60}
 
@@ -60,6 +58,11 @@ class BearingBallPass(Effect):
     def variety(self, observations: Observations) -> list[str]:
         return one_speed(observations)
 
+    def search_range(self, name: str) -> tuple[float, float]:
+        highest = self.settings["highest_order"]
+        assert isinstance(highest, int)
+        return self.search[0].low, float(highest)
+
     def column_names(self, observations: Observations) -> list[str]:
         return ["x cos", "x sin", "y cos", "y sin"]
 
@@ -72,11 +75,6 @@ class BearingBallPass(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return reference_motion(rows, [nonlinear["order"]])
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        highest = self.settings["highest_order"]
-        assert isinstance(highest, int)
-        return unwrapped_order_scan(self, residuals, float(highest))
 
     def parameters(
         self,

@@ -8,7 +8,6 @@ from scipy.stats import norm
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -16,8 +15,6 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import step_scan
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
@@ -39,6 +36,7 @@ class CountSlip(Effect):
     parameter_units = {"run": "1", "instant": "s", "step": "arcsec", "counts": "counts"}
     step_at = ("run", "instant")
     compensation_note = "count again from the index"
+    search_kind = "step"
     search = (
         SearchParameter("run", "1", 0.0, 1e6, "run in which it happens", integer=True),
         SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
@@ -55,9 +53,6 @@ class CountSlip(Effect):
     ) -> Columns:
         after = (rows.run == round(nonlinear["run"])) & (rows.time_s >= nonlinear["instant"])
         return np.asarray(after, dtype=np.float64)[:, np.newaxis]
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return step_scan(self, residuals)
 
     def contradiction(
         self,

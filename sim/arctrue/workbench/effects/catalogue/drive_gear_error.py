@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +12,14 @@ from arctrue.workbench.effects.base import (
     Effect,
     FitContext,
     Lane,
+    Leftover,
     Nonlinear,
     Parameter,
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import harmonic_columns
+from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.residuals import Residuals
 
 HIGHEST_MULTIPLE = 3
 WHOLE_TURN = 0.9
@@ -107,7 +104,7 @@ class DriveGearError(Effect):
     def _orders(self, teeth: float) -> list[float]:
         return [teeth * multiple + away for multiple, away in self._lines]
 
-    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the lines that are there, each worth its two columns; the first by itself if none.
 
         The multiples of the tooth count and, where the stations go round the turn, what a gear
@@ -150,7 +147,7 @@ class DriveGearError(Effect):
         }
         return DriveGearError(**settings)
 
-    def _gain(self, residuals: Residuals, lines: list[Line]) -> float:
+    def _gain(self, residuals: Leftover, lines: list[Line]) -> float:
         return residuals.score(self._of(lines), {}).gain
 
     def lanes(

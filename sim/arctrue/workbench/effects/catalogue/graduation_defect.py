@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -14,8 +13,6 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import bump_scan
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -44,6 +41,7 @@ class GraduationDefect(Effect):
     plausible = "0.5 to 20″ high, 0.05 to 5° wide"
     parameter_units = {"place": "deg", "width": "deg", "height": "arcsec"}
     compensation_note = "too local for a sum of low orders; clean or replace the disc"
+    search_kind = "disc_place"
     search = (
         SearchParameter("place", "deg", 0.0, 360.0, "disc angle of the defect"),
         SearchParameter("width", "deg", 0.02, 12.0, "standard deviation of the bell"),
@@ -64,9 +62,6 @@ class GraduationDefect(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return bump(rows.line_rad, nonlinear)[:, np.newaxis]
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return bump_scan(self, residuals)
 
     def parameters(
         self,

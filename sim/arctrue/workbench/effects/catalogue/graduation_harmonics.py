@@ -15,7 +15,7 @@ from arctrue.workbench.effects.base import (
     Parameter,
     amplitude_and_phase,
 )
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns, harmonic_names
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 

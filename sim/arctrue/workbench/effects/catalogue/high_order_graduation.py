@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -17,9 +16,7 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
     amplitude_and_phase,
 )
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import disc_order_scan
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -44,6 +41,7 @@ class HighOrderGraduation(Effect):
     parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
     compensation = "lanes"
     at_reading = True
+    search_kind = "disc_order"
     search = (SearchParameter("order", "1", 21.0, 4096.0, "periods a turn", integer=True),)
     defaults = {"above": 20}
 
@@ -60,6 +58,9 @@ class HighOrderGraduation(Effect):
         assert isinstance(above, int)
         return above
 
+    def search_range(self, name: str) -> tuple[float, float]:
+        return self._above + 1.0, self.search[0].high
+
     def column_names(self, observations: Observations) -> list[str]:
         return ["cos", "sin"]
 
@@ -72,9 +73,6 @@ class HighOrderGraduation(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return harmonic_columns(rows.line_rad, [nonlinear["order"]])
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return disc_order_scan(self, residuals, self._above)
 
     def parameters(
         self,

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -20,10 +19,8 @@ from arctrue.workbench.effects.base import (
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.inference.line_search import line_scan
-from arctrue.workbench.inference.line_spectrum import speed_turns_s
-from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
+from arctrue.workbench.observations.one_speed import speed_turns_s
 
 LEAST_ROWS = 16
 WHOLE = 0.01
@@ -59,6 +56,7 @@ class PeriodicError(Effect):
     compensation = "lanes"
     compensation_note = "a whole order of the angle only, and seen in a reference run"
     unspecific = True
+    search_kind = "line"
     search = (
         SearchParameter("order", "1", 0.0, 1e7, "periods a turn; 0: a line in time"),
         SearchParameter("frequency", "Hz", 0.0, 1e6, "of a line in time, else 0"),
@@ -86,9 +84,6 @@ class PeriodicError(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns | None:
         return None if nonlinear["in_capture"] else _wave(rows, nonlinear)
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return line_scan(self, residuals)
 
     def told(self, nonlinear: Nonlinear, observations: Observations) -> str:
         rows = observations.capture if nonlinear["in_capture"] else observations.reference

@@ -13,7 +13,7 @@ from arctrue.workbench.effects.base import (
     Parameter,
     amplitude_and_phase,
 )
-from arctrue.workbench.effects.harmonics import harmonic_columns
+from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +13,13 @@ from arctrue.workbench.effects.base import (
     Effect,
     FitContext,
     Lane,
+    Leftover,
     Nonlinear,
     Parameter,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import harmonic_names
+from arctrue.workbench.numeric.harmonics import harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.residuals import Residuals
 
 
 class RadialErrorMotion(Effect):
@@ -72,7 +69,7 @@ class RadialErrorMotion(Effect):
     ) -> Columns:
         return reference_motion(rows, self.integers("orders"))
 
-    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the orders that are there, best first: each must be worth its two columns."""
         orders = self.integers("orders")
         gains = {

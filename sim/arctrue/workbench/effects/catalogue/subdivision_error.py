@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +13,14 @@ from arctrue.workbench.effects.base import (
     Effect,
     FitContext,
     Lane,
+    Leftover,
     Nonlinear,
     Parameter,
     amplitude_and_phase,
     paired_lanes,
 )
-from arctrue.workbench.effects.harmonics import harmonic_columns, harmonic_names
+from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
-
-if TYPE_CHECKING:
-    from arctrue.workbench.inference.residuals import Residuals
 
 WORTH_P = 0.01
 """A multiple counts when its four columns take more than this chance gives."""
@@ -88,7 +85,7 @@ class SubdivisionError(Effect):
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
         return np.hstack([head1, np.zeros_like(head1)])
 
-    def narrowed(self, residuals: Residuals) -> tuple[Effect, float]:
+    def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the multiples that are there, the third too: large distortions mix."""
         tried = sorted({*self.integers("multiples"), 3})
         least = float(chi2.isf(WORTH_P, 4))

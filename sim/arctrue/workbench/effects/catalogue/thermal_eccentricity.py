@@ -16,7 +16,7 @@ from arctrue.workbench.effects.base import (
     paired_lanes,
 )
 from arctrue.workbench.effects.catalogue.thermal_head_drift import LEAST_SPAN_K
-from arctrue.workbench.effects.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -37,7 +37,7 @@ class ThermalEccentricity(Effect):
     plausible = "0.1 to 0.9 µm/K (0.4 to 3.4″/K at a radius of 54 mm)"
     parameter_units = {"amplitude": "arcsec/K", "phase": "deg"}
     compensation = "lanes"
-    compensation_note = "order 1 at the present temperature; calibrate again as it changes"
+    compensation_note = "order 1 at the temperature of the table, which the firmware follows"
 
     def missing(self, observations: Observations) -> list[str]:
         spans = [

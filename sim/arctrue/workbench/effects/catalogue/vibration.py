@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import (
-    Candidate,
     Columns,
     Effect,
     FitContext,
@@ -15,8 +14,6 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
 )
 from arctrue.workbench.effects.conditions import one_speed
-from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.scan import frequency_scan
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
@@ -36,6 +33,7 @@ class Vibration(Effect):
     next_measurement = "a capture at another speed, or at standstill"
     plausible = "0.05 to 2″, 5 to 300 Hz"
     parameter_units = {"frequency": "Hz", "amplitude": "arcsec", "run_R_amplitude": "arcsec"}
+    search_kind = "frequency"
     search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "of the oscillation"),)
 
     def missing(self, observations: Observations) -> list[str]:
@@ -59,9 +57,6 @@ class Vibration(Effect):
         columns[index, 2 * rows.run] = np.cos(phase)
         columns[index, 2 * rows.run + 1] = np.sin(phase)
         return columns
-
-    def scan(self, residuals: Residuals) -> list[Candidate]:
-        return frequency_scan(self, residuals)
 
     def parameters(
         self,

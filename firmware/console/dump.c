@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "dump.h"
+
+#include <stddef.h>
+
+#include "crc32.h"
+
+const char dump_use[] =
+    "dump: the next turn's capture as CSV with a CRC a row | dump rows FIRST NUMBER: of it again";
+
+/* A step: the rest of the firmware goes on in between. */
+enum { ROWS_A_STEP = 8 };
+#define NO_TEMPERATURE 0x80000000U
+
+static uint32_t crc_of(const uint32_t *words, uint32_t number) {
+    uint32_t crc = 0;
+    for (uint32_t word = 0; word < number; word++) {
+        crc = crc32_add_word(crc, words[word]);
+    }
+    return crc;
+}
+
+static void named(const struct text_sink *sink, const char *name, uint64_t value) {
+    text_word(sink, " ");
+    text_word(sink, name);
+    text_word(sink, "=");
+    text_unsigned(sink, value);
+}
+
+static void tell_head(const struct text_sink *sink, const struct capture_copy *copy) {
+    uint32_t temperature =
+        copy->has_temperature ? (uint32_t)copy->temperature_cdeg : NO_TEMPERATURE;
+    const uint32_t words[] = {
+        copy->sequence_number,
+        copy->samples,
+        copy->counts_per_rev,
+        copy->clock_hz,
+        copy->period_clocks,
+        (uint32_t)copy->start_time,
+        (uint32_t)(copy->start_time >> 32),
+        (uint32_t)copy->separation_udeg,
+        temperature,
+    };
+    text_word(sink, "dump");
+    named(sink, "sequence", copy->sequence_number);
+    named(sink, "samples", copy->samples);
+    named(sink, "counts_per_rev", copy->counts_per_rev);
+    named(sink, "clock_hz", copy->clock_hz);
+    named(sink, "period_clocks", copy->period_clocks);
+    named(sink, "start_time", copy->start_time);
+    text_word(sink, " separation_deg=");
+    text_fixed(sink, copy->separation_udeg / 1e6, 6);
+    if (copy->has_temperature) {
+        text_word(sink, " temperature_c=");
+        text_fixed(sink, copy->temperature_cdeg / 100.0, 2);
+    }
+    text_word(sink, " crc=");
+    text_hexadecimal(sink, crc_of(words, sizeof words / sizeof words[0]));
+    text_word(sink, "\r\nrow,head1_counts,head2_counts,crc\r\n");
+}
+
+static void tell_row(const struct text_sink *sink, struct capture_copy *copy, uint32_t row) {
+    struct capture_counts counts = capture_copy_counts(copy, row);
+    const uint32_t words[] = {
+        row,
+        (uint32_t)counts.head1,
+        (uint32_t)((uint64_t)counts.head1 >> 32),
+        (uint32_t)counts.head2,
+        (uint32_t)((uint64_t)counts.head2 >> 32),
+    };
+    text_unsigned(sink, row);
+    text_word(sink, ",");
+    text_signed(sink, counts.head1);
+    text_word(sink, ",");
+    text_signed(sink, counts.head2);
+    text_word(sink, ",");
+    text_hexadecimal(sink, crc_of(words, sizeof words / sizeof words[0]));
+    text_word(sink, "\r\n");
+}
+
+bool dump_busy(const struct console *console) {
+    return console->dump_place < console->dump_end;
+}
+
+void dump_step(struct console *console) {
+    struct application *application = console->application;
+    const struct text_sink *sink = &console->sink;
+    struct capture_copy *copy = application->copy;
+    if (application->dump == DUMP_NOT_COPIED) {
+        application->dump = DUMP_NONE;
+        text_word(sink, "error: dump not_copied\r\n");
+    } else if (application->dump == DUMP_COPIED) {
+        application->dump = DUMP_NONE;
+        console->dump_place = 0;
+        console->dump_end = copy->samples;
+        tell_head(sink, copy);
+    }
+    if (!dump_busy(console)) {
+        return;
+    }
+    for (uint32_t row = 0; row < ROWS_A_STEP && dump_busy(console); row++) {
+        tell_row(sink, copy, console->dump_place++);
+    }
+    if (!dump_busy(console)) {
+        text_word(sink, "end of dump\r\n");
+    }
+}
+
+static void tell_rows_again(struct console *console, char *const *words) {
+    const struct capture_copy *copy = console->application->copy;
+    int64_t first;
+    int64_t number;
+    if (!text_parse_whole(words[2], CAPTURE_COPY_SAMPLES, &first) ||
+        !text_parse_whole(words[3], CAPTURE_COPY_SAMPLES, &number) || first < 0 || number < 1 ||
+        first + number > copy->samples) {
+        text_word(&console->sink, "error: no such rows\r\n");
+        return;
+    }
+    console->dump_place = (uint32_t)first;
+    console->dump_end = (uint32_t)(first + number);
+    text_word(&console->sink, "ok\r\n");
+}
+
+void dump_command(struct console *console, char *const *words, uint32_t number) {
+    struct application *application = console->application;
+    const struct text_sink *sink = &console->sink;
+    if (dump_busy(console)) {
+        text_word(sink, "error: the dump before has not ended\r\n");
+    } else if (application->copy == NULL || application->phase == PHASE_NO_CORE) {
+        text_word(sink, "error: no core\r\n");
+    } else if (number == 4 && text_equal(words[1], "rows")) {
+        tell_rows_again(console, words);
+    } else if (number != 1) {
+        text_word(sink, "error: use: ");
+        text_word(sink, dump_use);
+        text_word(sink, "\r\n");
+    } else if (application->phase == PHASE_HELD) {
+        text_word(sink, "error: nothing is captured in phase held; try help held\r\n");
+    } else {
+        application->dump = DUMP_WANTED;
+        text_word(sink, "ok, with the next turn\r\n");
+    }
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* The thermometer of the table: an ADT7420 or a TMP117 on the I2C bus, whichever answers first. */
+
+#ifndef ARCTRUE_THERMOMETER_H
+#define ARCTRUE_THERMOMETER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "register_access.h"
+
+enum thermometer_kind { THERMOMETER_NONE, THERMOMETER_ADT7420, THERMOMETER_TMP117 };
+
+struct thermometer {
+    struct register_access access;
+    enum thermometer_kind kind;
+    uint32_t device;
+};
+
+const char *thermometer_name(enum thermometer_kind kind);
+
+/* Look for one at the addresses 0x48 to 0x4B; the bus is prepared. */
+void thermometer_find(struct thermometer *thermometer, const struct register_access *access);
+
+/* The context is a struct thermometer. One that does not answer is looked for again, since after a
+   loss of its supply it has forgotten its settings. */
+bool thermometer_read(void *context, double *celsius);
+
+#endif

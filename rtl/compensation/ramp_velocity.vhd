@@ -1,0 +1,220 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # ramp_velocity
+--
+-- Says how far the remainder of a ramp moves in each clock, so that it comes to 0 without a step of its velocity:
+-- the velocity rises by `acceleration` every 256 clocks, up to `rate`, and falls by as much in time for the remainder
+-- to end at 0 with it. It goes faster, or on as it is, only where the remainder is longer than the way that
+-- braking takes from there: so it does not pass 0.
+--
+-- **Changes of the remainder** at any time (`marker`) leave the velocity as it is. Where the remainder then has the
+-- other sign, or less way is left than braking takes, the velocity falls first, and the remainder passes 0 and comes back.
+--
+-- **Acceleration 0** lets the velocity be `rate` at once and for ever; the excess is then to stop where it would pass 0 by a
+-- step: `stops_at_zero`, from the second clock after a marker on.
+--
+-- **Rate 0** brings the velocity down to 0 and keeps the remainder.
+--
+-- **Latency.** `step` belongs to the clock after it, `ends` and `falling` too. The remainder is looked at once in 256
+-- clocks, 15 clocks before the velocity changes; an eighth of the way of 256 clocks is kept in hand for that. After a
+-- `marker` step is 0 for a clock.
+--
+-- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
+-- acceleration u32 in 2⁻⁵⁹ count a clock and clock; step u-2.F counts. Within: velocity u-3.51 counts a clock, its whole
+-- part, 2⁻³⁵ and above, is the way of 256 clocks in 2⁻²⁷ count; way u22.F counts, the sum of such ways down to 0.
+--
+-- **Reset.** No velocity.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity ramp_velocity is
+  port (
+    clock        : in    std_ulogic;
+    reset        : in    std_ulogic;
+    marker       : in    std_ulogic;                                               -- the excess changes with this clock
+    excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
+    rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
+    acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count a clock and clock
+    step         : out   u_unsigned(24 downto 0)            := (others => '0');    -- counts, u-2.F
+    falling      : out   std_ulogic                         := '0';                -- the excess falls by it; else it rises
+    ends         : out   std_ulogic                         := '0';                -- strobe: the excess is to be 0
+    moves        : out   std_ulogic                         := '0';                -- there is a velocity
+    stops_at_zero : out   std_ulogic                        := '0'                 -- the acceleration is 0
+  );
+end entity ramp_velocity;
+
+architecture rtl of ramp_velocity is
+
+  constant WIDTH             : positive := 23 + PAIR_FRACTION;
+  constant VELOCITY_FRACTION : positive := 16; -- bits of the velocity below the rate's
+  constant VELOCITY_WIDTH    : positive := 32 + VELOCITY_FRACTION;
+  constant TICK_WIDTH        : positive := 8;  -- 256 clocks
+  constant MARGIN            : positive := 3;  -- an eighth
+
+  -- Clocks of the 256 in which the remainder is looked at, compared and acted upon.
+  constant LOOK    : natural := 240;
+  constant COMPARE : natural := 241;
+  constant CHOOSE  : natural := 242;
+  constant DECIDE  : natural := 255;
+
+  subtype way_count is u_unsigned(WIDTH - 1 downto 0);
+
+  signal velocity   : u_unsigned(VELOCITY_WIDTH - 1 downto 0) := (others => '0');
+  signal is_at_once : std_ulogic                              := '1';
+
+begin
+
+  choose_velocity : process (clock) is
+
+    variable tick           : u_unsigned(TICK_WIDTH - 1 downto 0)     := (others => '0');
+    variable whole          : u_unsigned(31 downto 0);
+    variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
+    -- What braking takes from the velocity as it is
+    variable way            : way_count                               := (others => '0');
+    -- A step more and less; the highest bit of the latter says that it would pass 0
+    variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
+    variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
+    variable may_be_faster  : std_ulogic                              := '0';
+    variable is_too_fast    : std_ulogic                              := '0';
+    -- What is needed to go on faster, and as it is
+    variable way_faster     : way_count                               := (others => '0');
+    variable way_same       : way_count                               := (others => '0');
+    -- |excess|, less its last bit where it is negative
+    variable size           : way_count                               := (others => '0');
+    -- The excess has changed since.
+    variable is_stale       : std_ulogic                              := '0';
+    variable is_zero        : std_ulogic                              := '1';
+    variable goes_away      : std_ulogic                              := '0';
+    -- Braking ends it; the velocity's way of 256 clocks is 1 at the most
+    variable is_last        : std_ulogic                              := '0';
+    variable is_slow        : std_ulogic                              := '0';
+    -- What is chosen
+    variable brakes         : std_ulogic                              := '0';
+    variable stops          : std_ulogic                              := '0';
+    variable speeds         : std_ulogic                              := '0';
+    variable is_end         : std_ulogic                              := '0';
+    variable way_less       : way_count                               := (others => '0');
+    variable way_more       : way_count                               := (others => '0');
+    variable is_for_faster  : std_ulogic                              := '0';
+    variable is_for_same    : std_ulogic                              := '0';
+
+  begin
+
+    if rising_edge(clock) then
+      whole := velocity(velocity'high downto VELOCITY_FRACTION);
+      limit := rate & (VELOCITY_FRACTION - 1 downto 0 => '0');
+      ends  <= '0';
+
+      case to_integer(tick) is
+
+        when 0 =>
+          faster := ('0' & velocity) + resize(acceleration, faster'length);
+          slower := ('0' & velocity) - resize(acceleration, slower'length);
+
+        when 1 =>
+          is_last       := slower(slower'high) or not (or slower);
+          is_slow       := not (or whole(whole'high downto 1));
+          may_be_faster := faster ?<= ('0' & limit);
+          is_too_fast   := velocity ?> limit;
+
+        when 2 =>
+          way_faster := way + faster(faster'high downto VELOCITY_FRACTION);
+          way_same   := way + whole(whole'high downto MARGIN);
+
+        when 3 =>
+          way_faster := way_faster + faster(faster'high downto VELOCITY_FRACTION + MARGIN);
+
+        when LOOK =>
+          is_stale  := '0';
+          size      := u_unsigned(excess xor (excess'range => excess(excess'high)));
+          is_zero   := not (or excess);
+          goes_away := moves and (falling xnor excess(excess'high));
+
+        when COMPARE =>
+          is_for_faster := size ?>= way_faster;
+          is_for_same   := size ?>= way_same;
+
+        when CHOOSE =>
+          brakes := is_too_fast or goes_away or not is_for_same;
+          stops  := (not moves and not is_for_faster) or (is_zero and is_slow) or (brakes and is_last);
+          speeds := is_for_faster and may_be_faster and not brakes;
+          is_end := (not moves and not is_for_faster) or (is_zero and is_slow);
+          way_less := way - whole;
+          way_more := way + faster(velocity'high downto VELOCITY_FRACTION);
+
+        when DECIDE =>
+          if is_stale = '0' and marker = '0' then
+            ends <= is_end;
+            if stops = '1' then
+              moves    <= '0';
+              velocity <= (others => '0');
+              way      := (others => '0');
+            elsif brakes = '1' then
+              velocity <= slower(velocity'range);
+              way      := way_less;
+            elsif speeds = '1' then
+              velocity <= faster(velocity'range);
+              way      := way_more;
+              moves    <= '1';
+              if moves = '0' then
+                falling <= not excess(excess'high);
+              end if;
+            end if;
+          end if;
+
+        when others =>
+          null;
+
+      end case;
+
+      tick     := tick + 1;
+      is_stale := is_stale or marker;
+
+      if is_at_once = '1' then
+        ends     <= '0';
+        falling  <= not excess(excess'high);
+        velocity <= limit;
+        moves    <= '0';
+        way      := (others => '0');
+      end if;
+      stops_at_zero <= is_at_once and not marker;
+      is_at_once    <= not (or acceleration);
+
+      if reset = '1' then
+        tick     := (others => '0');
+        way      := (others => '0');
+        is_zero  := '1';
+        velocity <= (others => '0');
+        moves    <= '0';
+        ends     <= '0';
+        stops_at_zero <= '0';
+      end if;
+    end if;
+
+  end process choose_velocity;
+
+  -- Below the last bit of the excess the way of each clock is carried on.
+  hand_out : process (clock) is
+
+    variable fraction : u_unsigned(TICK_WIDTH - 1 downto 0) := (others => '0');
+    variable sum      : u_unsigned(32 downto 0);
+
+  begin
+
+    if rising_edge(clock) then
+      sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
+      fraction := sum(fraction'range);
+      step     <= sum(sum'high downto TICK_WIDTH);
+      if reset = '1' or marker = '1' then
+        fraction := (others => '0');
+        step     <= (others => '0');
+      end if;
+    end if;
+
+  end process hand_out;
+
+end architecture rtl;

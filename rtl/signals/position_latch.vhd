@@ -1,0 +1,74 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # position_latch
+--
+-- Keeps the corrected position and angle, and the time, of a probe's edge: what a touch probe or a camera needs of
+-- an encoder.
+--
+-- **Latency.** The values are those of the clock DELAY clocks after `strobe`. With the DELAY of the core they belong to
+-- the pins of head 1 at the probe's own edge, as far as both have the same input filter: the corrected position is
+-- as many clocks behind its pins. `latched` is a strobe and comes 1 clock after the values' clock, with the new values.
+--
+-- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, of the latched clock less DELAY;
+-- count u16.0, wraps.
+--
+-- **Edges** may follow each other in any clock; each is latched, the last one is kept.
+--
+-- **Reset** forgets edges that are under way, and the count.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+entity position_latch is
+  generic (
+    DELAY : positive -- clocks from the strobe to the position that belongs to it
+  );
+  port (
+    clock            : in    std_ulogic;
+    reset            : in    std_ulogic;
+    strobe           : in    std_ulogic;
+    position         : in    u_signed(POSITION_WIDTH - 1 downto 0);                       -- counts
+    angle            : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);                        -- counts
+    timestamp        : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);                    -- clocks
+    latched          : out   std_ulogic                                 := '0';           -- strobe
+    latched_position : out   u_signed(POSITION_WIDTH - 1 downto 0)      := (others => '0');
+    latched_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0)       := (others => '0');
+    latched_time     : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0)   := (others => '0');
+    count            : out   u_unsigned(15 downto 0)                    := (others => '0')
+  );
+end entity position_latch;
+
+architecture rtl of position_latch is
+
+begin
+
+  keep : process (clock) is
+
+    variable under_way : std_ulogic_vector(DELAY - 1 downto 0) := (others => '0');
+
+  begin
+
+    if rising_edge(clock) then
+      latched <= under_way(DELAY - 1);
+      if under_way(DELAY - 1) = '1' then
+        latched_position <= position;
+        latched_angle    <= angle;
+        latched_time     <= timestamp - DELAY;
+        count            <= count + 1;
+      end if;
+
+      under_way := under_way(DELAY - 2 downto 0) & strobe;
+
+      if reset = '1' then
+        under_way := (others => '0');
+        latched   <= '0';
+        count     <= (others => '0');
+      end if;
+    end if;
+
+  end process keep;
+
+end architecture rtl;

@@ -1,0 +1,93 @@
+"""Ways to break the firmware's C, and the host test that must notice each: scripts/mutate.py."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from scripts.mutation import Mutation
+
+_TESTS = "sim/tests/firmware"
+
+FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
+    Mutation(
+        "angle_of_the_first_sample",
+        "the angle at which a capture begins is off by the travel since then",
+        "firmware/application/application.c",
+        "(int64_t)position->head1_angle - travel;",
+        "(int64_t)position->head1_angle + travel;",
+        f"{_TESTS}/test_wrapped_position.py",
+    ),
+    Mutation(
+        "no_running_average",
+        "the turns are added to the average, and each is used alone",
+        "firmware/application/calibrate.c",
+        "    average_apply(&application->average, estimate);\n",
+        "",
+        f"{_TESTS}/test_usual_noise.py::test_the_average_is_quieter_than_a_turn",
+    ),
+    Mutation(
+        "usual_noise_never_follows",
+        "the noise of the first turn stays the usual one",
+        "firmware/application/calibrate.c",
+        "usual + NOISE_SHARE * (noise - usual)",
+        "usual + 0.0 * NOISE_SHARE * (noise - usual)",
+        f"{_TESTS}/test_usual_noise.py::test_noise_that_rises_slowly_becomes_the_usual_one",
+    ),
+    Mutation(
+        "noisy_turns_are_never_forgotten",
+        "the fifth noisy turn is taken though quiet ones came in between",
+        "firmware/application/calibrate.c",
+        "    application->noisy_turns = 0;\n",
+        "",
+        f"{_TESTS}/test_usual_noise.py::test_only_noisy_turns_in_a_row_become_usual",
+    ),
+    Mutation(
+        "older_record",
+        "of two whole records the older one is read",
+        "firmware/application/save.c",
+        "(int32_t)(sequence[1] - sequence[0]) > 0;",
+        "(int32_t)(sequence[1] - sequence[0]) < 0;",
+        f"{_TESTS}/test_save.py::test_the_sequence_number_wraps",
+    ),
+    Mutation(
+        "the_only_record_is_erased",
+        "a save erases the record that is the later whole one",
+        "firmware/application/save.c",
+        "save->found == SAVED_READ ? 1U - save->latest : 0U;",
+        "save->found == SAVED_READ ? save->latest : 0U;",
+        f"{_TESTS}/test_save.py::test_records_are_written_in_turn_and_nothing_else",
+    ),
+    Mutation(
+        "saved_is_not_judged",
+        "saved coefficients are applied whatever the captured turn says",
+        "firmware/application/calibrate.c",
+        "if (fits && load_is_better(turn, active, &application->candidate)) {",
+        "if (fits) {",
+        f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
+    ),
+    Mutation(
+        "sine_follows_backwards",
+        "the sine of a lane follows the temperature with the wrong sign",
+        "firmware/application/thermal.c",
+        "value.im -= (slope->sine",
+        "value.im += (slope->sine",
+        f"{_TESTS}/test_thermal.py::test_a_lane_at_a_temperature",
+    ),
+    Mutation(
+        "jumps_are_believed",
+        "a thermometer that jumps is followed",
+        "firmware/application/table_temperature.c",
+        "if (fabs(celsius - table->shown_c) > limits->jump_k) {",
+        "if (fabs(celsius - table->shown_c) > 1000.0 * limits->jump_k) {",
+        f"{_TESTS}/test_thermal.py::test_a_thermometer_that_fails_leaves_the_last_good_model",
+    ),
+    Mutation(
+        "select_between_words",
+        "the flash is let go between its address and what is written there",
+        "firmware/zynq/flash.c",
+        "    bool answers = exchange(flash, QSPI_TXD0, word, &nothing);\n",
+        "    bool answers = exchange(flash, QSPI_TXD0, word, &nothing);\n"
+        "    select(flash, false);\n    select(flash, true);\n",
+        f"{_TESTS}/test_flash.py::test_a_sector_is_erased_and_a_page_programmed",
+    ),
+)

@@ -1,0 +1,56 @@
+"""arctrue stop-and-go: the paper's ten cycles by a simulated servo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from rich.table import Table
+
+from arctrue.cli._numbers import SEED
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._progress import Progress
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.report.numbers import plain
+from arctrue.whole_file import write_whole_text
+
+
+@click.command("stop-and-go", short_help="The paper's ten cycles by a simulated servo.")
+@click.option("--cycles", type=click.IntRange(2, 100), default=10, show_default=True)
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of instruments and noise.")
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
+@for_people
+def stop_and_go(
+    cycles: int, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
+) -> None:
+    """Bring the table to each face by a servo and stop: raw feedback against corrected.
+
+    The servo has a motor, friction and a position loop, and sees nothing but the encoder signal.
+    """
+    from arctrue.studies.stop_and_go.experiment import StopAndGoSettings, run_stop_and_go
+
+    with Progress("driving to the faces"):
+        found = plain(run_stop_and_go(StopAndGoSettings(cycles=cycles, seed=seed)))
+    table = Table(title=f"24 faces, {cycles} cycles, ″", title_justify="left")
+    table.add_column("")
+    for heading in ("head 1's signal", "corrected"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    both = (found["raw"], found["corrected"])
+    table.add_row(
+        "error by polygon",
+        *(f"[{one['span_arcsec'][0]:.2f}, {one['span_arcsec'][1]:.2f}]" for one in both),
+    )
+    table.add_row("largest σ of a face", *(f"{max(one['deviation_arcsec']):.2f}" for one in both))
+    table.add_row("U, k = 2", *(f"{one['expanded_arcsec']:.2f}" for one in both))
+    console.print(table)
+    write_json(json_file, found)
+    if page_file is not None or out is not None:
+        from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
+
+        if page_file is not None:
+            write_whole_text(page_file, stop_and_go_page(found))
+            console.print(f"wrote {page_file}", soft_wrap=True)
+        if out is not None:
+            console.print(f"wrote {plot_stop_and_go(found, out)}", soft_wrap=True)

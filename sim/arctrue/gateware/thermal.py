@@ -1,0 +1,101 @@
+"""Lanes that follow the temperature: what the firmware works them out from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SLOPE_LSB_COUNTS = 2.0**-20
+"""Of a word of a slope: counts a kelvin, and a kelvin squared."""
+SLOPE_WORD_MAX = 2**31 - 1
+ORDERS_MOST = 16
+"""That follow the temperature, in the firmware."""
+TIME_CONSTANT_MOST_S = 3600.0
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalLanes:
+    """Cosine and sine of some orders as c₀ + c₁·(T − T₀) + c₂·(T − T₀)², c₀ being the lane's own.
+
+    ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine a kelvin, cosine
+    and sine a kelvin squared. ``time_constant_s``: of the lag of first order of the thermometer.
+    ``reference_c`` and ``time_constant_s`` are rounded to thousandths, as the device holds them.
+
+    Raises ValueError for what the firmware cannot hold.
+    """
+
+    orders: tuple[int, ...]
+    slopes: NDArray[np.int64]
+    reference_c: float
+    time_constant_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the words, and make the array read-only."""
+        if not 1 <= len(self.orders) <= ORDERS_MOST or len(set(self.orders)) != len(self.orders):
+            raise ValueError(
+                f"orders that follow the temperature: 1 to {ORDERS_MOST}, each once, found "
+                f"{list(self.orders)}"
+            )
+        slopes = np.asarray(self.slopes)
+        if slopes.shape != (len(self.orders), 4):
+            raise ValueError(f"slopes: expected four words an order, found shape {slopes.shape}")
+        if np.abs(slopes).max() > SLOPE_WORD_MAX:
+            raise ValueError(f"slopes: a word is beyond ±{SLOPE_WORD_MAX}")
+        if not -273.15 <= self.reference_c <= 1000.0:
+            raise ValueError(f"reference_c: {self.reference_c}, expected -273.15 to 1000")
+        if not 0.0 <= self.time_constant_s <= TIME_CONSTANT_MOST_S:
+            raise ValueError(
+                f"sensor_time_constant_s: {self.time_constant_s}, expected 0 to "
+                f"{TIME_CONSTANT_MOST_S:g}"
+            )
+        slopes = slopes.astype(np.int64)
+        slopes.flags.writeable = False
+        object.__setattr__(self, "slopes", slopes)
+        object.__setattr__(self, "reference_c", round(self.reference_c, 3))
+        object.__setattr__(self, "time_constant_s", round(self.time_constant_s, 3))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether every word is the same."""
+        if not isinstance(other, ThermalLanes):
+            return NotImplemented
+        return (
+            self.orders == other.orders
+            and np.array_equal(self.slopes, other.slopes)
+            and self.reference_c == other.reference_c
+            and self.time_constant_s == other.time_constant_s
+        )
+
+    def change_counts(self, order: int, celsius: float) -> complex:
+        """Cosine and sine (as real and imaginary part) that an order gains from T₀ on, counts."""
+        if order not in self.orders:
+            return 0j
+        cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS
+        warmth = celsius - self.reference_c
+        return complex(
+            (cosine + cosine2 * warmth) * warmth,
+            (sine + sine2 * warmth) * warmth,
+        )
+
+    @classmethod
+    def from_slopes(
+        cls,
+        slopes_counts: dict[int, NDArray[np.float64]],
+        reference_c: float,
+        time_constant_s: float = 0.0,
+    ) -> ThermalLanes:
+        """Quantise ``{order: (4,)}`` of counts a kelvin and a kelvin squared."""
+        values = np.array(list(slopes_counts.values()))
+        if not np.all(np.isfinite(values)):
+            raise ValueError("slopes: not a finite number")
+        words = np.rint(values / SLOPE_LSB_COUNTS)
+        return cls(
+            tuple(slopes_counts), words.astype(np.int64), reference_c, float(time_constant_s)
+        )
+
+
+def as_lane(value: complex) -> tuple[float, float]:
+    """Amplitude and phase of value.real·cos nR + value.imag·sin nR as a·cos(nR + φ)."""
+    return abs(value), math.atan2(-value.imag, value.real)

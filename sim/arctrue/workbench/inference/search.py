@@ -1,0 +1,33 @@
+"""Looks for the search parameters of an effect in the way that it declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from arctrue.workbench.effects.base import Effect, SearchKind
+from arctrue.workbench.inference.line_search import line_scan
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import (
+    Place,
+    bump_scan,
+    disc_order_scan,
+    frequency_scan,
+    grid_scan,
+    step_scan,
+    unwrapped_order_scan,
+)
+
+SCANS: Mapping[SearchKind, Callable[[Effect, Residuals], list[Place]]] = {
+    "grid": grid_scan,
+    "disc_order": disc_order_scan,
+    "unwrapped_order": unwrapped_order_scan,
+    "frequency": frequency_scan,
+    "line": line_scan,
+    "step": step_scan,
+    "disc_place": bump_scan,
+}
+
+
+def places_of(effect: Effect, residuals: Residuals) -> list[Place]:
+    """The best places of the search parameters for what the model leaves, best first."""
+    return SCANS[effect.search_kind](effect, residuals)

@@ -1,0 +1,1 @@
+"""Numerical means that know nothing of rows, effects or noise."""

@@ -1,0 +1,95 @@
+"""capture over a line that changes characters: what is written is what the device captured."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.cli.test_monitor import COUNTS, Device
+from sim.tests.firmware.emulator import PATIENCE_S
+from sim.tests.firmware.library import firmware
+
+from arctrue.cli.capture import capture
+from arctrue.device import console
+from arctrue.device.dump import read_head, read_row
+from arctrue.measurement import read_measurement_set
+
+
+class NoisyLine(Device):
+    """Every dump's row 17 has another digit, row 300 is lost with the two after it, once each."""
+
+    head_spoiled = False
+
+    def attach(self, made: object) -> None:
+        self.held = ""
+        self.spoiled: set[int] = set()
+
+    def tell(self, said: str) -> None:
+        *lines, self.held = (self.held + said).split("\n")
+        super().tell("".join(f"{kept}\n" for line in lines if (kept := self.changed(line))))
+
+    def changed(self, line: str) -> str:
+        if line.startswith("dump ") and not self.head_spoiled:
+            self.head_spoiled = True
+            return line.replace("samples=600", "samples=500")
+        row = re.match(r"(\d+),", line)
+        if row is None or int(row[1]) in self.spoiled:
+            return line
+        number = int(row[1])
+        if number in (17, 300, 301, 302):
+            self.spoiled.add(number)
+            return line.replace("3", "8", 1) if number == 17 else ""
+        return line
+
+
+@pytest.fixture
+def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[NoisyLine]:
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+    made = NoisyLine()
+    made.start()
+    yield made
+    made.ended = True
+    made.join(PATIENCE_S)
+    assert not made.is_alive()
+
+
+def test_changed_and_lost_rows_are_asked_for_again(device: NoisyLine, tmp_path: Path) -> None:
+    arguments = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
+    done = CliRunner().invoke(capture, arguments)
+    assert done.exit_code == 0, done.output
+    assert device.spoiled == {17, 300, 301, 302}
+    taken = read_measurement_set(tmp_path / "set").capture
+    assert taken is not None
+    np.testing.assert_array_equal(taken.head1_counts, COUNTS[0])
+    np.testing.assert_array_equal(taken.head2_counts, COUNTS[1])
+    np.testing.assert_allclose(np.diff(taken.time_s), 1e-3, atol=1e-12)
+
+
+ROW = "17,123456,-7,"
+
+
+def test_no_changed_character_makes_another_row() -> None:
+    import struct
+    import zlib
+
+    line = f"{ROW}{zlib.crc32(struct.pack('<Iqq', 17, 123456, -7)):08X}"
+    assert read_row(line) == (17, 123456, -7)
+    for place in range(len(line)):
+        for other in "0123456789ABCDEF,-. ":
+            changed = line[:place] + other + line[place + 1 :]
+            assert changed == line or read_row(changed) is None
+    assert read_row(line[:-1]) is None
+
+
+def test_what_is_no_head() -> None:
+    assert read_head("dump sequence=1 samples=2") is None
+    line = (
+        "dump sequence=1 samples=2 counts_per_rev=4 clock_hz=5 period_clocks=6 start_time=7 "
+        "separation_deg=33.000000 crc=00000000"
+    )
+    assert read_head(line) is None

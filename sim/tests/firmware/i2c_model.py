@@ -1,0 +1,140 @@
+"""The I2C controller of the Zynq and two thermometers on its bus, as they behave.
+
+Written from UG585 (chapter 20 and its register tables) and the data sheets of ADT7420 and TMP117,
+not from the C code: only the addresses' names are looked up in its header.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any, Protocol
+
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.zynq_model import AT
+
+DONE, NO_ACKNOWLEDGE = 1, 4
+RECEIVED = 1 << 5
+READ, MASTER, SEVEN_BITS, ACKNOWLEDGE, CLEAR_QUEUE = 1, 2, 4, 8, 64
+QUEUE = 16
+
+
+class Device(Protocol):
+    """On the bus; what is written is a pointer and what goes to the register there."""
+
+    def write(self, data: bytes) -> bool:
+        """False: no acknowledge."""
+
+    def read(self, number: int) -> bytes: ...
+
+
+class Adt7420:
+    """Registers of a byte; the temperature has two, of 13 or 16 bits."""
+
+    def __init__(self, celsius: float = 25.0) -> None:
+        self.celsius = celsius
+        self.power_on()
+
+    def power_on(self) -> None:
+        self.pointer = 0
+        self.registers = {0x03: 0x00, 0x0B: 0xCB}
+
+    def write(self, data: bytes) -> bool:
+        self.pointer = data[0]
+        for place, byte in enumerate(data[1:]):
+            self.registers[self.pointer + place] = byte
+        return True
+
+    def read(self, number: int) -> bytes:
+        steps = round(self.celsius * 128)
+        if not self.registers[0x03] & 0x80:
+            # 13 bits of 1/16 K; the three lower bits are flags.
+            steps = round(self.celsius * 16) << 3 | 0b101
+        temperature = (steps & 0xFFFF).to_bytes(2, "big")
+        found = {0x00: temperature[0], 0x01: temperature[1], **self.registers}
+        return bytes(found.get(self.pointer + place, 0) for place in range(number))
+
+
+class Tmp117:
+    """Registers of two bytes; before its first conversion it says -256 °C."""
+
+    def __init__(self, celsius: float | None = 25.0) -> None:
+        self.celsius = celsius
+        self.pointer = 0
+
+    def write(self, data: bytes) -> bool:
+        self.pointer = data[0]
+        return True
+
+    def read(self, number: int) -> bytes:
+        steps = -32768 if self.celsius is None else round(self.celsius * 128)
+        words = {0x00: steps & 0xFFFF, 0x0F: 0x1117}
+        return words.get(self.pointer, 0).to_bytes(2, "big").ljust(number, b"\0")[:number]
+
+
+class I2cModel:
+    """The controller; ``stuck``: a transfer never ends."""
+
+    def __init__(self, **devices: Device) -> None:
+        """``at_48=...``: devices by address."""
+        self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
+        self.stuck = False
+        self.now_us = 0
+        self.queue: deque[int] = deque()
+        self.words: dict[int, int] = {}
+        self.happened = 0x3FF
+        self.transfers = 0
+        ffi, _ = firmware()
+        self._calls = (
+            ffi.callback("register_access_read", self.read),
+            ffi.callback("register_access_write", self.write),
+            ffi.callback("register_access_microseconds", lambda _: self.now_us & 0xFFFF_FFFF),
+        )
+        self.access = ffi.new("struct register_access *", list(self._calls))
+
+    def read(self, _: Any, address: int) -> int:
+        self.now_us += 1
+        if address == AT["I2C_HAPPENED"]:
+            return self.happened
+        if address == AT["I2C_STATUS"]:
+            return RECEIVED if self.queue else 0
+        if address == AT["I2C_DATA"]:
+            return self.queue.popleft()
+        return self.words.get(address, 0)
+
+    def write(self, _: Any, address: int, word: int) -> None:
+        if address == AT["I2C_HAPPENED"]:
+            self.happened &= ~word
+        elif address == AT["I2C_DATA"]:
+            assert len(self.queue) < QUEUE
+            self.queue.append(word)
+        elif address == AT["I2C_ADDRESS"]:
+            self.transfer(word)
+        else:
+            if address == AT["I2C_CONTROL"] and word & CLEAR_QUEUE:
+                self.queue.clear()
+                word &= ~CLEAR_QUEUE
+            self.words[address] = word
+
+    def transfer(self, address: int) -> None:
+        control = self.words[AT["I2C_CONTROL"]]
+        assert control & (MASTER | SEVEN_BITS | ACKNOWLEDGE) == MASTER | SEVEN_BITS | ACKNOWLEDGE
+        assert self.happened & (DONE | NO_ACKNOWLEDGE) == 0, "what happened before is still there"
+        self.transfers += 1
+        if self.stuck:
+            return
+        device = self.devices.get(address)
+        if device is None:
+            self.happened |= NO_ACKNOWLEDGE
+        elif control & READ:
+            assert not self.queue
+            self.queue.extend(device.read(self.words[AT["I2C_SIZE"]]))
+            self.happened |= DONE
+        else:
+            taken = device.write(bytes(self.queue))
+            self.queue.clear()
+            self.happened |= DONE if taken else NO_ACKNOWLEDGE
+
+    def scl_hz(self, bus_hz: int) -> float:
+        """UG585: FSCL = bus / (22 (A + 1) (B + 1))."""
+        control = self.words[AT["I2C_CONTROL"]]
+        return bus_hz / (22 * ((control >> 14 & 3) + 1) * ((control >> 8 & 63) + 1))

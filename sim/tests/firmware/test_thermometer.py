@@ -1,0 +1,98 @@
+"""ADT7420 and TMP117 through the I2C controller's registers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from sim.tests.firmware.i2c_model import Adt7420, I2cModel, Tmp117
+from sim.tests.firmware.library import firmware
+
+BUS_HZ = 650_000_000 // 6
+HELD: list[I2cModel] = []
+"""The C code holds pointers into a model for as long as its thermometer is read."""
+
+
+def found(model: I2cModel) -> Any:
+    ffi, library = firmware()
+    HELD.append(model)
+    library.i2c_prepare(model.access, BUS_HZ)
+    thermometer = ffi.new("struct thermometer *")
+    library.thermometer_find(thermometer, model.access)
+    return thermometer
+
+
+def name(thermometer: Any) -> str:
+    ffi, library = firmware()
+    return str(ffi.string(library.thermometer_name(thermometer.kind)).decode())
+
+
+def read(thermometer: Any) -> float | None:
+    ffi, library = firmware()
+    celsius = ffi.new("double *", -999.0)
+    return celsius[0] if library.thermometer_read(thermometer, celsius) else None
+
+
+@pytest.mark.parametrize("bus_hz", [BUS_HZ, 25_000_000, 111_111_111, 133_000_000])
+def test_the_bus_is_not_faster_than_100_khz(bus_hz: int) -> None:
+    _, library = firmware()
+    model = I2cModel()
+    library.i2c_prepare(model.access, bus_hz)
+    assert 90_000 < model.scl_hz(bus_hz) <= 100_000
+
+
+@pytest.mark.parametrize("address", ["48", "49", "4a", "4b"])
+@pytest.mark.parametrize(("kind", "made"), [("adt7420", Adt7420), ("tmp117", Tmp117)])
+def test_it_is_found_and_read(kind: str, made: Any, address: str) -> None:
+    sensor = made()
+    thermometer = found(I2cModel(**{f"at_{address}": sensor}))
+    assert (name(thermometer), thermometer.device) == (kind, int(address, 16))
+    for celsius in (21.35, 0.0, -12.0078125, 127.9921875):
+        sensor.celsius = celsius
+        assert read(thermometer) == pytest.approx(celsius, abs=1 / 256)
+
+
+def test_nobody_is_there() -> None:
+    model = I2cModel()
+    thermometer = found(model)
+    assert (name(thermometer), read(thermometer)) == ("none", None)
+
+
+def test_another_device_at_its_address() -> None:
+    class Other(Tmp117):
+        def read(self, number: int) -> bytes:
+            return b"\x55" * number
+
+    assert name(found(I2cModel(at_48=Other(), at_4a=Adt7420()))) == "adt7420"
+
+
+def test_before_its_first_conversion_it_says_nothing() -> None:
+    sensor = Tmp117(None)
+    thermometer = found(I2cModel(at_48=sensor))
+    assert (name(thermometer), read(thermometer)) == ("tmp117", None)
+    sensor.celsius = 20.5
+    assert read(thermometer) == 20.5
+
+
+def test_one_that_was_without_its_supply_is_set_up_again() -> None:
+    sensor = Adt7420(20.53)
+    model = I2cModel(at_48=sensor)
+    thermometer = found(model)
+    device = model.devices.pop(0x48)
+    assert read(thermometer) is None
+    sensor.power_on()
+    model.devices[0x48] = device
+    assert read(thermometer) is None, "it is looked for first"
+    assert read(thermometer) == pytest.approx(20.53, abs=1 / 256), "16 bits again, not 13"
+
+
+def test_a_bus_that_is_stuck_is_given_up() -> None:
+    model = I2cModel(at_48=Adt7420())
+    thermometer = found(model)
+    model.stuck = True
+    start = model.now_us
+    assert read(thermometer) is None
+    assert model.now_us - start < 30_000
+    model.stuck = False
+    read(thermometer)
+    assert read(thermometer) == 25.0

@@ -1,0 +1,72 @@
+"""What turns before a turn are for: the usual noise, and the running average."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.test_application import turn
+
+NOISE_ARCSEC = 0.2
+NOISY = 5.0
+"""Times the usual noise; the limit is 3."""
+NOISY_TURNS_MOST = 5
+
+
+@pytest.fixture
+def running() -> Firmware:
+    made = Firmware(ModelCore())
+    made.library.application_start(made.application)
+    made.core.see_index()
+    made.step()
+    return made
+
+
+def reason(running: Firmware, seed: int, noise: float) -> Any:
+    return running.turn(turn(seed=seed, noise=noise))["reason"]
+
+
+def test_noise_that_rises_slowly_becomes_the_usual_one(running: Firmware) -> None:
+    """A fifth of each turn's: at 1.6 times in between, no turn comes near 3 times."""
+    noise = NOISE_ARCSEC
+    for seed in range(4):
+        reason(running, seed, noise)
+    for step in range(4):
+        noise *= 1.6
+        found = [reason(running, 10 * step + seed + 10, noise) for seed in range(8)]
+        assert "noise" not in found, f"at {noise:.2f}″"
+    assert noise > 6 * NOISE_ARCSEC
+    # And it goes back.
+    for seed in range(25):
+        assert reason(running, 100 + seed, NOISE_ARCSEC) != "noise"
+    assert reason(running, 200, NOISY * NOISE_ARCSEC) == "noise"
+
+
+def test_only_noisy_turns_in_a_row_become_usual(running: Firmware) -> None:
+    for seed in range(3):
+        reason(running, seed, NOISE_ARCSEC)
+    for seed in range(2 * NOISY_TURNS_MOST):
+        assert reason(running, 10 + seed, NOISY * NOISE_ARCSEC) == "noise"
+        assert reason(running, 50 + seed, NOISE_ARCSEC) != "noise"
+    for seed in range(NOISY_TURNS_MOST - 1):
+        assert reason(running, 100 + seed, NOISY * NOISE_ARCSEC) == "noise"
+    assert reason(running, 110, NOISY * NOISE_ARCSEC) != "noise", "the fifth in a row"
+
+
+def test_the_average_is_quieter_than_a_turn(running: Firmware) -> None:
+    """With equal weights the mean of n turns has a variance of 1/n, which `show harmonics` says."""
+    scatter = {}
+    for keep in (0, 1):
+        running.send(f"set keep {keep}")
+        running.send("forget")
+        for seed in range(16):
+            told = running.turn(turn(seed=300 + seed, noise=NOISE_ARCSEC))
+        (order3,) = [item for item in told["harmonics"] if item[0] == 3]
+        scatter[keep] = order3[3]
+        components = [item[1] for item in told["harmonics"] if item[0] in (4, 5, 6)]
+        scatter[keep, "found"] = float(np.sqrt(np.mean(np.square(components))))
+    # What the separation adds is no noise and is not averaged; order 3 is nothing here.
+    assert scatter[1] == pytest.approx(scatter[0] / 4, rel=0.1)
+    assert scatter[1, "found"] < 0.6 * scatter[0, "found"]

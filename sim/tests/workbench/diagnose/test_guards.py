@@ -1,0 +1,332 @@
+"""The guards of the diagnosis, each by itself: ``make mutate`` takes one away and asks this file.
+
+Small numbers and small sets, so that each test takes less than a few seconds.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import chi2, f_oneway
+from sim.tests.workbench.small_sets import measurement_set, paper_error
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose import classes, decision
+from arctrue.workbench.diagnose.decision import described_by_parts, left_undescribed
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
+from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
+from arctrue.workbench.diagnose.heldout import Improvement, folds_of, holds_out
+from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
+from arctrue.workbench.diagnose.parts import ALWAYS, TEMPERATURE, ProductOfParts
+from arctrue.workbench.diagnose.parts_scan import (
+    PartsCandidate,
+    _natural,
+    _without_idle_conditions,
+    condition_shares,
+    level_share,
+)
+from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.noise_fit import index_variance
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.noise.spectrum import Spectrum
+from arctrue.workbench.noise.sureness import freedom_of
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+
+
+def _base() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](orders=[1, 2, 3, 4, 5]), {})
+
+
+def _reference(error: NDArray[np.float64], target_deg: NDArray[np.float64]) -> Observations:
+    """Rows every tenth of a second, of one run."""
+    rows = Reference(
+        target_deg=target_deg, error_arcsec=error, time_s=0.1 * np.arange(error.size),
+        direction=np.where(np.gradient(target_deg) < 0.0, -1, 1),
+    )  # fmt: skip
+    return observations_of(MeasurementSet(Table(), None, rows, title="guards"))
+
+
+# Probabilities.
+
+
+def test_every_place_that_was_looked_at_is_charged() -> None:
+    """Šidák: 1 − (1 − p)^m; p of a χ² of 30 with two columns."""
+    single = float(chi2.sf(30.0, 2))
+    assert corrected_p_value(30.0, 2, 5000.0, 1) == pytest.approx(
+        1.0 - (1.0 - single) ** 5000, rel=1e-6
+    )
+
+
+def test_every_candidate_is_charged() -> None:
+    assert corrected_p_value(30.0, 2, 1.0, 20) == pytest.approx(20.0 * chi2.sf(30.0, 2), rel=1e-6)
+
+
+def test_noise_that_is_little_known_makes_a_gain_less_rare() -> None:
+    assert corrected_p_value(12.0, 1, 1.0, 1, freedom=4.0) > 4.0 * chi2.sf(12.0, 1)
+
+
+def test_shares_of_the_false_alarms_of_products_add_up_to_one() -> None:
+    orders = [None, *(np.arange(1, 61) / 2.0).tolist()]
+    assert sum(level_share(order) for order in orders) == pytest.approx(1.0)
+    assert sum(condition_shares([ALWAYS, TEMPERATURE])) == pytest.approx(1.0)
+
+
+# Rows that were left out.
+
+
+def _improvement(gain: float, information: float) -> list[Improvement]:
+    return [Improvement(0.0, 0.0, gain, information)]
+
+
+def test_a_fall_within_two_standard_errors_is_none() -> None:
+    """Information of 100: the gain has a standard error of 10, and 50 as its mean if it is real."""
+    assert not holds_out(_improvement(15.0, 100.0))
+    assert holds_out(_improvement(25.0, 100.0))
+
+
+def test_what_left_out_rows_cannot_show_must_not_get_worse() -> None:
+    """Information of 16: the gain has 8 as its mean if it is real, twice its standard error."""
+    assert holds_out(_improvement(-7.0, 16.0))
+    assert not holds_out(_improvement(-9.0, 16.0))
+
+
+def test_rows_side_by_side_are_left_out_apart_and_stations_not_together() -> None:
+    target = np.tile(np.arange(24) * 15.0, 8)
+    folds = folds_of(_reference(np.zeros(target.size), target)).reference
+    assert folds is not None
+    rounds = folds.reshape(-1, 4)
+    assert np.all(np.sort(rounds, axis=1) == np.arange(4))
+    # 24 is a multiple of the four folds: taken in turn, each station would be in one fold only.
+    of_stations = folds.reshape(8, 24)
+    assert all(np.unique(of_stations[:, station]).size > 1 for station in range(24))
+
+
+# Noise.
+
+
+def _slow_noise(seed: int) -> NDArray[np.float64]:
+    """0.3″ of 4 s beside 0.1″ of white noise, 600 rows of a tenth of a second."""
+    clock = 0.1 * np.arange(600)
+    drawn = RowNoise(
+        clock,
+        np.array([0]),
+        (Spectrum(0.01, np.array([4.0]), np.array([0.09])),),
+        np.ones(clock.size),
+    )
+    return drawn.draw(np.random.default_rng(seed))
+
+
+def test_slow_noise_is_a_part_of_the_noise_and_no_effect() -> None:
+    noise = fit([_base()], _reference(_slow_noise(2), 0.6 * np.arange(600))).noise.reference
+    assert noise is not None
+    slow = float(sum(spectrum.variances.sum() for spectrum in noise.spectra))
+    assert slow > 0.5 * sum(spectrum.variance for spectrum in noise.spectra)
+    # Whitened, neighbours no longer tell each other.
+    left = noise.whiten(_slow_noise(2))
+    assert abs(float(np.corrcoef(left[1:], left[:-1])[0, 1])) < 0.15
+
+
+def test_the_noise_beside_an_effect_is_estimated_anew() -> None:
+    """A ramp of 6″ was taken for slow noise: with the noise free on both sides it is no noise."""
+    random = np.random.default_rng(4)
+    ramp = np.linspace(-3.0, 3.0, 600) + random.normal(0.0, 0.1, 600)
+    target = np.tile(np.arange(60) * 6.0, 10)
+    residuals = Residuals(fit([_base()], _reference(ramp, target)))
+    drift = EFFECTS["reference_drift"]()
+    found = evidence(residuals, restricted_likelihood(residuals), drift, {})
+    assert found.gain > 5.0 * residuals.score(drift, {}).gain
+    assert found.gain > 50.0
+
+
+def test_a_channel_without_repeats_does_not_know_its_noise() -> None:
+    """24 readings and 41 coefficients: what is left is 0, which is no scatter."""
+    target = np.arange(24) * 15.0
+    error = np.random.default_rng(1).normal(0.0, 0.2, 24)
+    terms = [Term(EFFECTS["graduation_harmonics"](), {})]
+    assert fit(terms, _reference(error, target)).unknown_noise == {"reference"}
+
+
+def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
+    """Four offsets that happen to agree: six runs' worth of ±1 count a head still counts."""
+    observations = observations_of(measurement_set(runs=1, turns=1, reference=False))
+    prior = observations.index_sigma_arcsec**2
+    variance, worth = index_variance(observations, np.zeros(4))
+    assert variance == pytest.approx(prior * worth / (worth + 4.0))
+    assert variance > 0.5 * prior
+
+
+def test_what_is_known_from_the_runs_has_the_freedom_of_the_runs() -> None:
+    noise: Any = SimpleNamespace(groups=(), index_variance=1.0, index_freedom=6.0)
+    freedom, share = freedom_of(noise, (None, None), np.ones(4), {})
+    assert freedom == pytest.approx(10.0)
+    assert share == 1.0
+
+
+# Lack of fit.
+
+
+def test_means_of_groups_are_judged_by_the_scatter_within_them() -> None:
+    random = np.random.default_rng(6)
+    values = random.normal(size=60)
+    group = np.repeat(np.arange(6), 10)
+    expected = f_oneway(*np.split(values, 6)).pvalue
+    assert analysis_of_variance(values, group) == pytest.approx(expected)
+
+
+def test_a_line_pays_for_all_frequencies() -> None:
+    """At 5 %, some 5 % of white noise has a line: fewer than 12 of 120, four deviations."""
+    random = np.random.default_rng(9)
+    assert sum(fisher_p(random.normal(size=256)) < 0.05 for _ in range(120)) < 16
+
+
+# What is there once.
+
+
+def _candidate(base: Solution, term: Term) -> Any:
+    grown = fit([*base.terms, term], base.observations, base.context, noise=base.noise)
+    return SimpleNamespace(
+        effect=term.effect, solution=grown, name=term.effect.name, nonlinear=term.nonlinear
+    )
+
+
+def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
+    def once(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return paper_error(disc, temperature, speed) + (speed > 0.0) * np.cos(25 * disc)
+
+    order = Term(EFFECTS["high_order_graduation"](), {"order": 25.0})
+    for error, real in ((once, False), (_always, True)):
+        made = measurement_set(error, runs=2, turns=1, reference=False)
+        base = fit([_base()], observations_of(made))
+        assert on_every_pass(_candidate(base, order), base) is real
+
+
+def _always(disc, temperature, speed):  # type: ignore[no-untyped-def]
+    return paper_error(disc, temperature, speed) + np.cos(25 * disc)
+
+
+def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
+    line = Term(EFFECTS["vibration"](), {"frequency": 7.0})
+    for slowest, real in ((1.0, False), (0.0, True)):
+
+        def shaken(time, speed, slowest=slowest):  # type: ignore[no-untyped-def]
+            return (abs(speed) > slowest) * np.cos(2.0 * np.pi * 7.0 * time)
+
+        made = measurement_set(runs=3, turns=1, reference=False, head2_only=shaken)
+        base = fit([_base()], observations_of(made))
+        assert at_other_speeds(_candidate(base, line)) is real
+
+
+# Names that others could have.
+
+
+def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
+    """Up and back at one speed: a delay would look like the reversal error."""
+    random = np.random.default_rng(7)
+    up = np.arange(360.0)
+    target = np.tile(np.concatenate([up, up[::-1]]), 2)
+    side = np.tile(np.repeat([1.0, -1.0], 360), 2)
+    error = 2.0 * side + random.normal(0.0, 0.2, target.size)
+    found = diagnose(_reference(error, target), [_base()], EFFECTS)
+    assert found.verdict == "ambiguous"
+    assert set(found.look_alikes) == {"latency"}
+    assert found.effect_class == ["hysteresis", "latency"]
+
+
+def test_what_says_why_goes_before_what_says_what_is_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    line = SimpleNamespace(name="periodic_error", effect=EFFECTS["periodic_error"]())
+    gear = SimpleNamespace(name="drive_gear_error", effect=EFFECTS["drive_gear_error"]())
+    both: Any = [line, gear]
+    for as_good, kept in ((True, [gear]), (False, [line, gear])):
+        monkeypatch.setattr(classes, "stands_in", lambda item, other, is_it=as_good: is_it)
+        assert classes.without_unspecific(both) == kept
+
+
+def test_a_more_natural_frame_is_left_only_for_odds_of_twenty_to_one() -> None:
+    disc, head = (
+        PartsCandidate(ProductOfParts(ALWAYS, (2.0,), frame), gain, 2, 1.0, 1.0)  # type: ignore[arg-type]
+        for frame, gain in (("disc", 100.0), ("head2", 104.0))
+    )
+    assert _natural([disc, head], 1000) is disc
+    assert _natural([disc, PartsCandidate(head.effect, 107.0, 2, 1.0, 1.0)], 1000) is not disc
+
+
+def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
+    plain = PartsCandidate(ProductOfParts(ALWAYS, (2.0,), "disc"), 100.0, 2, 1.0, 1.0)
+    warm = PartsCandidate(ProductOfParts(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
+    order = [ALWAYS, TEMPERATURE]
+    assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
+
+
+# The ordered rules, on figures that are written down.
+
+
+def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
+    survey = SimpleNamespace(
+        lack_of_fit={"reference": p_value},
+        residual_rms_arcsec={"reference": residual},
+        noise_arcsec={"reference": noise},
+        matters_arcsec=matters,
+    )
+    return SimpleNamespace(best=None, survey=survey)
+
+
+def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
+    assert left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
+    # √(0.201² − 0.2²) is a tenth of the noise; and 0.3″ of excess is nothing where 1″ matters.
+    assert left_undescribed(_left(1e-6, 0.201, 0.20)) is None
+    assert left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
+    assert left_undescribed(_left(1e-3, 0.30, 0.20)) is None
+
+
+def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
+    product = SimpleNamespace(
+        effect=ProductOfParts(TEMPERATURE, (2.0,), "disc"),
+        solution=SimpleNamespace(observations=SimpleNamespace(has_temperature=True)),
+    )
+    for ahead, is_unknown in ((11.0, True), (9.0, False)):
+        case: Any = SimpleNamespace(product=product, ahead=ahead)
+        assert (described_by_parts(case) is not None) is is_unknown
+
+
+def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decision, "next_measurement", _any_measurement)
+    monkeypatch.setattr(decision, "_of_class", lambda case, verdict, **told: verdict)
+    best = SimpleNamespace(lacking_variety=[])
+    similar = SimpleNamespace(larger=[])
+    for ahead, verdict in ((-5.0, "ambiguous"), (-7.0, None)):
+        case: Any = SimpleNamespace(
+            best=best,
+            similar=similar,
+            stand_in=SimpleNamespace(),
+            ahead=ahead,
+            rivals=[],
+            others={},
+        )
+        assert decision.cannot_be_split(case) == verdict
+
+
+def _any_measurement(best: object, rivals: object) -> object:
+    return SimpleNamespace(kind="speed")
+
+
+def test_what_moves_the_prediction_by_less_than_what_matters_is_negligible() -> None:
+    seen: Any = Survey(SimpleNamespace(), 0.04, 20)  # type: ignore[arg-type]
+    for size, matters in ((0.05, True), (0.03, False)):
+        item: Any = SimpleNamespace(size_arcsec={"capture": size})
+        assert seen.matters(item) is matters

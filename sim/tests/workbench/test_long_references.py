@@ -1,0 +1,101 @@
+"""Long references: searched on a part, fitted to every row, and the same answer as from all."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference import normal_equations
+from arctrue.workbench.inference.every_row import channel_figures, on_every_row
+from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term
+from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.observations import Observations, part
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+ROWS = 40_000
+LIMIT = 10_000
+ORDER = 37.3
+NOISE_ARCSEC = 0.3
+
+
+def _observations(limit: int, *, with_time: bool = True) -> Observations:
+    """Two runs of five turns; a line between the orders."""
+    random = np.random.default_rng(8)
+    way = np.arange(ROWS // 2) * (5.0 * 360.0 / (ROWS // 2))
+    target = np.concatenate([way, way[::-1]])
+    angle = np.radians(target)
+    error = 4.0 * np.cos(angle + 0.3) + 0.05 * np.cos(ORDER * angle)
+    rows = Reference(
+        target_deg=target,
+        error_arcsec=error + random.normal(0.0, NOISE_ARCSEC, ROWS),
+        run=np.repeat([0, 1], ROWS // 2),
+        time_s=np.arange(ROWS) * 0.01 if with_time else None,
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(part, "MOST_ROWS", limit)
+        made = MeasurementSet(Table(), None, rows, title="long")
+        return observations_of(made, mask_outliers=False)
+
+
+def _base() -> Term:
+    return Term(EFFECTS["graduation_harmonics"](), {})
+
+
+def test_the_part_is_stretches_of_every_run() -> None:
+    observations = _observations(LIMIT, with_time=False)
+    rows, whole = observations.reference, observations.stored_reference
+    assert rows is not None
+    assert whole is not None
+    assert whole.run.size == ROWS
+    assert rows.row is not None
+    assert 0.8 * LIMIT <= rows.run.size <= LIMIT
+    assert set(np.unique(rows.run)) == {0, 1}
+    # Rows have their own numbers, so that noise is not carried over a gap as if there were none.
+    np.testing.assert_array_equal(rows.target_rad, whole.target_rad[rows.row])
+    noise = fit([_base()], observations).noise.reference
+    assert noise is not None
+    assert float(noise.clock[-1]) == rows.row[-1]
+
+
+def _all_at_once(searched: Solution) -> Solution:
+    observations = _observations(10**9)
+    noise = searched.noise.on(observations)
+    return fit([_base()], observations, searched.context, noise=noise)
+
+
+@pytest.mark.parametrize("block_rows", [BLOCK_ROWS, 10**6])
+def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
+    """In one block it is the same sum; else the correlation is cut at the end of a block."""
+    searched = fit([_base()], _observations(LIMIT))
+    whole = _all_at_once(searched)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(normal_equations, "BLOCK_ROWS", block_rows)
+        streamed = on_every_row(searched)
+        figures = channel_figures(streamed, "reference")
+    expected = channel_figures(whole, "reference")
+    assert figures is not None
+    assert expected is not None
+    assert figures.rows == expected.rows == ROWS
+    assert figures.rms_arcsec == pytest.approx(expected.rms_arcsec, rel=1e-4)
+    sigma = np.sqrt(np.diag(whole.covariance))
+    share = 1e-6 if block_rows > ROWS else 0.05
+    np.testing.assert_array_less(np.abs(streamed.coefficients - whole.coefficients), share * sigma)
+    np.testing.assert_allclose(np.sqrt(np.diag(streamed.covariance)), sigma, rtol=0.01)
+    # The part alone knows four times less.
+    assert np.median(np.sqrt(np.diag(searched.covariance)) / sigma) == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_line_is_found_in_the_part_and_measured_in_all_rows() -> None:
+    model = Model([ModelEffect("graduation_harmonics"), ModelEffect("periodic_error")])
+    grown, solution = fitted(model, _observations(LIMIT), EFFECTS)
+    assert solution.every_row
+    order = grown.effects[1].parameters["order"]
+    # Cramér–Rao: two runs of five turns, each with half the rows, one phase for both.
+    least_sigma = np.sqrt(6.0 / ROWS) * NOISE_ARCSEC / (np.pi * 0.05 * 5.0)
+    assert order.sigma == pytest.approx(least_sigma, rel=0.2)
+    assert order.value == pytest.approx(ORDER, abs=4.0 * least_sigma)

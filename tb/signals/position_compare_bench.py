@@ -1,0 +1,78 @@
+"""Places that are reached, against a walk over a list of them."""
+
+from __future__ import annotations
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, FallingEdge
+
+CLOCKS = 4000
+LATENCY = 2
+
+
+def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]:
+    """Clocks in which a place is reached; ``position`` from the arming on."""
+    reached: list[int] = []
+    below = position[0] < first
+    place = None
+    for clock, now in enumerate(position.tolist()):
+        if place is None:
+            if (below and now >= first) or (not below and now <= first):
+                reached.append(clock)
+                place = first
+                if not interval:
+                    return reached
+        elif now >= place + interval:
+            reached.append(clock)
+            place += interval
+        elif now <= place - interval:
+            reached.append(clock)
+            place -= interval
+    return reached
+
+
+@cocotb.test()
+@cocotb.parametrize(
+    (
+        ("first", "interval", "start"),
+        [
+            (50, 10, 0),
+            (-30, 7, 0),
+            (0, 13, 0),
+            (40, 0, 0),
+            (5 - 2**31, 9, 2**31 - 40),
+        ],
+    )
+)
+async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
+    """A walk with a tremble, up and down, and over the wrap of the position."""
+    random = np.random.default_rng(7)
+    way = np.repeat([1, -1, -1, 1], CLOCKS // 4)
+    steps = way * (random.random(CLOCKS) < 0.4) - way * (random.random(CLOCKS) < 0.15)
+    position = start + np.cumsum(steps)
+    wrapped = (position + 2**31) % 2**32 - 2**31
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.reset.value = 1
+    dut.arm.value = 0
+    dut.position.value = int(wrapped[0])
+    dut.first.value = first
+    dut.interval.value = interval
+    await ClockCycles(dut.clock, 3, FallingEdge)
+    dut.reset.value = 0
+    await FallingEdge(dut.clock)
+    assert not int(dut.armed.value)
+    strobes = []
+    for clock in range(CLOCKS):
+        dut.position.value = int(wrapped[clock])
+        dut.arm.value = int(clock == 0)
+        await FallingEdge(dut.clock)
+        if int(dut.strobe.value):
+            strobes.append(clock)
+    target = first + 2**32 if start > 2**30 else first
+    expected = places_reached(position, target, interval)
+    # The first two clocks after the arming are looked at together.
+    late = [max(clock + LATENCY - 1, LATENCY) for clock in expected]
+    assert strobes == [clock for clock in late if clock < CLOCKS]
+    assert len(expected) == 1 if not interval else len(expected) > 10
+    assert int(dut.armed.value) == (interval > 0)

@@ -1,0 +1,23 @@
+"""The small units between the core and its pins, in GHDL."""
+
+import pytest
+
+from tb.support.simulation import simulate
+
+
+@pytest.mark.parametrize(
+    "entity",
+    ["input_selection", "fault_outputs", "pulse_input", "pulse_output", "position_compare"],
+)
+def test_unit(entity: str) -> None:
+    simulate(entity, f"tb.signals.{entity}_bench")
+
+
+@pytest.mark.parametrize("delay", [2, 30])
+def test_position_latch(delay: int) -> None:
+    simulate(
+        "position_latch",
+        "tb.signals.position_latch_bench",
+        generics={"DELAY": delay},
+        environment={"DELAY": str(delay)},
+    )
