@@ -116,8 +116,10 @@ def test_the_whole_story(server: str, page: Page) -> None:
     expect(page.locator("#rank")).to_be_visible()
     all_drawn(page)
     before, after = rms_on_the_ladder(page)
-    # What was hidden is most of what the first model leaves on this table.
-    assert after < 0.7 * before
+    # It comes down to the noise of the repeats, which is known to a few percent.
+    last = page.locator("#ladder tbody tr", has_text="capture").last.locator("td").last
+    floor = float(last.inner_text().removesuffix("″"))
+    assert after < 1.05 * floor < 1.2 * floor < before
     picture(page, "added")
 
     # A second tab on the first step goes its own way.
