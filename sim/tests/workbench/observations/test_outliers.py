@@ -54,6 +54,18 @@ def test_each_single_wrong_row_is_masked_and_no_other() -> None:
         assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=5.0 * 0.1 * np.sqrt(2.0))
 
 
+def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
+    """Of one row in a hundred, some lie by chance where the other head was at another outlier."""
+    random = np.random.default_rng(4)
+    wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
+    wrong = wrong[(np.mod(wrong, ROWS // 4) >= 7) & (np.mod(wrong, ROWS // 4) < ROWS // 4 - 7)]
+    made = measurement_set()
+    above = random.random(wrong.size) < 0.5
+    made = _with_head2(made, wrong[above], SPIKE_ARCSEC)
+    made = _with_head2(made, wrong[~above], -SPIKE_ARCSEC)
+    assert sorted(_masked(made)) == sorted(wrong.tolist())
+
+
 def test_what_comes_again_at_the_same_angle_is_kept() -> None:
     """Dirt narrower than a row step, on the disc: both heads see it, in every revolution."""
 
