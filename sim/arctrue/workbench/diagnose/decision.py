@@ -75,6 +75,8 @@ class Decision:
     """The effect of the catalogue that an unknown one looks like."""
     unlike: str | None = None
     """Why it is not that one."""
+    undescribed_arcsec: dict[str, float] = field(default_factory=dict)
+    """RMS beyond the noise, by channel, where neither an effect nor a product of parts takes it."""
     next: NextMeasurement | None = None
     beside: Decision | None = None
     """What would be said with the first in the model; None where that was not asked."""
@@ -230,12 +232,14 @@ def left_undescribed(case: Case) -> Decision | None:
     survey = case.survey
     if case.best is not None:
         return None
-    for channel, p_value in survey.lack_of_fit.items():
-        noise, left = survey.noise_arcsec[channel], survey.residual_rms_arcsec[channel]
-        excess = float(np.sqrt(max(left**2 - noise**2, 0.0)))
-        if p_value < LACK_OF_FIT and excess > max(survey.matters_arcsec, LEAST_EXCESS * noise):
-            return Decision("unknown")
-    return None
+    left = {
+        channel: excess
+        for channel, p_value in survey.lack_of_fit.items()
+        if p_value < LACK_OF_FIT
+        and (excess := _excess_arcsec(survey, channel))
+        > max(survey.matters_arcsec, LEAST_EXCESS * survey.noise_arcsec[channel])
+    }
+    return Decision("unknown", undescribed_arcsec=left) if left else None
 
 
 def nothing_found(case: Case) -> Decision | None:
@@ -266,7 +270,7 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     """
     assert case.best is not None
     left = case.beside
-    if left is None or not _unknown_within(left, case.best):
+    if left is None or not _unknown_within(left, case):
         return None
     return _only_resembles(
         case, "beside it as much again is left, which no effect of the catalogue explains", left
@@ -412,12 +416,25 @@ def _for_parts(described: Candidate) -> NextMeasurement:
     return measurement_for_parts(product, temperature_known=known)
 
 
-def _unknown_within(left: Decision, first: Candidate) -> bool:
-    """What is left, or what is left of that, is unknown and of the first one's kind."""
-    if left.verdict == "unknown":
-        found = left.described or left.resembles
-        return found is None or found.gain > OF_THE_SAME_KIND * first.gain
-    return left.beside is not None and _unknown_within(left.beside, first)
+def _excess_arcsec(survey: Survey, channel: str) -> float:
+    """RMS of the residual beyond the noise of the repeats."""
+    noise, left = survey.noise_arcsec[channel], survey.residual_rms_arcsec[channel]
+    return float(np.sqrt(max(left**2 - noise**2, 0.0)))
+
+
+def _unknown_within(left: Decision, case: Case) -> bool:
+    """What is left, or what is left of that, is unknown and of the size of the first."""
+    first = case.best
+    assert first is not None
+    if left.verdict != "unknown":
+        return left.beside is not None and _unknown_within(left.beside, case)
+    found = left.described or left.resembles
+    if found is not None:
+        return found.gain > OF_THE_SAME_KIND * first.gain
+    return not left.undescribed_arcsec or any(
+        after**2 > OF_THE_SAME_KIND * (_excess_arcsec(case.survey, channel) ** 2 - after**2)
+        for channel, after in left.undescribed_arcsec.items()
+    )
 
 
 def _same(best: Candidate, product: Candidate) -> bool:

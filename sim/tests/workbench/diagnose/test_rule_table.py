@@ -80,12 +80,25 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     assert found is not None
     assert found.resembles is best
     assert leaves_its_own_kind(_case(best, beside=_unknown(small))) is None
-    # What is not described at all is large, or it would not be a lack of fit.
-    assert leaves_its_own_kind(_case(best, beside=Decision("unknown"))) is not None
     # Behind a second effect as well.
     second = Decision("named", first=best, beside=_unknown(large))  # type: ignore[arg-type]
     assert leaves_its_own_kind(_case(best, beside=second)) is not None
     assert leaves_its_own_kind(_case(best, beside=Decision("adequate"))) is None
+
+
+@pytest.mark.parametrize(("after_arcsec", "taken"), [(0.2, False), (0.4, True)])
+def test_what_nothing_describes_takes_the_name_by_its_size(
+    after_arcsec: float, taken: bool
+) -> None:
+    """Of 1″ in the reference: 0.2″ are 4 % of the variance that went, 0.4″ are 19 %."""
+    case = _case(
+        _item("hysteresis", 900.0),
+        beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}),
+    )
+    case.survey.__dict__.update(
+        noise_arcsec={"reference": 0.1}, residual_rms_arcsec={"reference": np.hypot(1.0, 0.1)}
+    )
+    assert (leaves_its_own_kind(case) is not None) is taken
 
 
 def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
