@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.gateware.correction_ramp import ramp_arcsec_s, ramp_arcsec_s2
+from arctrue.gateware.correction_ramp import ACCELERATION_MAX, ramp_arcsec_s, ramp_arcsec_s2
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_DEFAULT
 from arctrue.generated.registers import REGISTERS
 from arctrue.instrument.build import Say
@@ -128,10 +128,14 @@ class RevolutionSettings:
 
     @property
     def ramp_acceleration(self) -> int:
-        """The same of the ramp's acceleration: where time is compressed, so are its seconds."""
+        """The same of the ramp's acceleration: where time is compressed, so are its seconds.
+
+        0, no bound, where the register cannot hold it: a smaller one would be a slower ramp.
+        """
         (register,) = [r for r in REGISTERS if r.path == "ramp_acceleration"]
         preset = register.fields[0].reset or 0
-        return min(round(preset * (CLOCK_HZ / self.clock_hz) ** 2), 2**32 - 1)
+        compressed = round(preset * (CLOCK_HZ / self.clock_hz) ** 2)
+        return compressed if compressed <= ACCELERATION_MAX else 0
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
