@@ -101,7 +101,7 @@ def _ask(asked: Ambiguous) -> str:
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
 @click.option(
     "--gear-teeth",
-    type=click.FloatRange(min=0, min_open=True),
+    type=Finite(min=0, min_open=True),
     help="Of the drive; need not be whole.",
 )
 @click.option("--faces", type=click.IntRange(min=1), help="Of the polygon.")

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from rich.table import Table
 
+from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
@@ -33,18 +34,22 @@ def stop_and_go(
 
     with Progress("driving to the faces"):
         found = plain(run_stop_and_go(StopAndGoSettings(cycles=cycles, seed=seed)))
-    table = Table(title=f"24 faces, {cycles} cycles, ″", title_justify="left")
-    table.add_column("")
-    for heading in ("head 1's signal", "corrected"):
-        table.add_column(heading, justify="right", no_wrap=True)
     both = (found["raw"], found["corrected"])
-    table.add_row(
-        "error by polygon",
-        *(f"[{one['span_arcsec'][0]:.2f}, {one['span_arcsec'][1]:.2f}]" for one in both),
+    beside = table(
+        f"24 faces, {cycles} cycles, ″", words(), number("head 1's signal"), number("corrected")
     )
-    table.add_row("largest σ of a face", *(f"{max(one['deviation_arcsec']):.2f}" for one in both))
-    table.add_row("U, k = 2", *(f"{one['expanded_arcsec']:.2f}" for one in both))
-    console.print(table)
+    beside.add_row(
+        "error by polygon",
+        *(
+            f"[{figure(one['span_arcsec'][0], 2)}, {figure(one['span_arcsec'][1], 2)}]"
+            for one in both
+        ),
+    )
+    beside.add_row(
+        "largest σ of a face", *(figure(max(one["deviation_arcsec"]), 2) for one in both)
+    )
+    beside.add_row("U, k = 2", *(figure(one["expanded_arcsec"], 2) for one in both))
+    console.print(beside)
     write_json(json_file, found)
     if page_file is not None or out is not None:
         from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page

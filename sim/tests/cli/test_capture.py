@@ -13,7 +13,7 @@ from sim.tests.cli.test_monitor import COUNTS, Device
 from sim.tests.firmware.emulator import PATIENCE_S
 from sim.tests.firmware.library import firmware
 
-from arctrue.cli.capture import capture
+from arctrue.cli import main
 from arctrue.device import console
 from arctrue.device.dump import read_head, read_row
 from arctrue.measurement import read_measurement_set
@@ -60,7 +60,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[NoisyLine]:
 
 def test_changed_and_lost_rows_are_asked_for_again(device: NoisyLine, tmp_path: Path) -> None:
     arguments = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
-    done = CliRunner().invoke(capture, arguments)
+    done = CliRunner().invoke(main, ["capture", *arguments])
     assert done.exit_code == 0, done.output
     assert device.spoiled == {17, 300, 301, 302}
     taken = read_measurement_set(tmp_path / "set").capture

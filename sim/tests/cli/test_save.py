@@ -13,7 +13,7 @@ from sim.tests.firmware.flash_model import Chip, Controller
 from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware
 
-from arctrue.cli.save import save
+from arctrue.cli import main
 from arctrue.device import console
 
 RECORDS = 0xF0_0000
@@ -55,7 +55,7 @@ def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[DeviceWithFlash]:
 
 def test_a_device_saves_and_says_what(device: DeviceWithFlash) -> None:
     for number in (1, 2):
-        done = CliRunner().invoke(save, [device.port])
+        done = CliRunner().invoke(main, ["save", device.port])
         assert done.exit_code == 0, done.output
         assert f"record {number}: parameters and " in done.output
     assert device.chip.erased == [RECORDS, RECORDS + APART]
@@ -64,12 +64,12 @@ def test_a_device_saves_and_says_what(device: DeviceWithFlash) -> None:
 def test_a_flash_that_is_protected(device: DeviceWithFlash) -> None:
     device.chip.content[RECORDS] = 0
     device.chip.fault = "protected"
-    done = CliRunner().invoke(save, [device.port])
+    done = CliRunner().invoke(main, ["save", device.port])
     assert done.exit_code == 1
     assert "flash_not_erased: the flash was not erased; is it protected?" in done.output
 
 
 def test_no_device() -> None:
-    done = CliRunner().invoke(save, ["/dev/no-such-port"])
+    done = CliRunner().invoke(main, ["save", "/dev/no-such-port"])
     assert done.exit_code == 2
     assert "cannot be opened" in done.output

@@ -234,36 +234,36 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert_whole(printed(monkeypatch, demo._print_result, shown))
 
-    budget = SimpleNamespace(
-        polygon_arcsec=0.1,
-        autocollimator_arcsec=0.05,
-        repeatability_arcsec=0.2,
-        combined_arcsec=0.2,
-        mounting_eccentricity_arcsec=0.003,
-        tower_difference_arcsec=0.003,
-        expanded_arcsec=0.46,
-    )
-    span = SimpleNamespace(span_arcsec=(HUGE, -HUGE), deviation_arcsec=np.array([0.2]))
-    made = SimpleNamespace(
-        published=SimpleNamespace(
-            faces=24,
-            before_arcsec=(HUGE, 1.0),
-            after_arcsec=(-1.3, 1.6),
-            combined_arcsec=0.23,
-            largest_deviation_arcsec=0.2,
-            expanded_arcsec=0.46,
-            budget=budget,
-        ),
-        budget=budget,
-        before=span,
-        after=span,
-        residual_orders_arcsec=np.array([0.1]),
-        clocks=1,
-        settings=SimpleNamespace(cycles=10, revolution=scale),
-        applied_orders=20,
-        refused_turns=0,
-        wall_s=1.0,
-    )
+    budget = {
+        "polygon_arcsec": 0.1,
+        "autocollimator_arcsec": 0.05,
+        "repeatability_arcsec": 0.2,
+        "combined_arcsec": 0.2,
+        "mounting_eccentricity_arcsec": 0.003,
+        "tower_difference_arcsec": 0.003,
+        "expanded_arcsec": 0.46,
+    }
+    span = {"span_arcsec": [HUGE, -HUGE], "deviation_arcsec": [0.2]}
+    made = {
+        "published": {
+            "faces": 24,
+            "before_arcsec": [HUGE, 1.0],
+            "after_arcsec": [-1.3, 1.6],
+            "combined_arcsec": 0.23,
+            "largest_deviation_arcsec": 0.2,
+            "expanded_arcsec": 0.46,
+            "budget": budget,
+        },
+        "budget": budget,
+        "before": span,
+        "after": span,
+        "residual_orders_arcsec": [0.1],
+        "clocks": 1,
+        "settings": {"cycles": 10, "revolution": {"lines": 16384, "interpolation": 1024}},
+        "applied_orders": 20,
+        "refused_turns": 0,
+        "wall_s": 1.0,
+    }
     assert_whole(printed(monkeypatch, paper._print, made))
 
 

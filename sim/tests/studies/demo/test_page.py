@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import demo as command
+from arctrue.cli import main
 from arctrue.instrument import InstrumentError
 from arctrue.report.demo_page import write_demo_page
 from arctrue.studies.demo.files import ConsoleLine
@@ -136,7 +137,7 @@ def run_command(
         return outcome
 
     monkeypatch.setattr(command, "run_demo", instead)
-    answer = CliRunner().invoke(command.demo, ["--out", str(folder), "--act", "1"])
+    answer = CliRunner().invoke(main, ["demo", "--out", str(folder), "--act", "1"])
     return answer.exit_code, answer.output
 
 
@@ -164,7 +165,7 @@ def test_one_act_that_cannot_run_leaves_the_other_its_page(
 
     monkeypatch.setattr(command, "run_demo", lambda *_: result)
     monkeypatch.setattr(command, "run_second_act", no_instrument)
-    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path)])
+    answer = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
     assert answer.exit_code == 2
     assert "error: second act: no netlist here" in answer.output
     assert (tmp_path / "index.html").exists()

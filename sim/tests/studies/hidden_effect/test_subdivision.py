@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from sim.tests.studies.hidden_effect.small import LINES, small_settings
 
 from arctrue.cli import demo as command
+from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.instrument import InstrumentError
 from arctrue.measurement import read_measurement_set
@@ -164,7 +165,7 @@ def test_command_runs_the_second_act_alone(
     monkeypatch: pytest.MonkeyPatch, act: SecondAct, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(command, "run_second_act", lambda *_: act)
-    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    answer = CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--act", "2"])
     assert answer.exit_code == 0, answer.output
     assert "Within the limits" in answer.output
     assert (tmp_path / "second_act.html").exists()
@@ -174,7 +175,7 @@ def test_command_runs_the_second_act_alone(
         raise InstrumentError("no Verilator here")
 
     monkeypatch.setattr(command, "run_second_act", broken)
-    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    answer = CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--act", "2"])
     assert answer.exit_code == 2
     assert "no Verilator here" in answer.output
 
@@ -184,6 +185,6 @@ def test_a_wrong_output_ends_with_1(
 ) -> None:
     wrong = dataclasses.replace(act, faults=("worse than before",))
     monkeypatch.setattr(command, "run_second_act", lambda *_: wrong)
-    answer = CliRunner().invoke(command.demo, ["--out", str(tmp_path), "--act", "2"])
+    answer = CliRunner().invoke(main, ["demo", "--out", str(tmp_path), "--act", "2"])
     assert answer.exit_code == 1
     assert "second act: worse than before" in answer.output

@@ -71,7 +71,7 @@ def test_list_names_every_cause() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--effect", "friction"], "no cause is called 'friction'"),
+        (["--effect", "friction"], "no cause is called friction"),
         (["--effect", "latency", "--hidden"], "either --hidden or --effect"),
         (["--size", "1"], "1 sizes for 0 effects"),
         (["--effect", "latency", "--size", "0"], "must be positive"),

@@ -251,7 +251,7 @@ def test_strangers_are_drawn_and_seen(name: str) -> None:
 
 
 def test_noise_that_is_none_is_an_error() -> None:
-    with pytest.raises(ValueError, match="no cause is called latency; there are: white"):
+    with pytest.raises(ValueError, match=r"no cause is called latency\. There are: white"):
         simulate_set([], SMALL, 1, noise=[Wanted("latency")])
 
 
