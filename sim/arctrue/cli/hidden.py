@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 FULL_LINES = 16384
 USUAL_LINES = 1024
+LEAST_COUNTS = 1 << 18
+"""With fewer a turn is over before the firmware has judged the one before."""
 FOLLOWED_TURNS = 4
 
 
@@ -82,6 +84,12 @@ def hidden(
 
     if follow and effect != "thermal_eccentricity":
         raise click.UsageError("--follow is about thermal_eccentricity")
+    if lines * int(interpolation) < LEAST_COUNTS:
+        raise click.UsageError(
+            f"{lines * int(interpolation):,} counts a turn are too few: the firmware could not "
+            f"judge a turn before the next is over. --lines {LEAST_COUNTS // int(interpolation)} "
+            f"or more with --interpolation {interpolation}"
+        )
     settings = HiddenSettings.of_lines(lines, lanes, samples)
     scale = dataclasses.replace(settings.revolution, interpolation=int(interpolation))
     settings = dataclasses.replace(settings, revolution=scale)

@@ -59,6 +59,11 @@ DEPTH_STEP = 512
 """Half a degree: 23,302 edges at 2²⁴, in which noise averages out and slow errors do not."""
 
 
+LARGEST_RAMP_ARCSEC_S = 1e9
+LARGEST_RAMP_ARCSEC_S2 = 1e12
+"""The largest that the firmware's parameters take: firmware/application/parameters.c."""
+
+
 @dataclass(frozen=True, slots=True)
 class RevolutionSettings:
     """The paper's conditions; smaller where a test needs it."""
@@ -139,10 +144,12 @@ class RevolutionSettings:
 
     @property
     def ramp_parameters(self) -> dict[str, float]:
-        """Both as the firmware has them."""
+        """Both as the firmware has them, and no more than it takes."""
+        velocity = ramp_arcsec_s(self.ramp_rate, self.counts_per_rev)
+        acceleration = ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev)
         return {
-            "ramp_arcsec_s": ramp_arcsec_s(self.ramp_rate, self.counts_per_rev),
-            "ramp_arcsec_s2": ramp_arcsec_s2(self.ramp_acceleration, self.counts_per_rev),
+            "ramp_arcsec_s": min(velocity, LARGEST_RAMP_ARCSEC_S),
+            "ramp_arcsec_s2": min(acceleration, LARGEST_RAMP_ARCSEC_S2),
         }
 
     def table(self) -> RotaryTable:
@@ -185,7 +192,8 @@ class RevolutionSettings:
         largest_counts = 2 * max(-PAPER_BEFORE_ARCSEC[0], PAPER_BEFORE_ARCSEC[1])
         largest_counts /= self.arcsec_per_count
         rate, acceleration = self.ramp_rate * 2.0**-35, self.ramp_acceleration * 2.0**-59
-        ramp_s = (largest_counts / rate + rate / acceleration) / self.clock_hz
+        gathering = rate / acceleration if acceleration else 0.0
+        ramp_s = (largest_counts / rate + gathering) / self.clock_hz
         read_s = 2 * self.samples * _CLOCKS_A_READ / self.clock_hz
         return (ramp_s + read_s + self.calculation_s) * self.speed_rad_s + 2 * _SPARE_RAD
 
