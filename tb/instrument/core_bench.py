@@ -22,6 +22,10 @@ CHANNELS = ("aw", "w", "ar")
 GIVEN = ("awvalid", "wvalid", "arvalid", "bready", "rready")
 SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
+CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
+"""Words of the register: captures in equal time, in equal angle, from outside; parts disabled."""
+COMMANDS = ("clear_head1", "clear_head2", "clear_output", "swap", "compare_arm", "alive")
+
 Access = tuple[bool, int, int, int]
 """Write, address, word, strobe."""
 
@@ -44,10 +48,13 @@ def set_up() -> Iterator[Access]:
         ("ramp_acceleration", 2**32 - 1),
         ("output_spacing", 1),
         ("minimum_edge_spacing", 4),
-        ("interrupt_enable", 0x3FF),
+        ("interrupt_enable", 0x7FF),
+        ("pulse_widths", 3 << 16 | 2),
+        ("compare.first", 4),
+        ("compare.interval", 8),
     ):
         yield True, address(path), word, 15
-    yield command("rearm", "clear_head1", "clear_head2")
+    yield command("rearm", "clear_head1", "clear_head2", "compare_arm")
     yield from [(False, address("scratch"), 0, 0)] * 40
     yield True, address("control"), 0b0111, 15
 
@@ -85,13 +92,13 @@ def accesses(draw: random.Random) -> Iterator[Access]:
         elif kind < 0.76:
             yield from coefficients(draw)
         elif kind < 0.82:
-            yield True, address("control"), draw.choice((0b0111, 0b1111, 0b0110, 0b0101)), 15
+            yield True, address("control"), draw.choice(CONTROLS), 15
         elif kind < 0.88:
-            yield True, address("interrupt_status"), draw.getrandbits(10), draw.getrandbits(4)
+            yield True, address("interrupt_status"), draw.getrandbits(11), draw.getrandbits(4)
         elif kind < 0.94:
             yield draw.random() < 0.5, draw.randrange(0, 2**18), draw.getrandbits(32), 15
         elif kind < 0.97:
-            yield command(*draw.sample(("clear_head1", "clear_head2", "clear_output", "swap"), 2))
+            yield command(*draw.sample(COMMANDS, 2))
         else:
             yield True, address(draw.choice(("angle_step", "sample_period"))), 5, 15
 
@@ -160,14 +167,28 @@ class Heads:
         return pins
 
 
+class Beside:
+    """Instruments beside the table: edges that ask for a sample, and that latch the position."""
+
+    def __init__(self, draw: random.Random) -> None:
+        self.draw = draw
+        self.pins = {"sync_in": 0, "probe_in": 0}
+
+    def next_clock(self) -> dict[str, int]:
+        for name in self.pins:
+            if self.draw.random() < 0.05:
+                self.pins[name] ^= 1
+        return self.pins
+
+
 @cocotb.test()
 async def note_everything(dut) -> None:
     folder = Path(os.environ["ARCTRUE_EQUAL_FOLDER"])
     draw = random.Random(int(os.environ.get("ARCTRUE_EQUAL_SEED", "1")))
-    master, heads = Master(draw), Heads(draw)
+    master, heads, beside = Master(draw), Heads(draw), Beside(draw)
     told = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
     outputs = [getattr(dut, name) for name in told]
-    names = ["reset", *master.inputs, *heads.next_clock()]
+    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock()]
     drivers = [getattr(dut, name) for name in names]
     inputs: list[list[int]] = []
     noted: list[list[str]] = []
@@ -182,7 +203,8 @@ async def note_everything(dut) -> None:
             master = Master(draw)
         else:
             master.next_clock(accepted)
-        row = list({"reset": reset, **master.inputs, **heads.next_clock()}.values())
+        pins = heads.next_clock() | beside.next_clock()
+        row = list({"reset": reset, **master.inputs, **pins}.values())
         for place, value in enumerate(row):
             if value != last[place]:
                 drivers[place].value = value

@@ -177,10 +177,15 @@ def quadrature_output(random: np.random.Generator) -> Stimulus:
     clocks, turn = 4000, 37
     position = walk(random, clocks, 2) // 2 + 2**31 - 200
     position += np.where(np.arange(clocks) > clocks // 2, 300, 0)
+    pins = {
+        name: held(pulses(random, 0.5, clocks // 100), 100)
+        for name in ("invert_a", "invert_b", "invert_z", "swap_ab")
+    }
     return {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 50), 50),
         "clear": pulses(random, 0.005, clocks),
+        **pins,
         "corrected_position": (position % 2**32).tolist(),
         "corrected_angle": (position % turn).tolist(),
         "referenced": held(pulses(random, 0.8, clocks // 50), 50),
@@ -206,7 +211,9 @@ def sampler(random: np.random.Generator) -> Stimulus:
     return {
         "reset": reset_first(clocks, random, 0.0005),
         "enable": held(pulses(random, 0.9, clocks // 100), 100),
-        "mode": held([0, 1, 0, 1, 1], clocks // 5),
+        # Equal time, equal angle, from outside, and none.
+        "mode": held([0, 1, 2, 0, 1, 2, 3, 1, 2, 1], clocks // 10),
+        "external": pulses(random, 0.1, clocks),
         "sample_period": held([11, 1, 5, 7, 15], clocks // 5),
         "angle_step": held([7, 5, 5, 11, 1], clocks // 5),
         "counts_per_rev": [turn] * clocks,

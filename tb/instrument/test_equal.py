@@ -72,9 +72,12 @@ def test_core(generics: dict[str, int], tmp_path: Path) -> None:
     noted = json.loads((tmp_path / "noted.json").read_text(encoding="utf-8"))
     unknown = [word for word in noted["s_axil_rdata"][CORE_SETTLED:] if set(word) - {"0", "1"}]
     assert len(unknown) < len(noted["s_axil_rdata"]) / 10
-    # What the comparison has to have met: answers of both kinds, an interrupt, a moving output.
+    # What the comparison has to have met: answers of both kinds, an interrupt, a moving output,
+    # samples told to the instruments beside the table, positions reached, an alarm.
     assert {"00", "10"} <= set(noted["s_axil_rresp"]) & set(noted["s_axil_bresp"])
     assert {"0", "1"} <= set(noted["interrupt"]) & set(noted["out_a"]) & set(noted["out_z"])
+    assert {"0", "1"} <= set(noted["trigger_out"]) & set(noted["compare_out"])
+    assert {"0", "1"} <= set(noted["alarm"])
 
 
 def test_a_broken_netlist_is_noticed(tmp_path: Path) -> None:

@@ -112,9 +112,17 @@ class Scene:
     def firmware(self) -> Firmware:
         return self.instrument.firmware
 
-    def calibrate(self) -> None:
-        """The first turn is captured and applied, the second tells the zeros of both tracks."""
+    def calibrate(self, flag_reason: str | None = None) -> None:
+        """The first turn is captured and applied, the second tells the zeros of both tracks.
+
+        ``flag_reason``: a flag of a head is set. The first turn is refused for it, and so is the
+        one after it where that has begun before the firmware clears the flag.
+        """
         self.next_turn()
+        if flag_reason is not None:
+            assert self.told["reason"] == flag_reason
+            if self.next_turn()["reason"] == flag_reason:
+                self.next_turn()
         assert self.told["result"] == "applied"
         self.settle()
         self.record()

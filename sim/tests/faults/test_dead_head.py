@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from sim.tests.faults.conftest import MakeScene
 from sim.tests.faults.scene import Scene
-from sim.tests.faults.setting import COUNTS
+from sim.tests.faults.setting import CLOCKS_A_COUNT, COUNTS, PERIOD_COUNTS
 
 from arctrue.instrument import HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z, PinFault
 
@@ -71,9 +71,10 @@ def test_head_1_dead(scene: Scene, level: str) -> None:
     scene.recovers()
 
 
+@pytest.mark.parametrize("back_after", range(PERIOD_COUNTS))
 @pytest.mark.parametrize("pins", [HEAD1, HEAD2])
-def test_head_dead_from_the_start(make_scene: MakeScene, pins: int) -> None:
-    """No index, no correction: the output repeats head 1."""
+def test_head_dead_from_the_start(make_scene: MakeScene, pins: int, back_after: int) -> None:
+    """No index, no correction: the output repeats head 1. It comes back anywhere in a period."""
     scene = make_scene(None, None, PinFault(0, 1 << 40, low=pins))
     scene.record()
     scene.turn(2.0)
@@ -83,5 +84,13 @@ def test_head_dead_from_the_start(make_scene: MakeScene, pins: int) -> None:
     recording = scene.instrument.recording()
     assert abs(recording.output.edges - recording.head1.edges) <= 2
     assert recording.illegal == 0
+    scene.instrument.run(back_after * CLOCKS_A_COUNT)
     scene.instrument.disturb()
-    scene.calibrate()
+    scene.turn(0.01)
+    assert scene.firmware.phase == "wait_for_index"
+    # As above, a flag depends on where the head stands when it is back.
+    flags = scene.faults()
+    head = "head1" if pins == HEAD1 else "head2"
+    reasons = {f"{head}.illegal": "illegal_transition", f"{head}.overspeed": "edge_spacing"}
+    assert flags <= set(reasons)
+    scene.calibrate(next((why for flag, why in reasons.items() if flag in flags), None))

@@ -37,7 +37,8 @@ def test_proof(proof: Proof, tmp_path: Path) -> None:
 
 @needs_tools
 def test_a_fault_that_changes_nothing_is_reported(tmp_path: Path) -> None:
-    harmless = Break("nothing", "      b <= phase_then(1);\n", "      b <= phase_then(1); --\n")
+    line = "      b_level := phase_then(1);"
+    harmless = Break("nothing", f"{line}\n", f"{line} --\n")
     (fault,), _ = check(replace(OUTPUT, breaks=(harmless,)), tmp_path)
     assert fault == "quadrature_output: the proof does not notice that nothing"
 
