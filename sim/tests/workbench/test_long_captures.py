@@ -251,8 +251,8 @@ def test_the_command_judges_all_rows_and_tells_how_far_it_is(
         ["compare", str(tmp_path / "set"), "--model", str(model), "--no-fit", "--json", str(out)],
     )
     assert done.exit_code == 0, done.output
-    assert "reading capture.csv: 100% of" in done.stderr
-    assert f"comparing: 100% of {ROWS:,} rows" in done.stderr
+    assert "reading capture.csv: 100 % of" in done.stderr
+    assert f"comparing: 100 % of {ROWS:,} rows" in done.stderr
     channel = json.loads(out.read_text(encoding="utf-8"))["channels"]["capture"]
     assert channel["rows"] == ROWS
     # The stored figures are of every row as well, and of the same coefficients. The offsets of the

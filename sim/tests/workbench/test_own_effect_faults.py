@@ -5,6 +5,7 @@ from __future__ import annotations
 import _thread
 import contextlib
 import re
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -168,8 +169,13 @@ def test_ctrl_c_within_an_effect_is_no_fault_of_it(
     )
     # The same signal as Ctrl-C, while the loop of the effect runs.
     monkeypatch.setattr(_thread, "stop", _thread.interrupt_main, raising=False)
-    with pytest.raises(KeyboardInterrupt):
-        _columns(effect, observations)
+    # A run of tests that a shell started in the background ignores SIGINT, which its tests inherit.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _columns(effect, observations)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize(

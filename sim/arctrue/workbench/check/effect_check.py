@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.check.formula import formula_faults
-from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
+from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear, SearchParameter
 from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.model.model_file import known_unit
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -98,13 +98,9 @@ class _Subject:
         )
         self.names = effect.column_names(observations)
         self.places = [
-            {item.name: _between(item.low, item.high, share) for item in effect.search}
+            {item.name: _value(item, share) for item in effect.search}
             for share in ((0.0, 0.5, 1.0) if effect.search else (0.0,))
         ]
-        for place in self.places:
-            for item in effect.search:
-                if item.integer:
-                    place[item.name] = float(round(place[item.name]))
         self.channels: dict[str, Rows] = {
             name: rows
             for name, rows in (
@@ -222,36 +218,44 @@ class _Subject:
     def searched(self) -> Check:
         faults = []
         for item in self.effect.search:
-            first, second = dict(self.places[1]), dict(self.places[1])
             # No ends of the range: those of an angle may be the same place.
-            first[item.name] = _between(item.low, item.high, 0.3)
-            second[item.name] = _between(item.low, item.high, 0.9)
+            low, high = _value(item, 0.3), _value(item, 0.9)
+            # Two parameters may exclude each other, as the order and the frequency of a line do:
+            # one that acts at any place is searched.
             changes = any(
-                not _same(columns, self._columns(rows, second))
+                not _same(columns, self._columns(rows, {**place, item.name: high}))
+                for place in self.places[1:]
                 for rows in self.channels.values()
-                if (columns := self._columns(rows, first)) is not None
+                if (columns := self._columns(rows, {**place, item.name: low})) is not None
             )
             if not changes and self.effect.step_at is None:
-                reach = f"{first[item.name]:g} and {second[item.name]:g}"
-                faults.append(f"{item.name} changes no column between {reach}")
+                faults.append(f"{item.name} changes no column between {low:g} and {high:g}")
         words = ", ".join(item.name for item in self.effect.search)
         return _check("searched parameters", faults, words or "nothing is searched")
 
     def parameters(self) -> Check:
         ones = np.ones(len(self.names))
-        told = self.effect.parameters(ones, np.diag(ones), self.places[0], self.observations)
+        units: dict[str, set[str]] = {}
+        # A line in time has a frequency, one in the angle an order: what is given at any place.
+        for place in self.places[1:] or self.places:
+            told = self.effect.parameters(ones, np.diag(ones), place, self.observations)
+            told = {**told, **self.effect.derived(told, place, self.observations)}
+            for name, item in told.items():
+                units.setdefault(name, set()).add(item.unit)
         faults = [
-            f"{name}: unit {item.unit!r} is not known to model files"
-            for name, item in told.items()
-            if not known_unit(item.unit)
+            f"{name}: unit {unit!r} is not known to model files"
+            for name, found in units.items()
+            for unit in sorted(found)
+            if not known_unit(unit)
         ]
         for name, unit in self.effect.parameter_units.items():
-            given = [item for key, item in told.items() if _stands_for(name, key)]
+            given = set().union(*(found for key, found in units.items() if _stands_for(name, key)))
             if not given:
                 faults.append(f"{name} stands in parameter_units, and parameters does not give it")
-            elif given[0].unit != unit:
-                faults.append(f"{name}: parameter_units says {unit}, parameters {given[0].unit}")
-        return _check("fitted parameters", faults, ", ".join(told))
+            elif given != {unit}:
+                other = ", ".join(sorted(given - {unit}))
+                faults.append(f"{name}: parameter_units says {unit}, parameters {other}")
+        return _check("fitted parameters", faults, ", ".join(units))
 
     def _stacked(self, terms: Sequence[Term]) -> Float:
         """Columns of both channels one below the other, ″."""
@@ -327,8 +331,10 @@ def _stands_for(pattern: str, name: str) -> bool:
     return re.fullmatch("_".join(words), name) is not None
 
 
-def _between(low: float, high: float, share: float) -> float:
-    return low + share * (high - low)
+def _value(item: SearchParameter, share: float) -> float:
+    """Of a search parameter, that share of its range from its low end; whole where it must be."""
+    value = item.low + share * (item.high - item.low)
+    return float(round(value)) if item.integer else value
 
 
 def _same(first: Float, second: Float | None) -> bool:
