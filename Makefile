@@ -13,6 +13,7 @@ MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
+COVERAGE ?= tb
 TIER ?= dev
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
@@ -22,7 +23,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal coverage bench blind peers fuzz mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -105,6 +106,10 @@ synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, bud
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
+
+coverage: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.coverage $(COVERAGE)
 
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
