@@ -101,7 +101,7 @@ instrument: generate ## the virtual instrument: core of 32 lanes as a compiled n
 synth: generate ## GHDL and Yosys: LUT, FF, DSP, RAM of every unit and fold, budgets checked; longest paths
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.synth --folds 2 4 8
-	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json
+	$(VENV)/python -m scripts.timing --netlist build/synth/arctrue_core/arctrue_core.flat.json --limit 7
 
 formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
