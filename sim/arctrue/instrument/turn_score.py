@@ -107,26 +107,29 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
     """The score of each turn of travel from the kept edges; None where a turn holds no edge.
 
-    ``travel_turns`` (n,) is the travel at each kept edge: 0 to 1 is the first turn.
+    ``travel_turns`` (n,) is the travel at each kept edge, which never falls: 0 to 1 is the first
+    turn.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
     error_arcsec = position_counts * (ARCSEC_A_TURN / track.counts_per_rev)
     place = np.floor(np.mod(track.true_angle_rad, TURN_RAD) * (BINS / TURN_RAD)).astype(np.int64)
     place = np.minimum(place, BINS - 1)
-    turn = np.floor(travel_turns).astype(np.int64)
+    ends = np.searchsorted(travel_turns, np.arange(turns + 1))
     found: list[TurnScore | None] = []
     zero: float | None = None
     for number in range(turns):
-        here = (turn == number) & np.isfinite(error_arcsec)
-        if not here.any():
+        within = slice(ends[number], ends[number + 1])
+        known = np.isfinite(error_arcsec[within])
+        error, bin_number = error_arcsec[within][known], place[within][known]
+        if not error.size:
             found.append(None)
             continue
-        edges = np.bincount(place[here], minlength=BINS)
+        edges = np.bincount(bin_number, minlength=BINS)
         with np.errstate(invalid="ignore"):
-            bins = np.bincount(place[here], error_arcsec[here], BINS) / edges
+            bins = np.bincount(bin_number, error, BINS) / edges
         mean = float(np.nanmean(bins))
         zero = mean if zero is None else zero
-        single = error_arcsec[here] - mean
+        single = error - mean
         found.append(
             TurnScore(
                 error_arcsec=bins - mean,
@@ -134,7 +137,7 @@ def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnS
                 edges_rms_arcsec=float(np.sqrt(np.mean(single**2))),
                 every_edge_arcsec=(float(single.min()), float(single.max())),
                 amplitude_arcsec=amplitudes(bins - mean),
-                edges=int(here.sum()),
+                edges=error.size,
             )
         )
     return found

@@ -116,7 +116,8 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     for recipe in REGISTRY.values():
         assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
     files = {recipe.cause for recipe in REGISTRY.values()}
-    assert set(CAUSES) - files == {"disc_eccentricity"}
+    # The first is in every table; the second is for long runs, which nobody draws.
+    assert set(CAUSES) - files == {"disc_eccentricity", "creeping_centre"}
 
 
 @pytest.mark.parametrize(
