@@ -14,6 +14,7 @@ BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
 TIER ?= dev
+SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
@@ -22,7 +23,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench blind peers fuzz mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -109,6 +110,10 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
+
+warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=full: 2²⁴ counts, half an hour)
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.warming $(SCALE)
 
 blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)

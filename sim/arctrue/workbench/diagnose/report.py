@@ -250,6 +250,7 @@ def _compensation(item: Candidate) -> str:
         "lanes": "The gateware can compensate it with lanes",
         "offset": "The gateware can compensate it with its offset",
         "none": "The gateware cannot compensate it",
+        "reference": "There is nothing to compensate",
     }[item.effect.compensation]
     note = item.effect.compensation_note
     return f"{words}: {note}." if note else f"{words}."

@@ -245,14 +245,21 @@ def fit(
 
 def context_of(solution: Solution) -> FitContext:
     """ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
+    places = range(len(solution.terms))
+    return context_of_terms(
+        solution.terms, [solution.coefficients[solution.part(index)] for index in places]
+    )
+
+
+def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
+    """The same of terms and the coefficients of each."""
     orders: list[int] = []
     cosines: list[float] = []
     sines: list[float] = []
     at_angle: list[bool] = []
     known: dict[str, NDArray[np.float64]] = {}
-    for index, term in enumerate(solution.terms):
+    for term, values in zip(terms, coefficients, strict=True):
         found = term.effect.disc_orders(term.nonlinear)
-        values = solution.coefficients[solution.part(index)]
         if term.effect.depends_on_model:
             known[term.effect.name] = values
         for place, order in enumerate(found):

@@ -36,6 +36,7 @@ class PolygonFaceError(Effect):
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.1 to 0.5″"
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}
+    compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
 
     def missing(self, observations: Observations) -> list[str]:
