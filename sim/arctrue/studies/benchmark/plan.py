@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
-from arctrue.studies.campaign import Campaign, Task
+from arctrue.studies.campaign import Campaign, Sources, Task
 from arctrue.whole_file import write_whole_text
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -27,6 +28,7 @@ SCORING = tuple(
     f"studies/benchmark/{name}.py" for name in ("oracle", "outcome", "intervals", "score")
 )
 FILE = "plan.json"
+WORK = "arctrue.studies.benchmark.work:run_set"
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
 """Of the sets of each world. Of 6,600 sets: 308 with nothing a world, 2,640 with one cause of the
 catalogue, 1,188 with what is in none, 924 with two or three."""
@@ -96,9 +98,9 @@ class Plan:
     def campaign(self, folder: Path, subject: str) -> Campaign:
         """The campaign of one subject. Raises PlanError where the code is another than sealed."""
         self.check()
-        work = "arctrue.studies.benchmark.work:run_set"
         facts = {"plan": asdict(self), "subject": subject}
-        return Campaign(work, self.tasks(subject), folder / subject, facts)
+        sources = sources_of(subject)
+        return Campaign(WORK, self.tasks(subject), folder / subject, facts, sources=sources)
 
     def check(self) -> None:
         """Raise PlanError where generator or scoring are not those that the plan was made with."""
@@ -120,6 +122,13 @@ def _contents(number: int) -> list[str]:
         given[content] += 1
         found.append(content)
     return found
+
+
+def sources_of(subject: str) -> Sources:
+    """What the answers of a subject depend on: for a rival, not on the diagnosis."""
+    who = SUBJECTS[subject]
+    modules = () if who.whole_package else (WORK.partition(":")[0], who.module)
+    return Sources(modules, who.libraries)
 
 
 def files_digest(names: tuple[str, ...]) -> str:
