@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arctrue.report.log_scale import set_log_x
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
-from arctrue.whole_file import whole_file
 
 PICTURE = "calibration_budget.svg"
 TITLES = {"least_squares": "least squares (`arctrue calibrate`)", "paper": "the paper's method"}
@@ -202,10 +202,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_ylabel("U (k = 2), ″")
         curve.set_title("Expanded uncertainty of the correction over the turn")
         curve.legend(fontsize=8, ncols=2)
-        folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, format="svg", metadata={"Date": None})
-    return path
+        return save_picture(figure, path)
 
 
 def _value(arcsec: float) -> str:
