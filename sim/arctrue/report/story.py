@@ -1,4 +1,4 @@
-"""The page of a look in the order of the thought: what each section says, for a template.
+"""The text of each section of the page, in the page's order, for a template.
 
 The set, measurement and model, where it fails, the finding, what is missing, ladder, device.
 """
