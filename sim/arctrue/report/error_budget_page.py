@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.percent import percent
 from arctrue.report.log_scale import set_log_x
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
@@ -79,7 +80,7 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         "repeats with the lines of the disc. Its size is an",
         "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) finds "
         "the real one.",
-        f"- {share:.0%} of the noise comes through order 11 alone, by α = 33°: "
+        f"- {percent(share)} of the noise comes through order 11 alone, by α = 33°: "
         "[the angle between the heads](head-angle.md).",
         "- What the paper's method adds are the uneven sampling and the approximation in (8); "
         "least squares at the readings has neither.",
