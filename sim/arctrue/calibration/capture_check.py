@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement.measurement_set import Capture
+from arctrue.percent import percent
 
 Reason = Literal[
     "empty",
@@ -196,7 +197,7 @@ def _check_steps(
         raise CaptureRefusedError("reversal", "a reversal: " + expected, run, sample)
     raise CaptureRefusedError(
         "wrong_step",
-        f"a wrong step: {expected}, and {STEP_TOLERANCE:.0%} is allowed; "
+        f"a wrong step: {expected}, and {percent(STEP_TOLERANCE)} is allowed; "
         "was the speed even and the sampling regular?",
         run,
         sample,
