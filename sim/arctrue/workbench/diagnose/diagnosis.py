@@ -121,7 +121,7 @@ def diagnose(
         progress(f"once more beside {first.name}")
         # A line beside its place would leave a rest for others.
         left = Residuals(refined(first.solution))
-        return survey(left, effects, matters, lambda text: None)
+        return survey(left, effects, matters, lambda text: None, negligible=False)
 
     found = decide(Case(tried, effects, with_first))
     result = _told(observations, tried, found)
