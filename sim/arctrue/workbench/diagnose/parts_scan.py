@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.parts import (
+from arctrue.workbench.effects.product_of_parts import (
     Condition,
     Frame,
     ProductOfParts,
