@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement.measurement_set import Capture
+from arctrue.percent import percent
 from arctrue.runs import run_spans
 
 Reason = Literal[
@@ -192,7 +193,7 @@ def _check_steps(
         raise CaptureRefusedError("reversal", "a reversal: " + expected, run, sample)
     raise CaptureRefusedError(
         "wrong_step",
-        f"a wrong step: {expected}, and {STEP_TOLERANCE:.0%} is allowed; "
+        f"a wrong step: {expected}, and {percent(STEP_TOLERANCE)} is allowed; "
         "was the speed even and the sampling regular?",
         run,
         sample,

@@ -47,6 +47,11 @@ def polygon(*effects: PhysicalEffect) -> None:
     measure_with_polygon(table(*effects), faces=4, cycles=1, random=np.random.default_rng(1))
 
 
+def counter(*effects: PhysicalEffect) -> None:
+    # What studies of a method or of a budget read.
+    table(*effects).counts(0, MOTION.state(np.array([0.5])))
+
+
 def virtual_instrument(*effects: PhysicalEffect) -> None:
     TableCurves(table(*effects), MOTION, 1e6)
 
@@ -83,6 +88,7 @@ CONSUMERS = {
     edges: SIGNALS,
     sampled: READING,
     polygon: READING,
+    counter: READING,
     virtual_instrument: SIGNALS,
     hidden_effect: SIGNALS,
     heads_only: CAPTURE,

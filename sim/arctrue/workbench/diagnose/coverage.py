@@ -1,4 +1,4 @@
-"""How far a verdict sees: sizes that would have been found, and what the set cannot test."""
+"""What a verdict covers: sizes that would have been found, and what the set cannot test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which product of parts takes most from what a model leaves."""
+"""Finds the product of parts that explains most of a model's residual variance."""
 
 from __future__ import annotations
 

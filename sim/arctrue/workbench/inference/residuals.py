@@ -1,4 +1,4 @@
-"""What a fitted model leaves, and how much of it further columns would take."""
+"""Residuals of a fitted model, and the part of their variance that further columns explain."""
 
 from __future__ import annotations
 

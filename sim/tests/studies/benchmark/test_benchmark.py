@@ -16,6 +16,7 @@ from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
+from arctrue.studies.benchmark.diagnosis import answer_of
 from arctrue.studies.benchmark.frozen import differing, frozen_digests, set_name, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
@@ -28,7 +29,6 @@ from arctrue.studies.benchmark.page import INDEPENDENCE, page
 from arctrue.studies.benchmark.plan import TIERS, PlanError, make_plan, read_plan
 from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
-from arctrue.studies.benchmark.subject import answer_of
 from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.benchmark.worlds import CATALOGUE, WORLDS
 from arctrue.studies.campaign import task_key

@@ -46,8 +46,8 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
 ) -> None:
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600 * HEATED_K
     # The paper's coefficients are of the cold turn.
-    assert centre.paper.order_arcsec[0] == pytest.approx(geometry, rel=0.02)
-    assert centre.corrected.order_arcsec[0] < 0.5 * COUNT_ARCSEC
+    assert centre.paper.amplitude_arcsec[0] == pytest.approx(geometry, rel=0.02)
+    assert centre.corrected.amplitude_arcsec[0] < 0.5 * COUNT_ARCSEC
     follows = centre.examined.export(4, None).coefficients
     assert follows.thermal is not None
     assert 1 in follows.thermal.orders
@@ -115,9 +115,9 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
     # Order 2 of the cold turn is in the firmware's coefficients; the heat's part is not.
-    assert lobes.paper.order_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
-    assert lobes.corrected.order_arcsec[1] < 0.5 * COUNT_ARCSEC
-    assert lobes.corrected.rms_arcsec < 0.1 * lobes.paper.rms_arcsec
+    assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
+    assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
+    assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec
     thermal = lobes.examined.export(4, None).coefficients.thermal
     assert thermal is not None
     assert 2 in thermal.orders

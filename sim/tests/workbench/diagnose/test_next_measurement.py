@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.benchmark.subject import diagnosed
+from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER, full, lean, with_further
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table.causes.registry import RECIPES
