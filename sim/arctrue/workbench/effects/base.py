@@ -243,6 +243,15 @@ class Effect(ABC):
         """
         return paired_lanes(self.disc_orders(nonlinear), coefficients)
 
+    @property
+    def parts(self) -> list[str]:
+        """Public names of the parts that it is put together from; none: an effect of its own."""
+        return []
+
+    def describe(self, parameters: Mapping[str, Parameter]) -> str:
+        """The effect in a few words, with its size; the default is its name."""
+        return self.name
+
     def missing(self, observations: Observations) -> list[str]:
         """What the set lacks for a test of this effect, in words; empty: it can be tested."""
         return []
