@@ -13,6 +13,7 @@ from scripts.mutation import Mutation
 DIAGNOSE = "sim/arctrue/workbench/diagnose"
 GUARDS = "sim/tests/workbench/diagnose/test_guards.py"
 COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
+RULE_TABLE = "sim/tests/workbench/diagnose/test_rule_table.py"
 OUTLIERS = "sim/tests/workbench/observations/test_outliers.py"
 PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 
@@ -209,6 +210,22 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "    if unseen <= UNSEEN_SHARE * tried:\n",
         "    if unseen <= tried:\n",
         f"{COVERAGE}::test_a_residual_smaller_than_what_can_be_found_cannot_tell",
+    ),
+    Mutation(
+        "one_reversal_is_enough",
+        "what changed with time at the only reversal of a set is named a reversal error",
+        "sim/arctrue/workbench/effects/catalogue/hysteresis.py",
+        "LEAST_REVERSALS = 2\n",
+        "LEAST_REVERSALS = 1\n",
+        f"{GUARDS}::test_a_single_reversal_is_a_step_in_time_as_well",
+    ),
+    Mutation(
+        "an_event_is_counted_where_rows_show_it",
+        "knocks in slow noise, which tells of rows left out, are one slip",
+        f"{DIAGNOSE}/decision.py",
+        "and (self.survey.confirmed(item) or _is_sure(item))",
+        "and self.survey.confirmed(item)",
+        f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
     ),
     Mutation(
         "outliers_stay",

@@ -172,6 +172,15 @@ class Case:
         return [*(self.others[name] for name in similar.equals), *near]
 
     @cached_property
+    def look_alikes(self) -> dict[str, list[str]]:
+        """Effects that this set cannot test and that would look like the best, with what it
+        lacks."""
+        best, survey = self.best, self.survey
+        if best is None or best.effect.unspecific:
+            return {}
+        return look_alikes(best, survey.residuals, survey.untestable, self.effects)
+
+    @cached_property
     def stand_in(self) -> Candidate | None:
         """A product of parts that explains what the best explains, and is none of its class."""
         best, product = self.best, self.product
@@ -338,16 +347,19 @@ def cannot_be_split(case: Case) -> Decision | None:
     if found.kind is None and best.lacking_variety:
         found = measurement_for_variety(best)
     why = f"it needs {'; '.join(best.lacking_variety)}" if best.lacking_variety else None
-    return _of_class(case, "ambiguous", described=stranger, unconfirmed=why, measurement=found)
+    return _of_class(
+        case,
+        "ambiguous",
+        described=stranger,
+        unconfirmed=why,
+        look_alikes=case.look_alikes if best.lacking_variety else None,
+        measurement=found,
+    )
 
 
 def looks_like_untestable(case: Case) -> Decision | None:
     """An effect that this set cannot test would look the same."""
-    best, survey = case.best, case.survey
-    assert best is not None
-    found = {}
-    if not best.effect.unspecific:
-        found = look_alikes(best, survey.residuals, survey.untestable, case.effects)
+    found = case.look_alikes
     if not found:
         return None
     lacking = "; ".join(sorted({what for items in found.values() for what in items}))
@@ -473,6 +485,8 @@ def _is_sure(item: Candidate) -> bool:
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
     if best.effect.unspecific and product.effect.parts[0].startswith("order:"):  # type: ignore[attr-defined]
+        return True
+    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):  # type: ignore[attr-defined]
         return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety
