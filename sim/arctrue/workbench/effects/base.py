@@ -191,6 +191,8 @@ class Effect(ABC):
     """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     unspecific: ClassVar[bool] = False
     """It says what is seen and not why: an effect that says more, and fits as well, is named."""
+    in_parts: ClassVar[tuple[str, ...]] = ()
+    """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 

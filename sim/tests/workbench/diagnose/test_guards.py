@@ -246,6 +246,17 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
     assert found.effect_class == ["hysteresis", "latency"]
 
 
+@pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
+def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
+    """All stations up, then all down: what changed in between looks like the reversal."""
+    made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
+    found = diagnose(observations_of(made), [_base()], EFFECTS)
+    assert found.verdict == verdict
+    assert found.effect_class[0] == "hysteresis"
+    # It is the product of direction and nothing else by definition: no second word for it.
+    assert found.described is None
+
+
 def test_what_says_why_goes_before_what_says_what_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
