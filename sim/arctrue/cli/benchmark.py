@@ -110,7 +110,7 @@ def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
     beside = None if peers is None else score_beside(peers)
-    write_whole_text(path, page_of(header["plan"], header["code"], found, beside))
+    write_whole_text(path, page_of(header, found, beside))
     console.print(f"wrote {path}")
 
 

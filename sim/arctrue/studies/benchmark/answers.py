@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.frozen import folder_digest, set_name
 from arctrue.studies.benchmark.outcome import Judged
-from arctrue.studies.benchmark.plan import TIERS, Plan, read_plan
+from arctrue.studies.benchmark.plan import FILE, TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import read_results
+from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
 VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
@@ -52,6 +54,7 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
     if TIERS[plan.tier].seed is None:
         plan.check()
     results = read_results([folder / subject for folder in folders])
+    _check_plan(folders[0], plan, subject)
     sets = judged((item.task, item.result) for item in results)
     if answers is not None:
         sets = _answered(sets, answers)
@@ -63,9 +66,11 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     """The scores of every subject of which ``folder`` has results, over the sets that all have.
 
-    Each with the state of the code (``source``) that made its answers.
+    Each with the ``header`` of the campaign that made its answers: a subject's answers are of one
+    state of what they depend on (see sources_of), and those of two subjects may differ in it.
 
-    Raises PlanError where there is no plan, AnswersError where there are no results.
+    Raises PlanError where there is no plan, AnswersError where there are no results, or where
+    subjects were asked about other sets or calculated with other libraries.
     """
     plan = read_plan(folder)
     results = {
@@ -75,10 +80,17 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     }
     if not results:
         raise AnswersError(f"{folder}: no subject has answered yet: first arctrue benchmark run")
-    headers = {name: read_header(folder / name) for name in results}
-    plans = [header.get("plan") for header in headers.values()]
-    if any(other != plans[0] for other in plans):
-        raise AnswersError(f"{folder}: its subjects were asked about sets of two generators")
+    headers = {name: _check_plan(folder, plan, name) for name in results}
+    first, *others = (
+        (name, {library: header["code"].get(library) for library in LIBRARIES})
+        for name, header in headers.items()
+    )
+    for name, libraries in others:
+        if libraries != first[1]:
+            raise AnswersError(
+                f"{folder}: {first[0]} calculated with {first[1]}, {name} with {libraries}: "
+                "results of two states are not mixed; run one of them again in a new folder"
+            )
     common = set.intersection(*(set(items) for items in results.values()))
     order = [set_name(task) for task in plan.tasks("")]
     return {
@@ -86,10 +98,21 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
             **scored(
                 judged((items[key].task, items[key].result) for key in order if key in common)
             ),
-            "source": headers[name]["code"]["arctrue"],
+            "header": headers[name],
         }
         for name, items in results.items()
     }
+
+
+def _check_plan(folder: Path, plan: Plan, subject: str) -> dict[str, Any]:
+    """The header of a subject's results. Raises AnswersError where they are of another plan."""
+    header = read_header(folder / subject)
+    if header.get("plan") != asdict(plan):
+        raise AnswersError(
+            f"{folder / subject} has answers to the sets of another plan than "
+            f"{folder / FILE}: results of two states are not mixed"
+        )
+    return header
 
 
 def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
