@@ -83,7 +83,7 @@ class Plan:
         That is the generator and, where the seed was drawn, the scoring too: a tier with a seed
         that everybody knows may be scored anew.
         """
-        sealed = [("generator", GENERATOR)]
+        sealed: list[tuple[str, tuple[str, ...]]] = [("generator", GENERATOR)]
         if TIERS[self.tier].seed is None:
             sealed.append(("scoring", SCORING))
         for what, files in sealed:
