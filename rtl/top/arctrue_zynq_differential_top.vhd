@@ -50,6 +50,9 @@ entity arctrue_zynq_differential_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
+    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    i2c_scl          : inout std_logic;
+    i2c_sda          : inout std_logic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -145,6 +148,8 @@ begin
       trigger_out      => trigger_out,
       probe_in         => probe_in,
       compare_out      => compare_out,
+      i2c_scl          => i2c_scl,
+      i2c_sda          => i2c_sda,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

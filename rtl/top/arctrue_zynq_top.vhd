@@ -4,7 +4,7 @@
 --
 -- The whole device on a Zynq-7000: the processor side, the core, and four LEDs. Encoder pins are single
 -- ended, as behind RS-422 receivers; arctrue_zynq_differential_top puts buffers for pairs round it.
--- All pins of the processor side are the chip's own and appear nowhere here.
+-- Of the processor's side only its I2C controller has pins here, all others are the chip's own.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.
 --
@@ -49,6 +49,9 @@ entity arctrue_zynq_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
+    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    i2c_scl          : inout std_logic;
+    i2c_sda          : inout std_logic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -64,6 +67,8 @@ architecture rtl of arctrue_zynq_top is
   signal clock     : std_ulogic;
   signal reset     : std_ulogic;
   signal interrupt : std_ulogic;
+  signal scl_low   : std_ulogic;
+  signal sda_low   : std_ulogic;
 
   signal awvalid : std_ulogic;
   signal awready : std_ulogic;
@@ -89,6 +94,11 @@ architecture rtl of arctrue_zynq_top is
 
 begin
 
+  i2c_scl <= '0' when scl_low = '1' else
+             'Z';
+  i2c_sda <= '0' when sda_low = '1' else
+             'Z';
+
   processor : entity work.zynq_processor
     generic map (
       ADDRESS_WIDTH => ADDRESS_WIDTH
@@ -97,6 +107,10 @@ begin
       clock          => clock,
       reset          => reset,
       interrupt      => interrupt,
+      scl            => i2c_scl,
+      scl_low        => scl_low,
+      sda            => i2c_sda,
+      sda_low        => sda_low,
       m_axil_awvalid => awvalid,
       m_axil_awready => awready,
       m_axil_awaddr  => awaddr,

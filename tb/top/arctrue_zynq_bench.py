@@ -5,6 +5,7 @@ Beside the core stands a model of the primitive PS7; what the core itself does i
 
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Any
 
@@ -212,6 +213,28 @@ async def interrupt_and_capture(dut: Any) -> None:
     await ClockCycles(device.clock, 4)
     assert int(device.ps7.irqf2p.value) == 0
     await turning
+
+
+@cocotb.test()
+async def i2c_wires_are_open_drain(dut: Any) -> None:
+    """A wire is low where the processor or the thermometer pulls it, and high by its pull-up only.
+
+    Nobody drives it high: where the processor's value is 1 the thermometer still pulls it low, with
+    no conflict ('X'). The wires are independent, and the processor sees the level of each.
+    """
+    device = await started(dut)
+    wires = ("scl", "sda")
+    for states in itertools.product((0, 1), repeat=6):
+        of_wire = dict(zip(wires, (states[:3], states[3:]), strict=True))
+        for name, (value, drives, thermometer) in of_wire.items():
+            getattr(device.ps7, f"{name}_value").value = value
+            getattr(device.ps7, f"{name}_drives").value = drives
+            getattr(dut, f"thermometer_{name}").value = thermometer
+        await Timer(1, "ns")
+        for name, (value, drives, thermometer) in of_wire.items():
+            level = int(not (thermometer or (drives and not value)))
+            assert str(getattr(dut, name).value) == str(level), (name, states)
+            assert int(getattr(device.ps7, f"{name}_level").value) == level, (name, states)
 
 
 @cocotb.test()
