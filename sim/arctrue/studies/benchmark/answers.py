@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.frozen import folder_digest, set_name
+from arctrue.studies.benchmark.digests import folder_digest, set_name
+from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import FILE, TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
-from arctrue.studies.campaign import read_results
+from arctrue.studies.campaign import Result, read_results
 from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
@@ -70,7 +71,8 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     state of what they depend on (see sources_of), and those of two subjects may differ in it.
 
     Raises PlanError where there is no plan, AnswersError where there are no results, or where
-    subjects were asked about other sets or calculated with other libraries.
+    subjects were asked about other sets (also than the frozen ones) or calculated with other
+    libraries.
     """
     plan = read_plan(folder)
     results = {
@@ -91,17 +93,32 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
                 f"{folder}: {first[0]} calculated with {first[1]}, {name} with {libraries}: "
                 "results of two states are not mixed; run one of them again in a new folder"
             )
+    if is_public(plan):
+        for name, items in results.items():
+            _check_frozen(folder / name, items)
     common = set.intersection(*(set(items) for items in results.values()))
-    order = [set_name(task) for task in plan.tasks("")]
+    order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
+    # One truth for all: the generator may have been worked on between two of them.
+    truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {
         name: {
             **scored(
-                judged((items[key].task, items[key].result) for key in order if key in common)
+                [Judged(items[key].task, truth[key], items[key].result["answer"]) for key in order]
             ),
             "header": headers[name],
         }
         for name, items in results.items()
     }
+
+
+def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
+    """Raise AnswersError where a set was not the frozen one."""
+    other = differing({key: item.result.get("set", "") for key, item in results.items()})
+    if other:
+        raise AnswersError(
+            f"{folder}: {len(other)} of {len(results)} answers are to other sets than the frozen "
+            f"ones, the first is {other[0]}: results of two states are not mixed"
+        )
 
 
 def _check_plan(folder: Path, plan: Plan, subject: str) -> dict[str, Any]:

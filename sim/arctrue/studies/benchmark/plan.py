@@ -39,12 +39,14 @@ class Tier:
     """A run."""
     seed: int | None
     """None: drawn when the plan is made, after everything else is fixed."""
+    frozen: bool = False
+    """Its sets are told by their digests, whatever code makes them."""
 
 
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
-    "public": Tier(200, SAMPLES_A_RUN, 3),
+    "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
     "sealed": Tier(6_600, SAMPLES_A_RUN, None),
 }
 
@@ -81,9 +83,11 @@ class Plan:
         """Raise PlanError where the code is not that with which the plan was made.
 
         That is the generator and, where the seed was drawn, the scoring too: a tier with a seed
-        that everybody knows may be scored anew.
+        that everybody knows may be scored anew. Frozen sets are known by their digests.
         """
-        sealed: list[tuple[str, tuple[str, ...]]] = [("generator", GENERATOR)]
+        sealed: list[tuple[str, tuple[str, ...]]] = []
+        if not TIERS[self.tier].frozen:
+            sealed.append(("generator", GENERATOR))
         if TIERS[self.tier].seed is None:
             sealed.append(("scoring", SCORING))
         for what, files in sealed:
@@ -95,10 +99,9 @@ class Plan:
 
 
 def sources_of(subject: str) -> Sources:
-    """What the answers of a subject depend on: for a rival, not on the diagnosis."""
+    """What the answers of a subject to given sets depend on: a rival's not on the diagnosis."""
     who = SUBJECTS[subject]
-    modules = () if who.whole_package else (WORK.partition(":")[0], who.module)
-    return Sources(modules, who.libraries)
+    return Sources(() if who.whole_package else (who.module,), who.libraries)
 
 
 def files_digest(names: tuple[str, ...]) -> str:

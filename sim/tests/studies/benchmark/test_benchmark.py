@@ -17,7 +17,8 @@ from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
 from arctrue.studies.benchmark.diagnosis import answer_of
-from arctrue.studies.benchmark.frozen import differing, frozen_digests, set_name, task_digest
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import differing, frozen_digests, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
     expected_calibration_error,
@@ -296,8 +297,9 @@ def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type
         raise RuntimeError("no such matrix")
 
     monkeypatch.setitem(run_set.__globals__, "find_subject", lambda name: fails)
-    answer = run_set({**TASK, "subject": "arctrue"})["answer"]
-    assert answer == {"verdict": "error", "error": "RuntimeError: no such matrix"}
+    result = run_set({**TASK, "subject": "arctrue"})
+    assert result["answer"] == {"verdict": "error", "error": "RuntimeError: no such matrix"}
+    assert result["set"] == task_digest(TASK)
 
 
 def finished(folder: Path) -> list[str]:
@@ -427,10 +429,12 @@ def test_sealed_answers_are_not_scored_by_another_scoring(tmp_path: Path) -> Non
 def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_generator(
     tmp_path: Path,
 ) -> None:
-    plan = make_plan("public", tmp_path)
+    plan = make_plan("dev", tmp_path / "dev")
     replace(plan, scoring="0").check()
     with pytest.raises(PlanError, match="the generator has changed"):
         replace(plan, generator="0").check()
+    # Frozen sets are told by their digests, see test_peers.
+    replace(make_plan("public", tmp_path / "public"), generator="0").check()
 
 
 def test_answers_to_the_sets_of_another_plan_are_not_scored(tmp_path: Path) -> None:

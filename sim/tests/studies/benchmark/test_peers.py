@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from sim.tests.studies.campaign.loaded import loaded_by
 
+from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import VERDICTS, AnswersError, score_beside
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import frozen_digests
 from arctrue.studies.benchmark.page import PEERS_TOLD, page
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
 from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
@@ -153,6 +157,31 @@ def test_answers_to_other_sets_are_not_set_beside_each_other(tmp_path: Path) -> 
         score_beside(tmp_path)
 
 
+def test_answers_to_public_sets_are_those_to_the_frozen_ones(tmp_path: Path) -> None:
+    plan = make_plan("public", tmp_path)
+    task = plan.tasks("stepwise_bic")[0]
+    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    for digest, right in ((frozen_digests()[set_name(task)], True), ("0" * 16, False)):
+        subject = "stepwise_bic" if right else "periodogram_rule"
+        with Store(tmp_path / subject, header_of(plan, subject)) as store:
+            result = {"truth": truth, "set": digest, "answer": {"verdict": "adequate"}}
+            store.add(plan.tasks(subject)[0], result, 1.0)
+        if right:
+            assert score_beside(tmp_path)[subject]["sets"] == 1
+    with pytest.raises(AnswersError, match=r"periodogram_rule: 1 of 1 answers are to other sets"):
+        score_beside(tmp_path)
+
+
+def test_public_sets_that_differ_are_not_answered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_plan("public", tmp_path)
+    monkeypatch.setattr("arctrue.studies.benchmark.frozen.frozen_digests", dict)
+    done = CliRunner().invoke(main, ["benchmark", "run", str(tmp_path), "--subject=stepwise_bic"])
+    assert done.exit_code == 2
+    assert "first public set that is made here is not the frozen one" in done.output
+
+
 def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> None:
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue", arctrue="old"))
@@ -162,10 +191,9 @@ def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> No
 
 
 def test_answers_of_a_rival_do_not_depend_on_the_diagnosis_and_ours_do() -> None:
-    work = "arctrue.studies.benchmark.work"
     for name in PEERS:
-        loaded = loaded_by(work, SUBJECTS[name].module)
-        assert not any("workbench" in file.parts for file in loaded)
+        loaded = loaded_by(SUBJECTS[name].module)
+        assert not any({"workbench", "table"} & set(file.parts) for file in loaded)
         assert loaded <= set(import_closure(sources_of(name).modules)), name
     assert sources_of("arctrue").modules == ()
 
