@@ -110,7 +110,7 @@ bench: generate ## calibration, firmware, instrument and workbench measured, eac
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
-blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
+blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed, cases), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \

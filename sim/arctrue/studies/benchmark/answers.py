@@ -48,6 +48,14 @@ def write_sets(
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
     """The score of one subject's results; with ``answers``, of those in the file in their place.
 
+    Raises what judged_sets raises.
+    """
+    return scored(judged_sets(folders, subject, answers))
+
+
+def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
+    """Every set of one subject's results with truth and answer, in the order of the plan.
+
     Raises PlanError where the sets of a drawn seed are scored by another state of the scoring, and
     AnswersError for a file of answers that is not as it should be.
     """
@@ -61,7 +69,7 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
         sets = _answered(sets, answers)
     order = {json.dumps(task, sort_keys=True): at for at, task in enumerate(plan.tasks(subject))}
     sets.sort(key=lambda item: order.get(json.dumps(item.task, sort_keys=True), len(order)))
-    return scored(sets)
+    return sets
 
 
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:

@@ -27,12 +27,13 @@ It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 
 for an order, a frequency or an instant paid for. What moves the prediction by less than half a
 count RMS does not count as visible.
 
-    make blind                                   # dev: 600 sets; TIER=quick, public or sealed
+    make blind                                   # dev: 600 sets; TIER=quick, public, sealed, cases
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
     make peers                                   # the rivals on the 200 public sets
     arctrue benchmark page FOLDER --peers build/benchmark/public --to docs/blind.md
+    python -m scripts.keep_failures FOLDER       # its failures become cases, for TIER=cases
 
 A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
 of workers or shards. One folder takes results of one state of the code only.
@@ -152,7 +153,8 @@ given time constants, with a scale a run and 36 scales around the turn: *ornstei
 *wandering_reference* are one relaxation of another time constant, *pink* and *power_law* sums of
 many, *autoregressive* is one in rows in place of seconds that begins anew in each run. *by_angle*
 has a cosine in place of 36 steps. Outliers are Student's t of two degrees of freedom, shifts of an
-index mark uniform whole counts; the workbench has neither distribution.
+index mark uniform whole counts; the workbench has neither distribution. It takes the temperature
+as the sensor shows it, and the speed from the angle and the time of the rows.
 """
 
 

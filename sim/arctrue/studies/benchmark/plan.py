@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from arctrue.studies.benchmark.cases import case_tasks, kept_cases
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.tasks import set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
@@ -43,11 +44,14 @@ class Tier:
     """Its sets are told by their digests, whatever code makes them."""
 
 
+CASES = "cases"
+"""The tier of the sets on which the diagnosis failed once."""
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
     "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
     "sealed": Tier(6_600, SAMPLES_A_RUN, None),
+    CASES: Tier(len(kept_cases()), SAMPLES_A_RUN, 0),
 }
 
 
@@ -70,6 +74,8 @@ class Plan:
 
     def tasks(self, subject: str) -> list[Task]:
         """Every set as a task, worlds in turn."""
+        if self.tier == CASES:
+            return case_tasks(subject)
         return set_tasks(self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:

@@ -16,6 +16,7 @@ from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
+from arctrue.studies.benchmark.cases import case_tasks, keep, kept_cases
 from arctrue.studies.benchmark.diagnosis import answer_of
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, frozen_digests, task_digest
@@ -28,6 +29,7 @@ from arctrue.studies.benchmark.intervals import (
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
 from arctrue.studies.benchmark.page import INDEPENDENCE, MOST_FAILURES, page
 from arctrue.studies.benchmark.plan import (
+    CASES,
     SCORING,
     TIERS,
     PlanError,
@@ -38,7 +40,7 @@ from arctrue.studies.benchmark.plan import (
 from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.work import run_set
-from arctrue.studies.benchmark.worlds import CATALOGUE, PARTS, WORLDS
+from arctrue.studies.benchmark.worlds import CATALOGUE, CONTENTS, PARTS, WORLDS
 from arctrue.studies.campaign import task_key
 from arctrue.studies.campaign.store import Store
 
@@ -219,7 +221,7 @@ def test_answer_of_both_schemas() -> None:
     assert answer_of({"verdict": "bad_data", "named": None})["beside"] == []
 
 
-@pytest.mark.parametrize("tier", list(TIERS))
+@pytest.mark.parametrize("tier", [name for name in TIERS if name != CASES])
 def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_path: Path) -> None:
     plan = make_plan(tier, tmp_path)
     tasks = plan.tasks("arctrue")
@@ -233,6 +235,37 @@ def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_pat
         assert sum(contents[world, "one"] for world in WORLDS) >= 2_000
         assert sum(contents[world, "stranger"] for world in WORLDS) >= 500
         assert sum(contents[world, "several"] for world in WORLDS) >= 500
+
+
+def test_failures_are_kept_once_and_asked_again(tmp_path: Path) -> None:
+    file = tmp_path / "cases.json"
+    file.write_text('{"cases": []}')
+    failed = judged("adequate", effect("latency"))
+    other = replace(failed, task={**failed.task, "seed": 6, "subject": "stepwise_bic"})
+    assert keep([failed], "1234567890", file) == 1
+    assert keep([failed, other, replace(failed, task={**failed.task, "subject": "y"})], None, file)
+    cases = kept_cases(file)
+    assert [case["seed"] for case in cases] == [5, 6]
+    assert cases[0]["found"] == {
+        "hidden": ["latency"],
+        "said": "adequate",
+        "outcome": "falsely adequate",
+        "commit": "1234567890",
+    }
+    assert case_tasks("arctrue", file)[0] == {**failed.task, "subject": "arctrue"}
+
+
+def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
+    plan = make_plan(CASES, tmp_path)
+    tasks = plan.tasks("arctrue")
+    assert len(tasks) == plan.sets == len({task["seed"] for task in tasks}) == len(kept_cases())
+    for task in tasks:
+        assert task["world"] in WORLDS
+        assert task["content"] in CONTENTS
+    # What was hidden is still hidden, so that the case is the one that was kept.
+    (first, *_), (case, *_) = tasks, kept_cases()
+    names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]
+    assert names == case["found"]["hidden"]
 
 
 def test_sealed_seed_is_drawn_and_never_twice(tmp_path: Path) -> None:
