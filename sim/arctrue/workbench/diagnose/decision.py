@@ -486,7 +486,7 @@ def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
     if best.effect.unspecific and product.effect.parts[0].startswith("order:"):
         return True
-    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):  # type: ignore[attr-defined]
+    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
         return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety
