@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from arctrue.percent import percent
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 from arctrue.whole_file import whole_file
@@ -193,7 +194,7 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         *rows,
         "",
         f"- At m = 1 it is the standard uncertainty that the firmware states for a turn, to within "
-        f"{_off(allan):.0%}: what it says of its noise is right.",
+        f"{percent(_off(allan))}: what it says of its noise is right.",
         "- Where a curve turns up again, a longer average would no longer follow the table: heat "
         "and creep in order 1. The other orders do not move and go on falling.",
         "- `keep` 0.8 weighs about 9 turns like one (1 + k over 1 − k).",
