@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from arctrue.percent import percent
 from arctrue.report.log_scale import set_log_x, set_log_y
+from arctrue.report.numbers import decimal
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 from arctrue.whole_file import whole_file
 
@@ -175,7 +176,7 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
     for order, deviation in allan["deviation_arcsec"].items():
         known = [(value, m) for value, m in zip(deviation, lengths, strict=True) if value]
         best, at = min(known)
-        cells = " | ".join(f"{deviation[place]:.2f}" for place in columns)
+        cells = " | ".join(decimal(deviation[place], 2) for place in columns)
         rows.append(
             f"| {order} | {allan['u_arcsec'][order]:.2f} | {cells} | {best:.2f}″ at {at} turns |"
         )
@@ -193,12 +194,28 @@ def _allan(found: Mapping[str, Any]) -> list[str]:
         "|---|---:|" + "---:|" * len(columns) + "---|",
         *rows,
         "",
-        f"- At m = 1 it is the standard uncertainty that the firmware states for a turn, to within "
-        f"{percent(_off(allan))}: what it says of its noise is right.",
+        *_noise_as_stated(allan),
         "- Where a curve turns up again, a longer average would no longer follow the table: heat "
         "and creep in order 1. The other orders do not move and go on falling.",
         "- `keep` 0.8 weighs about 9 turns like one (1 + k over 1 − k).",
         "",
+    ]
+
+
+RIGHT = 0.1
+"""Up to here the deviation of single turns is that of the stated noise."""
+
+
+def _noise_as_stated(allan: Mapping[str, Any]) -> list[str]:
+    off = _off(allan)
+    if off > RIGHT:
+        return [
+            f"- At m = 1 it differs from the uncertainty that the firmware states for a turn by up "
+            f"to {percent(off)}: the table moves too fast, or the turns are too few, to tell."
+        ]
+    return [
+        "- At m = 1 it is the standard uncertainty that the firmware states for a turn, to within "
+        f"{percent(off)}: what it says of its noise is right."
     ]
 
 
@@ -220,6 +237,9 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
         f"{one['turns']} | {sum(other['order'] == order for other in found['trends'])} |"
         for order, one in sorted(first.items())
     ]
+    lines = found["turns"] // 16 - 7
+    if lines < 1:
+        return ["## Trends", "", "Too few turns for a line of 8 means of 16 turns.", ""]
     return [
         "## Trends",
         "",
@@ -232,8 +252,7 @@ def _trends(found: Mapping[str, Any]) -> list[str]:
         "|---|---:|---:|---:|---:|",
         *rows,
         "",
-        f"All other of the {found['orders']} orders: no alarm in "
-        f"{max(0, found['turns'] // 16 - 7)} lines.",
+        f"All other of the {found['orders']} orders: no alarm in {lines} lines.",
         "",
     ]
 

@@ -64,6 +64,15 @@ def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
     assert "| order 1 by the thermometer, the others averaged |" in page
 
 
+def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
+    """The course in 30 turns: heat 33 times as fast is in every difference of two turns."""
+    for deviation in found["allan"]["deviation_arcsec"].values():
+        deviation[-1] = None
+    page = long_run_page(found)
+    assert "what it says of its noise is right" not in page
+    assert "Too few turns for a line" in page
+
+
 def test_lost_counts_come_back(found: dict[str, Any]) -> None:
     """At the index the core moves its zero and, with ``heal``, puts the counts back."""
     ((turn, _),) = found["events"].items()
