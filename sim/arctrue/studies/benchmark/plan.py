@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from arctrue.studies.benchmark.cases import case_tasks, kept_cases
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.tasks import set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
@@ -39,13 +40,18 @@ class Tier:
     """A run."""
     seed: int | None
     """None: drawn when the plan is made, after everything else is fixed."""
+    frozen: bool = False
+    """Its sets are told by their digests, whatever code makes them."""
 
 
+CASES = "cases"
+"""The tier of the sets on which the diagnosis failed once."""
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
-    "public": Tier(200, SAMPLES_A_RUN, 3),
+    "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
     "sealed": Tier(6_600, SAMPLES_A_RUN, None),
+    CASES: Tier(len(kept_cases()), SAMPLES_A_RUN, 0),
 }
 
 
@@ -68,6 +74,8 @@ class Plan:
 
     def tasks(self, subject: str) -> list[Task]:
         """Every set as a task, worlds in turn."""
+        if self.tier == CASES:
+            return case_tasks(subject)
         return set_tasks(self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
@@ -81,9 +89,11 @@ class Plan:
         """Raise PlanError where the code is not that with which the plan was made.
 
         That is the generator and, where the seed was drawn, the scoring too: a tier with a seed
-        that everybody knows may be scored anew.
+        that everybody knows may be scored anew. Frozen sets are known by their digests.
         """
-        sealed: list[tuple[str, tuple[str, ...]]] = [("generator", GENERATOR)]
+        sealed: list[tuple[str, tuple[str, ...]]] = []
+        if not TIERS[self.tier].frozen:
+            sealed.append(("generator", GENERATOR))
         if TIERS[self.tier].seed is None:
             sealed.append(("scoring", SCORING))
         for what, files in sealed:
@@ -95,10 +105,9 @@ class Plan:
 
 
 def sources_of(subject: str) -> Sources:
-    """What the answers of a subject depend on: for a rival, not on the diagnosis."""
+    """What the answers of a subject to given sets depend on: a rival's not on the diagnosis."""
     who = SUBJECTS[subject]
-    modules = () if who.whole_package else (WORK.partition(":")[0], who.module)
-    return Sources(modules, who.libraries)
+    return Sources(() if who.whole_package else (who.module,), who.libraries)
 
 
 def files_digest(names: tuple[str, ...]) -> str:

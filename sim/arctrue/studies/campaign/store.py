@@ -114,6 +114,13 @@ def read_header(folder: Path) -> dict[str, Any]:
     return found
 
 
+def told_state(header: Mapping[str, Any]) -> str:
+    """Which state of the code made the results, in words."""
+    made_by = header.get(COMMIT)
+    words = f"Commit `{made_by}`" if made_by else "No commit known"
+    return f"{words}, source `{header['code']['arctrue']}`"
+
+
 def _compared(header: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in header.items() if name != COMMIT}
 

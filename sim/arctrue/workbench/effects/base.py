@@ -191,6 +191,8 @@ class Effect(ABC):
     """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     unspecific: ClassVar[bool] = False
     """It says what is seen and not why: an effect that says more, and fits as well, is named."""
+    in_parts: ClassVar[tuple[str, ...]] = ()
+    """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 
@@ -242,6 +244,15 @@ class Effect(ABC):
         Default: the disc-fixed orders of :meth:`disc_orders`.
         """
         return paired_lanes(self.disc_orders(nonlinear), coefficients)
+
+    @property
+    def parts(self) -> list[str]:
+        """Public names of the parts that it is put together from; none: an effect of its own."""
+        return []
+
+    def describe(self, parameters: Mapping[str, Parameter]) -> str:
+        """The effect in a few words, with its size; the default is its name."""
+        return self.name
 
     def missing(self, observations: Observations) -> list[str]:
         """What the set lacks for a test of this effect, in words; empty: it can be tested."""

@@ -20,7 +20,7 @@ from arctrue.workbench.inference.normal_equations import (
     ChannelSums,
     Matrix,
     Term,
-    channel_columns,
+    channel_prediction,
     channel_sums,
     every_row_sums,
     term_widths,
@@ -114,8 +114,9 @@ class Solution:
     def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
         """Prediction of the terms alone; asked for again and again beside other models."""
         if capture not in self._predictions:
-            columns = channel_columns(self.terms, self.observations, self.context, capture=capture)
-            found = columns @ self.coefficients
+            found = channel_prediction(
+                self.terms, self.coefficients, self.observations, self.context, capture=capture
+            )
             found.setflags(write=False)
             self._predictions[capture] = found
         return self._predictions[capture]

@@ -139,8 +139,10 @@ def test_judgement_passes_it_and_fails_what_is_wrong(act: SecondAct, result: Hid
     assert act.passed
     assert any(
         "signal period" in text
-        for text in faults(dataclasses.replace(result, corrected=result.paper))
+        for text in faults(dataclasses.replace(result, corrected_period=result.paper_period))
     )
+    no_better = faults(dataclasses.replace(result, corrected=result.paper))
+    assert any("RMS of the output" in text for text in no_better)
     other = dataclasses.replace(result.examined, effect="vibration")
     assert any("vibration" in text for text in faults(dataclasses.replace(result, examined=other)))
 
