@@ -249,7 +249,9 @@ def run_open(job: Job) -> str:
     tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)
     print(f"bitstream: netlist of {job.top.name} (GHDL, Yosys)", flush=True)
-    verilog = write_netlist(job.top.name, job.folder / "netlist", generics=job.generics)
+    # nextpnr-himbaechel 0.11.1 has no DNA_PORT.
+    generics = {**job.generics, "DNA_PORTS": 0} if job.top.has_core else job.generics
+    verilog = write_netlist(job.top.name, job.folder / "netlist", generics=generics)
     netlist = synthesise(verilog, flatten=True)
     check_primitives(netlist, job.top)
     return write_bitstream(job, tools, netlist)

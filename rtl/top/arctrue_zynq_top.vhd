@@ -27,7 +27,8 @@ entity arctrue_zynq_top is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22                     -- log2 of the clocks a LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
   port (
     -- Reference head, asynchronous
@@ -87,6 +88,9 @@ architecture rtl of arctrue_zynq_top is
   signal rready  : std_ulogic;
   signal rdata   : std_ulogic_vector(31 downto 0);
   signal rresp   : std_ulogic_vector(1 downto 0);
+
+  signal dna       : std_ulogic_vector(56 downto 0);
+  signal dna_known : std_ulogic;
 
   signal capturing    : std_ulogic;
   signal fault        : std_ulogic;
@@ -174,10 +178,29 @@ begin
       trigger_out         => trigger_out,
       probe_in            => probe_in,
       compare_out         => compare_out,
+      chip_dna            => dna,
+      chip_dna_known      => dna_known,
       status_capturing    => capturing,
       status_fault        => fault,
       status_compensating => compensating
     );
+
+  identified : if DNA_PORTS = 1 generate
+
+    identifier : entity work.chip_dna
+      port map (
+        clock => clock,
+        reset => reset,
+        dna   => dna,
+        known => dna_known
+      );
+
+  else generate
+
+    dna       <= (others => '0');
+    dna_known <= '0';
+
+  end generate identified;
 
   leds : entity work.status_leds
     generic map (

@@ -37,6 +37,9 @@ PIPELINE_CLOCKS = 100  # more than pins to edges take: 5 + 29 + 6
 RESET_CLOCKS = 64  # that the core's reset must last
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # from the processor's release: synchroniser, then the hold
 
+DNA = 0x1_23456789_ABCDEF  # of the model dna_port.vhd
+DNA_CLOCKS = 118 * 8  # that chip_dna's header gives
+
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
 PAIRS = os.environ.get("ARCTRUE_PAIRS") == "1"
@@ -235,6 +238,22 @@ async def i2c_wires_are_open_drain(dut: Any) -> None:
             level = int(not (thermometer or (drives and not value)))
             assert str(getattr(dut, name).value) == str(level), (name, states)
             assert int(getattr(device.ps7, f"{name}_level").value) == level, (name, states)
+
+
+@cocotb.test()
+async def the_chip_is_identified(dut: Any) -> None:
+    """The identifier is whole when it is said to be known, and is read anew after a reset."""
+    device = await started(dut)
+    names = device.registers
+    for _ in range(2):
+        assert await names.read("chip_dna_high.known") == 0
+        await ClockCycles(device.clock, DNA_CLOCKS)
+        assert await names.read("chip_dna_high.known") == 1
+        high, low = await names.read("chip_dna_high.value"), await names.read("chip_dna_low")
+        assert high << 32 | low == DNA
+        device.ps7.fabric_resetn.value = 0
+        await ClockCycles(device.clock, RESET_CLOCKS)
+        await device.let_go()
 
 
 @cocotb.test()

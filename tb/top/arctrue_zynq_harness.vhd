@@ -9,6 +9,7 @@ library ieee;
   use ieee.std_logic_1164.all;
 
   use work.bufg;
+  use work.dna_port;
   use work.ps7;
 
 entity arctrue_zynq_harness is

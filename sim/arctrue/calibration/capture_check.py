@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.measurement.measurement_set import Capture
 from arctrue.percent import percent
+from arctrue.runs import run_spans
 
 Reason = Literal[
     "empty",
@@ -81,11 +81,7 @@ def whole_turns(
     """
     if capture.run.size == 0:
         raise CaptureRefusedError("empty", "it has no samples")
-    bounds = np.concatenate(([0], np.flatnonzero(np.diff(capture.run)) + 1, [capture.run.size]))
-    slices = {
-        int(capture.run[start]): slice(int(start), int(stop))
-        for start, stop in itertools.pairwise(bounds)
-    }
+    slices = {int(capture.run[start]): slice(start, end) for start, end in run_spans(capture.run)}
     if runs is None:
         chosen = _lowest_speed(capture, slices)
     else:

@@ -225,7 +225,10 @@ def test_a_wrong_answer_is_named(
     [
         ("name = 'Ä b'", "Mine.name: expected small letters"),
         ("physics = None", "Mine.physics: expected a text"),
-        ("compensation = 'much'", "Mine.compensation: expected 'lanes' or 'offset' or 'none'"),
+        (
+            "compensation = 'much'",
+            "Mine.compensation: expected 'lanes' or 'offset' or 'none' or 'reference'",
+        ),
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
         ("search_kind = 'luck'", "Mine.search_kind: expected 'grid' or 'disc_order'"),
         ("search_kind = 'frequency'", "expected frequency for search_kind 'frequency'"),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
 from arctrue.workbench.inference.detectable import Detectable, smallest_detectable
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn

@@ -98,7 +98,7 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
 
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
     """The whole diagnosis as JSON, schema 2."""
-    parts = [] if result.described is None else result.described.effect.parts  # type: ignore[attr-defined]
+    parts = [] if result.described is None else result.described.effect.parts
     return {
         "schema": 2,
         "model": model,
@@ -247,6 +247,7 @@ def _compensation(item: Candidate) -> str:
         "lanes": "The gateware can compensate it with lanes",
         "offset": "The gateware can compensate it with its offset",
         "none": "The gateware cannot compensate it",
+        "reference": "There is nothing to compensate",
     }[item.effect.compensation]
     note = item.effect.compensation_note
     return f"{words}: {note}." if note else f"{words}."

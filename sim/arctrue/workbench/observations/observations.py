@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from arctrue.runs import run_spans
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
+
+if TYPE_CHECKING:
+    from arctrue.workbench.effects.base import Effect
 
 ARCSEC_PER_TURN = 1_296_000.0
 
@@ -53,6 +57,10 @@ class Observations:
         default_factory=dict, repr=False, compare=False
     )
     """Columns that the fit has computed and will want again."""
+    recent_columns: dict[Hashable, tuple[Effect, NDArray[np.float64] | None]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    """The last few columns of terms that come and go, with the effects that they are of."""
 
     @property
     def rows(self) -> int:

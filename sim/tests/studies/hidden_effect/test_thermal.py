@@ -20,7 +20,6 @@ HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
 """Order 1 of the corrected output while the table warms, a count being 4.9″ (issue 13)."""
-LAGGING_ARCSEC = 20.0
 
 
 @pytest.fixture(scope="module")
@@ -98,9 +97,8 @@ def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: Hidde
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
     (turns,) = follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0).values()
     left = np.array([turn.order1_arcsec for turn in turns])
-    # 0.2 K of 95″/K: the slope is late by two of the filter's time constants while it changes, with
-    # the 60 s of the thermometer since the table began to warm.
-    assert np.all(left < LAGGING_ARCSEC), left
+    print("lagging, order 1:", left)
+    assert np.all(left < FOLLOWED_ARCSEC), left
 
 
 def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -> None:

@@ -23,7 +23,6 @@ from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.heldout import Improvement, folds_of, holds_out
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
-from arctrue.workbench.diagnose.parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
     _natural,
@@ -33,6 +32,7 @@ from arctrue.workbench.diagnose.parts_scan import (
 )
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.noise_fit import index_variance
 from arctrue.workbench.inference.normal_equations import Term
@@ -244,6 +244,17 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
     assert found.verdict == "ambiguous"
     assert set(found.look_alikes) == {"latency"}
     assert found.effect_class == ["hysteresis", "latency"]
+
+
+@pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
+def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
+    """All stations up, then all down: what changed in between looks like the reversal."""
+    made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
+    found = diagnose(observations_of(made), [_base()], EFFECTS)
+    assert found.verdict == verdict
+    assert found.effect_class[0] == "hysteresis"
+    # It is the product of direction and nothing else by definition: no second word for it.
+    assert found.described is None
 
 
 def test_what_says_why_goes_before_what_says_what_is_seen(
