@@ -227,7 +227,8 @@ def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str
 
 def _goals_met(found: Mapping[str, Any]) -> str:
     """The goals over all sets in one sentence."""
-    met, missed = [], []
+    met: list[str] = []
+    missed: list[str] = []
     for score in SCORES:
         goal, data = goal_of(score, "all"), found["rates"][score.name]["all"]
         if goal == (None, None) or not data["of"]:
