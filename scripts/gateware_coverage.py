@@ -3,8 +3,8 @@
 The benches of ``tb/`` run in GHDL 5, which counts the lines of statements that were executed
 (``--coverage`` of its mcode back-end); each simulation leaves a file of JSON. The files are added
 up: a line counts as executed when any simulation executed it. Result: coverage.md and lines that
-nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests use, so
-this takes several times as long as the benches in ``make test``.
+nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests
+use, so this takes several times as long as the benches in ``make test``.
 
 Exit code 1 when a bench fails, a file of ``rtl/`` is in no simulation, or the budget is missed; 2
 when a tool is missing.
