@@ -116,7 +116,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--only", choices=[module.partition("bench_")[2] for module in BENCHES], action="append"
     )
+    parser.add_argument("--most-rows", help="of the workbench's sets: the longer ones take hours")
     given = parser.parse_args(arguments)
+    options = {"scripts.bench_workbench": ["--most-rows", given.most_rows]}
     folder: Path = given.file.parent / "rows"
     folder.mkdir(parents=True, exist_ok=True)
     facts = machine()
@@ -126,7 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         stored = folder / f"{name}.ran.json"
         if given.only is None or name in given.only:
             print(f"\n== {BENCHES[module][0]}", flush=True)
-            benches[module] = run(module, folder / f"{name}.json")
+            words = options.get(module, []) if given.most_rows else []
+            benches[module] = run(module, folder / f"{name}.json", words)
             write_whole_text(stored, json.dumps(asdict(benches[module]), indent=1) + "\n")
         elif stored.exists():
             found = json.loads(stored.read_text(encoding="utf-8"))
@@ -137,7 +140,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return int(any(ran.code for ran in benches.values()))
 
 
-def run(module: str, rows: Path) -> Ran:
+def run(module: str, rows: Path, options: Sequence[str] = ()) -> Ran:
     """Run one bench to its end, at most ``BENCH_S``."""
     rows.unlink(missing_ok=True)
     facts = {
@@ -146,7 +149,9 @@ def run(module: str, rows: Path) -> Ran:
         "load before": _load(),
     }
     begun = time.monotonic()
-    command = [sys.executable, "-m", module, "--rows", str(rows)]
+    command = [sys.executable, "-m", module, "--rows", str(rows), *options]
+    if options:
+        facts["options"] = f"`{' '.join(options)}`"
     try:
         done = subprocess.run(
             command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,

@@ -164,6 +164,10 @@ class Firmware:
     @property
     def coefficients(self) -> Coefficients | None:
         """The active bank as it was written, None before the first swap."""
+        return self.active_bank(self._instrument.read("counts_per_rev_active"))
+
+    def active_bank(self, counts_per_rev: int) -> Coefficients | None:
+        """The same for a known number of counts a turn, without an access of the bus."""
         steps = (ctypes.c_uint64 * LANES_MAX)()
         offsets = (ctypes.c_uint32 * LANES_MAX)()
         amplitudes = (ctypes.c_int32 * LANES_MAX)()
@@ -175,7 +179,7 @@ class Firmware:
             np.array(offsets[:lanes], dtype=np.uint32),
             np.array(amplitudes[:lanes], dtype=np.int32),
             0,
-            self._instrument.read("counts_per_rev_active"),
+            counts_per_rev,
         )
 
     def _said(self) -> str:

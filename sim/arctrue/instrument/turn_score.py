@@ -184,19 +184,22 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
     """The score of each turn of travel from the kept edges; None where a turn holds no edge.
 
-    ``travel_turns`` (n,) is the travel at each kept edge: 0 to 1 is the first turn.
+    ``travel_turns`` (n,) is the travel at each kept edge, which never falls: 0 to 1 is the first
+    turn.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
     error_arcsec = position_counts * (ARCSEC_A_TURN / track.counts_per_rev)
-    turn = np.floor(travel_turns).astype(np.int64)
+    ends = np.searchsorted(travel_turns, np.arange(turns + 1))
     found: list[TurnScore | None] = []
     zero: float | None = None
     for number in range(turns):
-        here = (turn == number) & np.isfinite(error_arcsec)
-        if not here.any():
+        within = slice(ends[number], ends[number + 1])
+        known = np.isfinite(error_arcsec[within])
+        error, angle = error_arcsec[within][known], track.true_angle_rad[within][known]
+        if not error.size:
             found.append(None)
             continue
-        score = TurnScore.of_edges(track.true_angle_rad[here], error_arcsec[here], zero or 0.0)
+        score = TurnScore.of_edges(angle, error, zero or 0.0)
         if zero is None:
             zero = score.mean_arcsec
             score = replace(score, mean_arcsec=0.0)

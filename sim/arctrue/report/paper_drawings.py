@@ -35,6 +35,7 @@ from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 from arctrue.studies.paper.appendix import approximation_bound, rounding_bound
 from arctrue.table.pins import pin_states
 
+_SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
 Box = tuple[float, float, float, float, str, str]
@@ -43,9 +44,9 @@ Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
 def _boxes(axes: Axes, boxes: Sequence[Box], arrows: Sequence[Arrow]) -> None:
-    """Boxes and arrows on an empty page, 100 units wide."""
+    """Boxes and arrows on an empty page, 100 units wide, with room for the boxes' outlines."""
     axes.set_axis_off()
-    axes.set_xlim(0, 100)
+    axes.set_xlim(-1, 101)
     for left, bottom, width, height, text, colour in boxes:
         axes.add_patch(
             FancyBboxPatch(
@@ -253,7 +254,7 @@ def _figure_9(axes: Axes) -> None:
             (0, 7, 13, 8, "quadrant fold", _GATEWARE),
             (20, 7, 13, 8, "i = 0\nx, y, z", _GATEWARE),
             (40, 7, 13, 8, "i = 1\n± 2⁻¹", _GATEWARE),
-            (61, 7, 13, 8, f"i = {last}\n± 2⁻ⁱ", _GATEWARE),
+            (61, 7, 13, 8, f"i = {last}\n± 2⁻{str(last).translate(_SUPERSCRIPT)}", _GATEWARE),
             (82, 7, 16, 8, f"rounded once\ns1.{COSINE_WIDTH - 2} × a,\n"
              f"s{AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION}.{AMPLITUDE_FRACTION}", _GATEWARE),
         ],

@@ -36,6 +36,7 @@ ELSEWHERE = {
         "two minutes",
         "sim/tests/studies/error_budget/test_error_budget.py",
     ),
+    "arctrue long-run": (INSTRUMENT, "sim/tests/studies/long_run/test_long_run.py"),
     "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
@@ -183,10 +184,10 @@ PICTURES = {
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
     "hidden_effect.svg": "Makefile",
+    "long_run.svg": "docs/long-run.md",
     "methods.svg": "docs/methods.md",
     "page.png": "scripts/page_screenshot.py",
-    "paper_fig_11.png": "docs/paper-experiment.md",
-    "paper_fig_11_x64.png": "docs/paper.md",
+    "paper_fig_11.png": "docs/paper.md",
     **{
         f"paper_fig_{number}.svg": "docs/paper.md"
         for number in ("1", "3", "4", "5", "6", "7", "8", "9", "a1", "a2")
@@ -218,5 +219,5 @@ def test_every_picture_is_made_by_a_script_or_a_command() -> None:
         if place.endswith(".md"):
             assert re.search(r"arctrue [\w-]+ [^`\n]*docs/images", text), f"{place}: {name}"
         else:
-            stem = re.sub(r"(?<=paper_fig_)(?!11)\w+$|(?<=_x)\d+$", "", Path(name).stem)
+            stem = re.sub(r"(?<=paper_fig_)(?!11)\w+$", "", Path(name).stem)
             assert stem in text, f"{place}: {name}"

@@ -124,7 +124,8 @@ def test_every_cause_acts_on_something_and_is_in_the_registry() -> None:
     for recipe in REGISTRY.values():
         assert {type(effect) for effect in drawn(recipe.name)} == {CAUSES[recipe.cause].kind}
     drawn_causes = {recipe.cause for recipe in REGISTRY.values()}
-    assert set(CAUSES) - drawn_causes == {"disc_eccentricity"}
+    # The first is in every table; the second is for long runs, which nobody draws.
+    assert set(CAUSES) - drawn_causes == {"disc_eccentricity", "creeping_centre"}
     shared = {"__init__", "base", "cause", "drawn", "given", "registry"}
     files = {file.stem for file in Path(cause_module.__file__).parent.glob("*.py")}
     assert files - shared == set(CAUSES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.scenario.scenario import Scenario
 
@@ -28,6 +29,8 @@ class Turn:
     flags: tuple[str, ...]
     """Raised at some time in the turn."""
     events: tuple[str, ...]
+    bank: Coefficients | None = None
+    """Active at the end of the turn; None before the first. Not in the JSON."""
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
