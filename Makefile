@@ -112,7 +112,7 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 
 coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.coverage $(COVERAGE)
+	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
 
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
