@@ -107,7 +107,7 @@ def test_a_documented_command_has_these_words_and_options(page: str, line: str) 
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
     command: click.Command = main
-    context = click.Context(main, info_name="arctrue")
+    context = click.Context(main, info_name="arctrue", **main.context_settings)
     while isinstance(command, click.Group) and words and not words[0].startswith("-"):
         below = command.get_command(context, words[0])
         assert below is not None, f"{page}: {line}"
