@@ -46,7 +46,8 @@ ELSEWHERE = {
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
-    "coverage": ("minutes; what it counts", "sim/tests/project/test_firmware_coverage.py"),
+    "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
+    "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
     "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
