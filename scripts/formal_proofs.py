@@ -318,7 +318,7 @@ PROOFS = (
             Break(
                 "a word is written while a copy is under way",
                 " and not swap and is_quiet and not reset;\n",
-                " and not swap and not reset;\n",
+                " and not swap and (is_quiet or copying(2)) and not reset;\n",
             ),
             Break(
                 "a word is written in the clock of the swap",
