@@ -13,6 +13,7 @@ MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
+COVERAGE ?= tb
 TIER ?= dev
 SCALE ?= small
 FLOW ?= vivado
@@ -23,7 +24,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz coverage mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -109,6 +110,10 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
+coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
+
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
@@ -131,7 +136,7 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-coverage: generate ## lines of the firmware's C that its host tests run, at least 90 %
+coverage-firmware: generate ## lines of the firmware's C that its host tests run, at least 90 %
 	$(VENV)/python -m scripts.firmware_coverage
 
 mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test

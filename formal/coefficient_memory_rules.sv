@@ -49,6 +49,8 @@ module coefficient_memory_rules #(
     wire probe_pending_word, probe_pending_offset;
     wire [7:0] probe_address;
     wire [31:0] probe_data;
+    wire [0:4 * LANES - 1] probe_selected;
+    wire probe_is_quiet;
 
     // The bit as it comes out and in the idle bank.
     wire [128 * LANES + 31:0] active_words, idle_words;
@@ -116,6 +118,17 @@ module coefficient_memory_rules #(
         end
     endgenerate
 
+    // One bit says which word waits; none does for the offset.
+    genvar word;
+    generate
+        for (word = 0; word < 4 * LANES; word = word + 1) begin : words
+            always @* if (running) begin
+                assert (!(probe_pending_word || probe_pending_offset)
+                        || probe_selected[word] == (probe_pending_word && probe_address == word));
+            end
+        end
+    endgenerate
+
     always @* begin
         assume (running || reset);
         assume (!(write_enable && write_offset));
@@ -132,6 +145,7 @@ module coefficient_memory_rules #(
             // Lemmas.
             assert (probe_swap_waits == swap_waits);
             assert (probe_copying == swapped);
+            assert (probe_is_quiet == ~|swapped);
             assert (!(probe_pending_word && probe_pending_offset));
             assert ((probe_pending_word || probe_pending_offset) == (waits && !write_acknowledge));
             assert (!waits || write_acknowledge || probe_pending_offset == waits_for_offset);

@@ -63,14 +63,17 @@ module quadrature_output_rules (
     // An angle is in Z four clocks later.
     reg [3:0] referenced_then = 0;
     reg z_before, gated_then;
-    reg [1:0] state_then, width_then, tie;
+    reg [1:0] state_now, width_now, state_then, width_then, phase_now, tie;
     // The fault's last edge is decided before it is told.
     reg [4:0] clocks_at_fault = 0;
     always @(posedge clock) begin
         referenced_then <= {referenced_then[2:0], referenced};
         z_before <= z;
-        if (!probe_following) tie <= phase_of_zero;
-        {gated_then, state_then, width_then} <= {z_gated, z_state, z_width};
+        // State, width and phase are looked at a clock before.
+        phase_now <= phase_of_zero;
+        if (!probe_following) tie <= phase_now;
+        {state_now, width_now} <= {z_state, z_width};
+        {gated_then, state_then, width_then} <= {z_gated, state_now, width_now};
         clocks_at_fault <= cannot_keep_up ? clocks_at_fault + (clocks_at_fault != 31) : 0;
     end
 

@@ -77,8 +77,8 @@ PROOFS = (
             ),
             Break(
                 "a gated Z begins a state too early",
-                "    return state < counts and",
-                "    return state <= counts and",
+                "(resize(behind_state, 3) ?< counts_of(z_width))",
+                "(resize(behind_state, 3) ?<= counts_of(z_width))",
             ),
             Break(
                 "the output goes on after a fault",
@@ -87,8 +87,8 @@ PROOFS = (
             ),
             Break(
                 "after a standstill the levels are those of another count",
-                "        output   := corrected_position + signed(to_phase);\n",
-                "        output   := corrected_position;\n",
+                "        output(1 downto 0) := u_signed(place_of_output);\n",
+                "        output(1 downto 0) := corrected_position(1 downto 0);\n",
             ),
             Break(
                 "B follows the wrong bit of the phase",
@@ -311,17 +311,19 @@ PROOFS = (
             "probe_pending_offset": "memory.pending_offset",
             "probe_address": "memory.address",
             "probe_data": "memory.data",
+            "probe_selected": "memory.selected",
+            "probe_is_quiet": "memory.is_quiet",
         },
         breaks=(
             Break(
                 "a word is written while a copy is under way",
-                " and not swap and not (or copying) and not reset;\n",
-                " and not swap and not reset;\n",
+                " and not swap and is_quiet and not reset;\n",
+                " and not swap and (is_quiet or copying(2)) and not reset;\n",
             ),
             Break(
                 "a word is written in the clock of the swap",
-                " and not swap and not (or copying) and not reset;\n",
-                " and not (or copying) and not reset;\n",
+                " and not swap and is_quiet and not reset;\n",
+                " and is_quiet and not reset;\n",
             ),
             Break(
                 "a word is written while a swap waits for its angle",

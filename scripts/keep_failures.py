@@ -10,7 +10,7 @@ from pathlib import Path
 
 from arctrue.studies.benchmark.answers import judged_sets
 from arctrue.studies.benchmark.cases import FILE, keep
-from arctrue.studies.benchmark.outcome import GOOD
+from arctrue.studies.benchmark.score import is_failure
 from arctrue.studies.campaign.store import COMMIT, read_header
 
 
@@ -21,11 +21,7 @@ def main() -> None:
     parser.add_argument("--subject", default="arctrue", help="whose answers")
     given = parser.parse_args()
     commit = read_header(given.folder / given.subject).get(COMMIT)
-    failures = [
-        item
-        for item in judged_sets([given.folder], given.subject, None)
-        if item.outcome not in GOOD
-    ]
+    failures = list(filter(is_failure, judged_sets([given.folder], given.subject, None)))
     new = keep(failures, commit)
     print(f"{len(failures)} failures, {new} of them new cases: {FILE}")
 

@@ -18,6 +18,22 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE_FOLDERS = (ROOT / "build" / "generated" / "vhdl", ROOT / "rtl")
 OLDEST_GHDL = 5
+# Entities that Yosys maps by themselves before it flattens the rest. Its mapper of look-up tables
+# (abc) saves area wherever a path has fewer levels than the deepest one of what it is given: given
+# the whole core, it makes every path as deep as the worst.
+MAPPED_ALONE = (
+    "cordic_rotation",
+    "phase_lane",
+    "correction_ramp",
+    "quadrature_decoder",
+    "quadrature_output",
+    "sample_trigger",
+    "position_compare",
+    "position_latch",
+    "coefficient_memory",
+    "zero_witness",
+    "register_access",
+)
 LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicting drivers")
 
 
@@ -143,10 +159,13 @@ def synthesise(netlist: Path, *, flatten: bool) -> Path:
     result = netlist.with_name(f"{top}.{kind}.json")
     log = netlist.with_name(f"yosys.{kind}.log")
     log.unlink(missing_ok=True)
+    alone = " ".join(f"{name} {name}_*" for name in MAPPED_ALONE if name != top)
     script = "; ".join(
         (
             f"read_verilog {netlist.name}",
+            *([f"setattr -mod -set keep_hierarchy 1 {alone}"] if flatten else []),
             f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}",
+            *(["setattr -mod -unset keep_hierarchy *", "flatten", "opt_clean"] if flatten else []),
             "delete t:$scopeinfo",  # newer Yosys; place and route refuses it
             f"write_json {result.name}",
         )

@@ -4,8 +4,8 @@ It reads the flat netlist of scripts/synth.py, or makes one, and gives for each 
 paths its delay, its levels of logic and what that leaves of 10 ns (100 MHz) and 5 ns (200 MHz).
 Nothing is placed and no wire is known: see scripts/cell_delays.py. Beside the estimate it checks a
 rule that needs none: no path has more than one wide adder or DSP, but for the exceptions named
-here. Result: timing.md beside the netlist. Exit code 1 when the rule is broken, 2 when a tool is
-missing or fails.
+here. Result: timing.md beside the netlist. Exit code 1 when the rule is broken or a path is longer
+than ``--limit``, 2 when a tool is missing or fails.
 """
 
 from __future__ import annotations
@@ -57,8 +57,13 @@ def table(paths: list[LongPath], shown: int = SHOWN) -> str:
     return "\n".join(lines)
 
 
-def report(netlist: Path, top: str, title: str) -> tuple[str, list[Crowded]]:
-    """The text of timing.md, and what breaks the rule. Raises ValueError for an unknown cell."""
+def report(
+    netlist: Path, top: str, title: str, shown: int = SHOWN
+) -> tuple[str, list[Crowded], float]:
+    """The text of timing.md, what breaks the rule, and the longest path in ns.
+
+    Raises ValueError for an unknown cell.
+    """
     design = Netlist.read(netlist, top)
     found = design.reached()
     paths = longest_paths(design, found)
@@ -75,14 +80,14 @@ def report(netlist: Path, top: str, title: str) -> tuple[str, list[Crowded]]:
         )
         + f", of {len(paths)}.",
         "",
-        table(paths),
+        table(paths, shown),
         "",
         f"Paths with more than one wide adder or DSP: {len(broken)} without a reason, "
         f"{len(excused)} with one.",
         *(f"- `{entry.end}` from `{entry.start}`: {entry.adders}" for entry in broken),
         *(f"- `{entry.end}`: {entry.adders}. {reason}" for entry, reason in excused),
     ]
-    return "\n".join(lines) + "\n", broken
+    return "\n".join(lines) + "\n", broken, slowest
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -91,6 +96,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--entity", default=TOP)
     parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")
+    parser.add_argument("--limit", type=float, metavar="NS", help="longest path that is accepted")
+    parser.add_argument("--shown", type=int, default=SHOWN, help=f"paths in the table ({SHOWN})")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/timing/<entity>)")
     chosen = parser.parse_args(arguments)
     try:
@@ -108,7 +115,7 @@ def main(arguments: list[str] | None = None) -> int:
             netlist = synthesise(written, flatten=True)
         values = ", ".join(f"{name} = {value}" for name, value in generics.items())
         title = f"{chosen.entity}{f' ({values})' if values else ''}"
-        text, broken = report(netlist, chosen.entity, title)
+        text, broken, slowest = report(netlist, chosen.entity, title, chosen.shown)
     except (ToolError, ValueError, OSError) as error:
         print(f"timing: {error}", file=sys.stderr)
         return 2
@@ -120,7 +127,14 @@ def main(arguments: list[str] | None = None) -> int:
             f"{entry.end}; put a register between them, or name the reason in scripts/timing.py",
             file=sys.stderr,
         )
-    return 1 if broken else 0
+    too_long = chosen.limit is not None and slowest > chosen.limit
+    if too_long:
+        print(
+            f"timing: the longest path takes {slowest:.1f} ns by the estimate, expected "
+            f"{chosen.limit:g} ns at the most",
+            file=sys.stderr,
+        )
+    return 1 if broken or too_long else 0
 
 
 if __name__ == "__main__":

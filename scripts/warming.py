@@ -90,9 +90,11 @@ def main() -> int:
     if wanted not in {*SCALES, "page", "check"}:
         print(f"use: python -m scripts.warming {'|'.join(SCALES)}|page|check", file=sys.stderr)
         return 2
+    measured = {wanted: measure(wanted)} if wanted in SCALES else {}
+    # Read after the measurement: the other scale's may have come meanwhile.
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
-    if wanted in SCALES:
-        stored[wanted] = measure(wanted)
+    stored |= measured
+    if measured:
         write_whole_text(STORED, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
     text = PAGE.read_text(encoding="utf-8")
     made = page(text, stored)

@@ -104,12 +104,16 @@ architecture rtl of coefficient_memory is
   signal pending_word   : std_ulogic                    := '0';
   signal pending_offset : std_ulogic                    := '0';
   signal address        : natural range 0 to 255        := 0;
+  -- The word that waits: a bit a word, so that each bit is a clock enable with write_now.
+  signal selected       : std_ulogic_vector(0 to 4 * LANES - 1) := (others => '0');
+  -- No copy is under way, but one of a swap in this clock.
+  signal is_quiet       : std_ulogic                    := '1';
   signal data           : std_ulogic_vector(31 downto 0) := (others => '0');
   signal write_now      : std_ulogic;
 
 begin
 
-  write_now <= (pending_word or pending_offset) and not swap_waits and not swap and not (or copying) and not reset;
+  write_now <= (pending_word or pending_offset) and not swap_waits and not swap and is_quiet and not reset;
   swap_now  <= (swap or swap_waits) and swap_allowed;
 
   swap_marker   <= copying(1);
@@ -126,6 +130,7 @@ begin
     if rising_edge(clock) then
       copying    <= swap_now & copying(1 to LAST_COPY - 1);
       swap_waits <= (swap or swap_waits) and not swap_allowed;
+      is_quiet   <= not swap_now and not (or copying(1 to LAST_COPY - 1));
 
       if swap_now = '1' then
         active_steps <= idle_steps;
@@ -148,18 +153,18 @@ begin
 
         for lane in 0 to LANES - 1 loop
           -- One condition a word, so that each becomes a clock enable.
-          if pending_word = '1' and address = 4 * lane then
+          if selected(4 * lane) = '1' then
             idle_steps(lane * PHASE_STEP_WIDTH + 31 downto lane * PHASE_STEP_WIDTH) <= data;
           end if;
-          if pending_word = '1' and address = 4 * lane + 1 then
+          if selected(4 * lane + 1) = '1' then
             idle_steps(lane * PHASE_STEP_WIDTH + 47 downto lane * PHASE_STEP_WIDTH + 32) <=
               data(15 downto 0);
           end if;
-          if pending_word = '1' and address = 4 * lane + 2 then
+          if selected(4 * lane + 2) = '1' then
             idle_offsets(lane * PHASE_WIDTH + PHASE_WIDTH - 1 downto lane * PHASE_WIDTH) <=
               data(PHASE_WIDTH - 1 downto 0);
           end if;
-          if pending_word = '1' and address = 4 * lane + 3 then
+          if selected(4 * lane + 3) = '1' then
             idle_amplitudes(lane * AMPLITUDE_WIDTH + AMPLITUDE_WIDTH - 1 downto lane * AMPLITUDE_WIDTH) <=
               data(AMPLITUDE_WIDTH - 1 downto 0);
           end if;
@@ -174,6 +179,11 @@ begin
         pending_word   <= write_enable;
         pending_offset <= write_offset;
         address        <= to_integer(write_address);
+
+        for place in selected'range loop
+          selected(place) <= write_enable and (write_address ?= place);
+        end loop;
+
         data           <= write_data;
       end if;
 

@@ -32,9 +32,8 @@ package carry_save_pkg is
     more : std_ulogic
   ) return u_signed;
 
-  -- Sum of numbers of `width` bits side by side, modulo 2**width, on one carry chain. Three
-  -- numbers of each level become two: 3 numbers take 1 level of logic before the chain, 4 take 2, up to 6
-  -- take 3, up to 9 take 4.
+  -- Sum of numbers of `width` bits side by side, modulo 2**width, on one carry chain. Three to six
+  -- numbers become fewer in a level of logic: 3 numbers take 1 level before the chain, 4 to 6 take 2, up to 12 take 3.
   function sum_of_all (
     numbers : u_signed;
     width   : positive
@@ -96,6 +95,78 @@ package body carry_save_pkg is
 
   end function less_or_more;
 
+  -- Number `place` of `count` ones of `width` bits side by side, 0 beyond the last.
+  function number_at (
+    numbers             : u_signed;
+    width, place, count : natural
+  ) return u_signed is
+  begin
+
+    if place >= count then
+      return (width - 1 downto 0 => '0');
+    end if;
+    return numbers((place + 1) * width - 1 downto place * width);
+
+  end function number_at;
+
+  type counts_of_six is array (0 to 63) of u_unsigned(2 downto 0);
+
+  -- How many of six bits are high.
+  function high_bits return counts_of_six is
+
+    variable table : counts_of_six;
+    variable count : natural range 0 to 6;
+
+  begin
+
+    for bits in table'range loop
+      count := 0;
+
+      for place in 0 to 5 loop
+        count := count + bits / 2 ** place mod 2;
+      end loop;
+
+      table(bits) := to_unsigned(count, 3);
+    end loop;
+
+    return table;
+
+  end function high_bits;
+
+  constant HIGH_BITS_OF : counts_of_six := high_bits;
+
+  -- Six numbers become three with the same sum: each bit is a function of the six bits of one place.
+  function three_of_six (
+    six   : u_signed;
+    width : positive
+  ) return u_signed is
+
+    variable bits  : u_signed(6 * width - 1 downto 0);
+    variable place : u_unsigned(5 downto 0);
+    variable count : u_unsigned(2 downto 0);
+    variable ones  : u_signed(width - 1 downto 0);
+    variable twos  : u_signed(width - 1 downto 0);
+    variable fours : u_signed(width - 1 downto 0);
+
+  begin
+
+    bits := six;
+
+    for bit_number in 0 to width - 1 loop
+      for number in place'range loop
+        place(number) := bits(number * width + bit_number);
+      end loop;
+
+      count             := HIGH_BITS_OF(to_integer(place));
+      ones(bit_number)  := count(0);
+      twos(bit_number)  := count(1);
+      fours(bit_number) := count(2);
+    end loop;
+
+    return ones & shift_left(twos, 1) & shift_left(fours, 2);
+
+  end function three_of_six;
+
   function sum_of_all (
     numbers : u_signed;
     width   : positive
@@ -103,7 +174,8 @@ package body carry_save_pkg is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    variable left_over : u_signed(numbers'length - 1 downto 0);
+    -- As long as before, and room for the third of three numbers that six places make.
+    variable left_over : u_signed(numbers'length + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;
     variable b         : number;
@@ -111,27 +183,29 @@ package body carry_save_pkg is
 
   begin
 
-    left_over := numbers;
-    count     := numbers'length / width;
+    left_over                              := (others => '0');
+    left_over(numbers'length - 1 downto 0) := numbers;
+    count                                  := numbers'length / width;
 
     while count > 2 loop
-      for triple in 0 to count / 3 - 1 loop
-        a := left_over((3 * triple + 1) * width - 1 downto 3 * triple * width);
-        b := left_over((3 * triple + 2) * width - 1 downto (3 * triple + 1) * width);
-        c := left_over((3 * triple + 3) * width - 1 downto (3 * triple + 2) * width);
-
-        -- What is written here has been read.
-        left_over((2 * triple + 1) * width - 1 downto 2 * triple * width)       := saved_sum(a, b, c);
-        left_over((2 * triple + 2) * width - 1 downto (2 * triple + 1) * width) := saved_carry(a, b, c);
+      -- Six places each; what is written here has been read.
+      for part in 0 to (count - 1) / 6 loop
+        a := number_at(left_over, width, 6 * part, count);
+        b := number_at(left_over, width, 6 * part + 1, count);
+        c := number_at(left_over, width, 6 * part + 2, count);
+        if count - 6 * part > 3 then
+          left_over((3 * part + 3) * width - 1 downto 3 * part * width) := three_of_six(
+            number_at(left_over, width, 6 * part + 5, count) & number_at(left_over, width, 6 * part + 4, count)
+            & number_at(left_over, width, 6 * part + 3, count) & c & b & a, width
+          );
+        elsif count - 6 * part = 3 then
+          left_over((3 * part + 2) * width - 1 downto 3 * part * width) := saved_carry(a, b, c) & saved_sum(a, b, c);
+        else
+          left_over((3 * part + 2) * width - 1 downto 3 * part * width) := b & a;
+        end if;
       end loop;
 
-      for other in 0 to count mod 3 - 1 loop
-        a := left_over((count / 3 * 3 + other + 1) * width - 1 downto (count / 3 * 3 + other) * width);
-
-        left_over((count / 3 * 2 + other + 1) * width - 1 downto (count / 3 * 2 + other) * width) := a;
-      end loop;
-
-      count := count / 3 * 2 + count mod 3;
+      count := count / 6 * 3 + minimum(count mod 6, 3) - boolean'pos(count mod 6 = 3);
     end loop;
 
     if count = 1 then

@@ -10,24 +10,30 @@
 --
 -- **Velocity.** r begins to move with no velocity and ends with none (ramp_velocity): its velocity changes by
 -- `ramp_acceleration` in 256 clocks, up to `ramp_rate`. A marker changes r and not its velocity. So the velocity of
--- the total steps by that of ε alone; a marker holds the total for one clock and r for one more. The end is a
+-- the total steps by that of ε alone; a marker holds the total for three clocks (r is caught in the second of them, so
+-- what ε moves in two clocks comes at once) and r for two more. The end is a
 -- step of less than 2⁻¹¹ count. A rate of 0 brings r to a standstill and keeps it.
 --
--- **Acceleration 0** lets the velocity be `ramp_rate` at once: k ≥ 2 clocks after the marker r has lost
--- floor((k − 2)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change between 0 and
+-- **Acceleration 0** lets the velocity be `ramp_rate` at once: k ≥ 5 clocks after the marker r has lost
+-- floor((k − 5)·rate), in 2⁻ᶠ count, and it stops at 0 exactly. Change between 0 and
 -- another acceleration, and make one smaller, only while r is 0: r may pass 0 and come back otherwise.
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
--- `inserted` is that jump: the total jumps with it and r takes it up, so that reading - total goes on
+-- `withdrawn` is the negative of that jump: the total jumps with the reading and r takes it up, so that reading - total goes on
 -- without a step and gains these counts as r decays.
 --
--- **Limit.** The total is clipped at ±`limit`; `limited` is high with a total that was clipped.
--- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped.
+-- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
+-- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped. A change of
+-- `limit` acts two clocks later.
+--
+-- **One chain a clock.** r is worked out a clock ahead (`next_excess`), and with it the bounds r ± limit that ε is
+-- compared with; where r ends, both are reset. -`limit` - 2⁻ᶠ is the complement of `limit`, which makes the
+-- choice of a bit of the total one look-up table.
 --
 -- **Latency.** 1 clock from `correction` and `marker` to `total`, `limited` and `busy`.
 --
 -- **Number formats.** correction s20.F, F = PAIR_FRACTION; total s19.F; r s22.F, so that the held
--- total is met exactly; inserted s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
+-- total is met exactly; withdrawn s15.0 counts; limit u19.0 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock: 255 is
 -- 0.125 count, 2⁻²⁴ is 0.0029 count a second at 100 MHz. ramp_acceleration u32 in 2⁻⁵⁹ count a clock and clock:
 -- 0.0173 count/s² at 100 MHz.
 --
@@ -46,7 +52,7 @@ entity correction_ramp is
     reset      : in    std_ulogic;
     correction : in    u_signed(20 + PAIR_FRACTION downto 0);                    -- ε, counts, s20.F
     marker     : in    std_ulogic;                                               -- with the first ε of another origin
-    inserted   : in    u_signed(15 downto 0);                                    -- counts, of the reading, with the marker
+    withdrawn  : in    u_signed(15 downto 0);                                    -- counts, less in the reading, with the marker
     limit      : in    u_unsigned(18 downto 0);                                  -- counts, u19.0
     ramp_rate  : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration : in    u_unsigned(31 downto 0);                           -- 2⁻⁵⁹ count a clock and clock
@@ -58,120 +64,138 @@ end entity correction_ramp;
 
 architecture rtl of correction_ramp is
 
-  constant WIDTH : positive := 23 + PAIR_FRACTION;
+  constant WIDTH       : positive := 23 + PAIR_FRACTION;
+  constant WHOLE_WIDTH : positive := WIDTH - PAIR_FRACTION;
 
   subtype sum is u_signed(WIDTH - 1 downto 0);
 
-  -- a + b + 1 + limit on one carry chain. The limit is whole counts: below them there are only two
-  -- numbers to add.
-  function sum_and_limit (a, b : sum; limit : u_unsigned) return sum is
+  signal held        : u_signed(total'range) := (others => '0');
+  -- -r, what ε is above the total: of this clock, and of the next but for its end
+  signal excess      : sum                   := (others => '0');
+  signal next_excess : sum                   := (others => '0');
+  -- Of ε in this clock
+  signal upper_bound : sum                   := (others => '0');
+  signal lower_bound : sum                   := (others => '0');
+  -- There was a marker 1 and 2 clocks ago.
+  signal marker_then : std_ulogic_vector(1 to 2) := "00";
+  signal is_at_rest  : std_ulogic            := '1';
+  signal ends_now    : std_ulogic;
 
-    variable whole_a : u_signed(WIDTH - 1 downto PAIR_FRACTION);
-    variable whole_b : u_signed(WIDTH - 1 downto PAIR_FRACTION);
-    variable whole   : u_signed(WIDTH - 1 downto PAIR_FRACTION);
-
-  begin
-
-    whole_a := a(whole_a'range);
-    whole_b := b(whole_b'range);
-    whole   := resize(u_signed('0' & limit), whole'length);
-    return add_with_carry(
-      saved_sum(whole_a, whole_b, whole) & a(PAIR_FRACTION - 1 downto 0),
-      saved_carry(whole_a, whole_b, whole) & b(PAIR_FRACTION - 1 downto 0),
-      '1'
-    );
-
-  end function sum_and_limit;
-
-  signal excess_now : sum := (others => '0');
-  signal step       : u_unsigned(24 downto 0);
-  signal falling    : std_ulogic;
-  signal ends       : std_ulogic;
-  signal moves      : std_ulogic;
-  signal stops_at_zero : std_ulogic;
+  signal step           : u_signed(25 downto 0);
+  signal step_rises      : std_ulogic;
+  signal falling        : std_ulogic;
+  signal ends           : std_ulogic;
+  signal moves          : std_ulogic;
+  signal stops_at_zero  : std_ulogic;
 
 begin
 
   motion : entity work.ramp_velocity
     port map (
-      clock        => clock,
-      reset        => reset,
-      marker       => marker,
-      excess       => excess_now,
-      rate         => ramp_rate,
-      acceleration => ramp_acceleration,
-      step         => step,
-      falling      => falling,
-      ends         => ends,
-      moves        => moves,
+      clock         => clock,
+      reset         => reset,
+      marker        => marker_then(1),
+      excess        => next_excess,
+      rate          => ramp_rate,
+      acceleration  => ramp_acceleration,
+      step          => step,
+      step_rises     => step_rises,
+      falling       => falling,
+      ends          => ends,
+      moves         => moves,
       stops_at_zero => stops_at_zero
     );
 
-  ramp : process (clock) is
+  total <= held;
 
-    variable excess : sum := (others => '0'); -- -r: what ε is above the total
-    variable held   : sum := (others => '0');
+  -- Where the velocity has no bound of its change, r passes 0 with it: that ends the ramp.
+  ends_now <= is_at_rest or ends or (stops_at_zero and (next_excess(WIDTH - 1) xnor falling));
 
-    variable unramped  : sum;
+  choose_total : process (clock) is
+
     variable unlimited : sum;
-    variable top       : sum;
-    variable above     : sum;
-    variable below     : sum;
-    variable decrement : sum;
-    variable decayed   : sum;
-    variable jump      : sum;
+    variable jumped    : u_signed(WHOLE_WIDTH - 4 downto 0);
+    variable above     : std_ulogic;
+    variable below     : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
-      -- ε + r and its distances to both limits, side by side on a carry chain each.
-      unramped  := resize(correction, WIDTH);
-      top       := shift_left(resize(u_signed('0' & limit), WIDTH), PAIR_FRACTION);
-      unlimited := unramped - excess;
-      above     := sum_and_limit(not unramped, excess, limit);
-      below     := sum_and_limit(unramped, not excess, limit);
+      -- ε + r and its limits, side by side on a carry chain each.
+      unlimited := resize(correction, WIDTH) - excess;
+      above     := resize(correction, WIDTH) ?> upper_bound;
+      below     := resize(correction, WIDTH) ?< lower_bound;
+      jumped    := held(held'high downto PAIR_FRACTION) - withdrawn;
 
-      jump      := shift_left(resize(inserted, WIDTH), PAIR_FRACTION);
-      decrement := resize(u_signed('0' & step), WIDTH);
-      decayed   := less_or_more(excess, decrement, not falling);
-
-      busy    <= (or excess) or moves;
-      limited <= '0';
+      busy    <= (or excess) or moves or marker or (or marker_then);
+      limited <= (above or below) and not marker and not (or marker_then);
 
       if marker = '1' then
-        excess := unramped - held - jump;
-        held   := held + jump;
-        busy   <= '1';
-      else
-        if above(WIDTH - 1) = '1' then
-          held    := top;
-          limited <= '1';
-        elsif below(WIDTH - 1) = '1' then
-          held    := -top;
-          limited <= '1';
+        held(held'high downto PAIR_FRACTION) <= jumped;
+      elsif marker_then = "00" then
+        if above = '1' then
+          held(held'high downto PAIR_FRACTION) <= resize(u_signed('0' & limit), jumped'length);
+        elsif below = '1' then
+          held(held'high downto PAIR_FRACTION) <= not resize(u_signed('0' & limit), jumped'length);
         else
-          held := unlimited;
+          held(held'high downto PAIR_FRACTION) <= unlimited(held'high downto PAIR_FRACTION);
         end if;
+      end if;
 
-        -- Where the velocity has no bound of its change, r passes 0 with it: that ends the ramp.
-        if ends = '1' or (stops_at_zero = '1' and decayed(WIDTH - 1) = falling) then
-          excess := (others => '0');
-        else
-          excess := decayed;
-        end if;
+      if marker = '0' and marker_then = "00" then
+        held(PAIR_FRACTION - 1 downto 0) <= (unlimited(PAIR_FRACTION - 1 downto 0) or (PAIR_FRACTION - 1 downto 0 => below))
+                                            and (PAIR_FRACTION - 1 downto 0 => not above);
       end if;
 
       if reset = '1' then
-        excess  := (others => '0');
-        held    := (others => '0');
+        held    <= (others => '0');
         limited <= '0';
         busy    <= '0';
       end if;
-
-      total      <= resize(held, total'length);
-      excess_now <= excess;
     end if;
 
-  end process ramp;
+  end process choose_total;
+
+  decay : process (clock) is
+
+    variable whole : u_signed(WIDTH - 1 downto PAIR_FRACTION);
+    variable top   : u_signed(WIDTH - 1 downto PAIR_FRACTION);
+
+  begin
+
+    if rising_edge(clock) then
+      -- The limit is whole counts: below them there is nothing to add.
+      top         := resize(u_signed('0' & limit), top'length);
+      whole       := next_excess(whole'range);
+      upper_bound <= (whole + top) & next_excess(PAIR_FRACTION - 1 downto 0);
+      lower_bound <= (whole - top) & next_excess(PAIR_FRACTION - 1 downto 0);
+      if ends_now = '1' then
+        upper_bound <= top & (PAIR_FRACTION - 1 downto 0 => '0');
+        lower_bound <= (-top) & (PAIR_FRACTION - 1 downto 0 => '0');
+      end if;
+
+      excess      <= next_excess;
+      next_excess <= add_with_carry(next_excess, resize(step, WIDTH), not step_rises);
+      is_at_rest  <= ends_now;
+      if ends_now = '1' then
+        excess      <= (others => '0');
+        next_excess <= (others => '0');
+      end if;
+
+      marker_then <= marker & marker_then(1);
+      if marker_then(1) = '1' then
+        next_excess <= resize(correction, WIDTH) - held;
+        is_at_rest  <= '0';
+      end if;
+
+      if reset = '1' then
+        excess      <= (others => '0');
+        next_excess <= (others => '0');
+        is_at_rest  <= '1';
+        marker_then <= "00";
+      end if;
+    end if;
+
+  end process decay;
 
 end architecture rtl;

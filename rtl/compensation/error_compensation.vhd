@@ -100,7 +100,7 @@ architecture rtl of error_compensation is
 
   signal unramped     : u_signed(SUM_WIDTH - 1 downto 0) := (others => '0');
   signal marker       : std_ulogic                       := '0';
-  signal inserted     : u_signed(15 downto 0)            := (others => '0');
+  signal withdrawn    : u_signed(15 downto 0)            := (others => '0');
   signal limit        : u_unsigned(18 downto 0)          := (others => '0');
   signal total        : u_signed(19 + PAIR_FRACTION downto 0);
   signal limited      : std_ulogic;
@@ -118,7 +118,7 @@ begin
     variable marker_1       : std_ulogic                                           := '0';
     variable moved_1        : std_ulogic                                           := '0';
     variable put_back_1     : u_signed(15 downto 0)                                := (others => '0');
-    variable inserted_1     : u_signed(15 downto 0)                                := (others => '0');
+    variable withdrawn_1    : u_signed(15 downto 0)                                := (others => '0');
     variable half_turn      : u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0)          := (others => '0');
     variable swap_1_to_3    : std_ulogic_vector(1 to 3)                            := (others => '0');
     variable referenced_1_to_3 : std_ulogic_vector(1 to 3)                         := (others => '0');
@@ -207,7 +207,7 @@ begin
           unramped <= (others => '0');
         end if;
         marker             <= marker_1;
-        inserted           <= inserted_1;
+        withdrawn          <= withdrawn_1;
         swap_1_to_3(2)     := swap_1_to_3(1);
         angle_1_to_2(2)    := angle_1_to_2(1);
         position_1_to_3(2) := position_1_to_3(1);
@@ -231,9 +231,9 @@ begin
       end loop;
 
       if last_sums = '1' or FOLD = 1 then
-        inserted_1         := (others => '0');
+        withdrawn_1        := (others => '0');
         if zero_moved /= moved_1 then
-          inserted_1 := put_back - put_back_1;
+          withdrawn_1 := put_back_1 - put_back;
         end if;
         marker_1           := swap_marker or (apply xor apply_1) or (zero_moved xor moved_1);
         apply_1            := apply;
@@ -270,7 +270,7 @@ begin
       reset      => reset,
       correction => unramped,
       marker     => marker,
-      inserted   => inserted,
+      withdrawn  => withdrawn,
       limit      => limit,
       ramp_rate  => ramp_rate,
       ramp_acceleration => ramp_acceleration,

@@ -15,12 +15,13 @@
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder.
 --
--- **Latency.** `step` belongs to the clock after it, `ends` and `falling` too. The remainder is looked at once in 256
+-- **Latency.** `step` belongs to the clock in which it is there, `ends` and `falling` too. The remainder is looked at once in 256
 -- clocks, 15 clocks before the velocity changes; an eighth of the way of 256 clocks is kept in hand for that. After a
--- `marker` step is 0 for a clock.
+-- `marker` step is 0 for two clocks.
 --
 -- **Number formats.** excess s22.F counts, F = PAIR_FRACTION, the negative remainder; rate u8.24 in 2⁻¹¹ count a clock;
--- acceleration u32 in 2⁻⁵⁹ count a clock and clock; step u-2.F counts. Within: velocity u-3.51 counts a clock, its whole
+-- acceleration u32 in 2⁻⁵⁹ count a clock and clock; step s-2.F counts, of which the excess gains a unit
+-- more where it falls. Within: velocity u-3.51 counts a clock, its whole
 -- part, 2⁻³⁵ and above, is the way of 256 clocks in 2⁻²⁷ count; way u22.F counts, the sum of such ways down to 0.
 --
 -- **Reset.** No velocity.
@@ -39,7 +40,8 @@ entity ramp_velocity is
     excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
     rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count a clock, u8.24
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count a clock and clock
-    step         : out   u_unsigned(24 downto 0)            := (others => '0');    -- counts, u-2.F
+    step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
+    step_rises   : out   std_ulogic                         := '1';                -- low: a unit of 2⁻ᶠ count more
     falling      : out   std_ulogic                         := '0';                -- the excess falls by it; else it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess is to be 0
     moves        : out   std_ulogic                         := '0';                -- there is a velocity
@@ -55,13 +57,58 @@ architecture rtl of ramp_velocity is
   constant TICK_WIDTH        : positive := 8;  -- 256 clocks
   constant MARGIN            : positive := 3;  -- an eighth
 
-  -- Clocks of the 256 in which the remainder is looked at, compared and acted upon.
+  -- Clocks of the 256 in which the remainder is looked at, its sign taken off, compared and acted upon.
   constant LOOK    : natural := 240;
-  constant COMPARE : natural := 241;
-  constant CHOOSE  : natural := 242;
+  constant MEASURE : natural := 241;
+  constant COMPARE : natural := 242;
+  constant CHOOSE  : natural := 243;
   constant DECIDE  : natural := 255;
 
+  -- What is done in a clock; found out a clock before, since many bits wait for it.
+  type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
+
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
+
+  function moment_at (
+    tick : natural range 0 to 255
+  ) return moment_of_tick is
+  begin
+
+    case tick is
+
+      when 0 =>
+        return ADD;
+
+      when 1 =>
+        return LIMIT_BOTH;
+
+      when 2 =>
+        return ADD_WAY;
+
+      when 3 =>
+        return ADD_MARGIN;
+
+      when LOOK =>
+        return LOOK_NOW;
+
+      when MEASURE =>
+        return MEASURE_NOW;
+
+      when COMPARE =>
+        return COMPARE_NOW;
+
+      when CHOOSE =>
+        return CHOOSE_NOW;
+
+      when DECIDE =>
+        return DECIDE_NOW;
+
+      when others =>
+        return NOTHING;
+
+    end case;
+
+  end function moment_at;
 
   signal velocity   : u_unsigned(VELOCITY_WIDTH - 1 downto 0) := (others => '0');
   signal is_at_once : std_ulogic                              := '1';
@@ -71,6 +118,7 @@ begin
   choose_velocity : process (clock) is
 
     variable tick           : u_unsigned(TICK_WIDTH - 1 downto 0)     := (others => '0');
+    variable moment         : moment_of_tick                          := ADD;
     variable whole          : u_unsigned(31 downto 0);
     variable limit          : u_unsigned(VELOCITY_WIDTH - 1 downto 0);
     -- What braking takes from the velocity as it is
@@ -80,10 +128,11 @@ begin
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
-    -- What is needed to go on faster, and as it is
+    -- What is needed to go on faster, without and with what is kept in hand, and as it is
+    variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
-    -- |excess|, less its last bit where it is negative
+    -- The excess, then |excess|, less its last bit where it is negative
     variable size           : way_count                               := (others => '0');
     -- The excess has changed since.
     variable is_stale       : std_ulogic                              := '0';
@@ -109,36 +158,39 @@ begin
       limit := rate & (VELOCITY_FRACTION - 1 downto 0 => '0');
       ends  <= '0';
 
-      case to_integer(tick) is
+      case moment is
 
-        when 0 =>
+        when ADD =>
           faster := ('0' & velocity) + resize(acceleration, faster'length);
           slower := ('0' & velocity) - resize(acceleration, slower'length);
 
-        when 1 =>
+        when LIMIT_BOTH =>
           is_last       := slower(slower'high) or not (or slower);
           is_slow       := not (or whole(whole'high downto 1));
           may_be_faster := faster ?<= ('0' & limit);
           is_too_fast   := velocity ?> limit;
 
-        when 2 =>
-          way_faster := way + faster(faster'high downto VELOCITY_FRACTION);
-          way_same   := way + whole(whole'high downto MARGIN);
+        when ADD_WAY =>
+          way_straight := way + faster(faster'high downto VELOCITY_FRACTION);
+          way_same     := way + whole(whole'high downto MARGIN);
 
-        when 3 =>
-          way_faster := way_faster + faster(faster'high downto VELOCITY_FRACTION + MARGIN);
+        when ADD_MARGIN =>
+          way_faster := way_straight + faster(faster'high downto VELOCITY_FRACTION + MARGIN);
 
-        when LOOK =>
-          is_stale  := '0';
-          size      := u_unsigned(excess xor (excess'range => excess(excess'high)));
-          is_zero   := not (or excess);
-          goes_away := moves and (falling xnor excess(excess'high));
+        when LOOK_NOW =>
+          is_stale := '0';
+          size     := u_unsigned(excess);
 
-        when COMPARE =>
+        when MEASURE_NOW =>
+          is_zero   := not (or size);
+          goes_away := moves and (falling xnor size(size'high));
+          size      := size xor (size'range => size(size'high));
+
+        when COMPARE_NOW =>
           is_for_faster := size ?>= way_faster;
           is_for_same   := size ?>= way_same;
 
-        when CHOOSE =>
+        when CHOOSE_NOW =>
           brakes := is_too_fast or goes_away or not is_for_same;
           stops  := (not moves and not is_for_faster) or (is_zero and is_slow) or (brakes and is_last);
           speeds := is_for_faster and may_be_faster and not brakes;
@@ -146,7 +198,7 @@ begin
           way_less := way - whole;
           way_more := way + faster(velocity'high downto VELOCITY_FRACTION);
 
-        when DECIDE =>
+        when DECIDE_NOW =>
           if is_stale = '0' and marker = '0' then
             ends <= is_end;
             if stops = '1' then
@@ -166,7 +218,7 @@ begin
             end if;
           end if;
 
-        when others =>
+        when NOTHING =>
           null;
 
       end case;
@@ -193,6 +245,8 @@ begin
         ends     <= '0';
         stops_at_zero <= '0';
       end if;
+
+      moment := moment_at(to_integer(tick));
     end if;
 
   end process choose_velocity;
@@ -202,17 +256,22 @@ begin
 
     variable fraction : u_unsigned(TICK_WIDTH - 1 downto 0) := (others => '0');
     variable sum      : u_unsigned(32 downto 0);
+    variable was_marker : std_ulogic := '0';
 
   begin
 
     if rising_edge(clock) then
       sum      := resize(fraction, sum'length) + resize(velocity(velocity'high downto VELOCITY_FRACTION), sum'length);
       fraction := sum(fraction'range);
-      step     <= sum(sum'high downto TICK_WIDTH);
-      if reset = '1' or marker = '1' then
-        fraction := (others => '0');
-        step     <= (others => '0');
+      -- The negative is the complement and a unit.
+      step       <= u_signed('0' & sum(sum'high downto TICK_WIDTH)) xor (step'range => falling);
+      step_rises <= not falling;
+      if reset = '1' or marker = '1' or was_marker = '1' then
+        fraction   := (others => '0');
+        step       <= (others => '0');
+        step_rises <= '1';
       end if;
+      was_marker := marker;
     end if;
 
   end process hand_out;

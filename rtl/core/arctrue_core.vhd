@@ -155,7 +155,7 @@ architecture rtl of arctrue_core is
   signal heads          : head_pair;
   signal pins           : std_ulogic_vector(1 to 6);
   signal upright_pins   : std_ulogic_vector(1 to 6);
-  signal filter_lengths : filter_pair;
+  signal filter_lengths : filter_pair := (others => (others => '0'));
   signal clear_head     : std_ulogic_vector(1 to 2);
   signal zero_again     : std_ulogic_vector(1 to 2);
   signal heal           : std_ulogic_vector(1 to 2);
@@ -240,8 +240,16 @@ begin
       refused        => hwif_in.status.counts_per_rev_refused.next_q
     );
 
-  filter_lengths(1) <= filter_of(hwif_out.head1_input.pins.filter_length.value, hwif_out.filter_length.value.value);
-  filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+  -- Chosen in a clock of its own, since the filters compare with it.
+  choose_filters : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      filter_lengths(1) <= filter_of(hwif_out.head1_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+      filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
+    end if;
+
+  end process choose_filters;
 
   head1_selection : entity work.input_selection
     port map (

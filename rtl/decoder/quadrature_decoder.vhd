@@ -170,31 +170,160 @@ architecture rtl of quadrature_decoder is
   -- Reset and the clocks after it in which the synchroniser still holds older levels of the pins.
   signal settling : std_ulogic_vector(SYNCHRONISER_STAGES downto 0) := (others => '1');
 
-  -- +1 or -1, made of its bits so that both directions share one adder.
-  function one_step (up : std_ulogic; width : positive) return u_unsigned is
+  -- A place of a turn. Whether it is the first or the last one is kept beside it: a step needs no comparison.
+  type turn_place is record
+    count   : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    is_zero : std_ulogic;
+    is_last : std_ulogic;
+  end record turn_place;
 
-    variable amount : u_unsigned(width - 1 downto 0);
+  constant ZERO_PLACE : turn_place := (count => (others => '0'), is_zero => '1', is_last => '0');
+
+  function next_place (
+    place             : turn_place;
+    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    moves, up         : std_ulogic
+  ) return turn_place is
+
+    variable result : turn_place;
 
   begin
 
-    amount    := (others => not up);
-    amount(0) := '1';
-    return amount;
-
-  end function one_step;
-
-  -- A step in counts.
-  function step_of (moves, up : std_ulogic) return integer is
-  begin
-
-    if (moves = '0') then
-      return 0;
-    elsif (up = '1') then
-      return 1;
+    result := place;
+    if (moves = '1') then
+      -- Two adders of 1: the direction, which many bits wait for, chooses behind them. Yosys would make
+      -- one of a sum and a difference.
+      if (up = '0' and place.is_zero = '1') then
+        result.count := last;
+      elsif (up = '0') then
+        result.count := not (not place.count + 1);
+      else
+        result.count := place.count + 1;
+      end if;
+      if (up = '1' and place.is_last = '1') then
+        result.count := (others => '0');
+      end if;
+      result.is_last := (up and (place.count ?= before_last)) or (not up and place.is_zero);
+      result.is_zero := (up and place.is_last) or (not up and (place.count ?= 1));
     end if;
-    return -1;
+    return result;
 
-  end function step_of;
+  end function next_place;
+
+  -- A small number of counts. Its sums are tables: they are too narrow for a carry chain.
+  subtype few_counts is u_signed(3 downto 0);
+
+  type tables is array (natural range <>) of few_counts;
+
+  -- A number of counts (bits 5 to 2) and a step: whether there is one, and up (bits 1 and 0).
+  function with_a_step return tables is
+
+    variable table  : tables(0 to 63);
+    variable number : few_counts;
+
+  begin
+
+    for bits in table'range loop
+      number      := u_signed(to_unsigned(bits / 4, 4));
+      table(bits) := number;
+      if (bits / 2 mod 2 = 1 and bits mod 2 = 1) then
+        table(bits) := number + 1;
+      elsif (bits / 2 mod 2 = 1) then
+        table(bits) := number - 1;
+      end if;
+    end loop;
+
+    return table;
+
+  end function with_a_step;
+
+  constant WITH_STEP : tables := with_a_step;
+
+  -- From the zero of an index to the position, where the index is met in the clock of a step: whether there is a
+  -- step, and up (bits 3 and 2), whether the index is within a count, and upwards (bits 1 and 0).
+  function behind_index return tables is
+
+    variable table  : tables(0 to 15);
+    variable number : integer range -2 to 2;
+
+  begin
+
+    for bits in table'range loop
+      number := 0;
+      if (bits / 8 = 1) then
+        number := 2 * (bits / 4 mod 2) - 1;
+      end if;
+      if (bits mod 2 = 0) then
+        number := number - 1;
+      elsif (bits / 2 mod 2 = 1) then
+        number := number + 1;
+      end if;
+      table(bits) := to_signed(number, 4);
+    end loop;
+
+    return table;
+
+  end function behind_index;
+
+  constant BEHIND_INDEX_OF : tables := behind_index;
+
+  function place_of (
+    counts            : few_counts; -- -2 to 2
+    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0)
+  ) return turn_place is
+
+    variable result : turn_place;
+
+  begin
+
+    case to_integer(counts) is
+
+      when -2 =>
+        result := (count => before_last, is_zero => '0', is_last => '0');
+
+      when -1 =>
+        result := (count => last, is_zero => '0', is_last => '1');
+
+      when 0 =>
+        result := ZERO_PLACE;
+
+      when others =>
+        result := (count => resize(u_unsigned(counts), ANGLE_WIDTH), is_zero => '0', is_last => '0');
+
+    end case;
+
+    return result;
+
+  end function place_of;
+
+  -- By how many counts the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either:
+  -- whether there is one, and up (bits 3 and 2 unfiltered, 1 and 0 filtered). A period and more is PERIOD.
+  function ahead_after_steps return tables is
+
+    variable table : tables(0 to 127);
+    variable ahead : integer range -6 to 5;
+
+  begin
+
+    for bits in table'range loop
+      ahead := to_integer(u_signed(to_unsigned(bits / 16, 3)));
+      if (bits / 8 mod 2 = 1) then
+        ahead := ahead + 2 * (bits / 4 mod 2) - 1;
+      end if;
+      if (bits / 2 mod 2 = 1) then
+        ahead := ahead - 2 * (bits mod 2) + 1;
+      end if;
+      table(bits) := to_signed(PERIOD, 4);
+      if (abs ahead < PERIOD) then
+        table(bits) := to_signed(ahead, 4);
+      end if;
+    end loop;
+
+    return table;
+
+  end function ahead_after_steps;
+
+  constant AHEAD_AFTER : tables := ahead_after_steps;
 
   function saturating_increment (count : u_unsigned(15 downto 0)) return u_unsigned is
   begin
@@ -243,6 +372,7 @@ begin
     variable b_changes       : std_ulogic;
     -- Stage 1: what the levels say. `up` stays until the next step.
     variable moves           : std_ulogic                              := '0';
+    variable stands          : std_ulogic                              := '1'; -- its complement, for what is decided by it
     variable up              : std_ulogic                              := '1';
     variable breaks_order    : std_ulogic                              := '0';
     -- Z: the level that is taken as that of the last step, or of the count before it; the clocks until
@@ -259,6 +389,7 @@ begin
     variable meets_index     : std_ulogic                              := '0';
     variable meets_up        : std_ulogic                              := '1';
     variable meets_inside    : std_ulogic                              := '0';
+    variable leaves_inside   : std_ulogic                              := '0'; -- the same, upwards
     -- A and B before the filter, one clock ago, and what they say
     variable raw_before      : std_ulogic_vector(1 downto 0)           := (others => '0');
     variable raw_changes     : std_ulogic_vector(1 downto 0);
@@ -269,13 +400,20 @@ begin
     variable still           : u_unsigned(7 downto 0)                  := (others => '0');
     variable is_quiet        : std_ulogic                              := '0';
     -- Counts by which they are ahead of the filtered ones, and breaks of the order that the filter hides
-    variable ahead           : integer range -8 to 7                   := 0;
-    variable hidden_breaks   : natural range 0 to 7                    := 0;
+    variable ahead           : u_signed(2 downto 0)                    := "000";
+    variable ahead_now       : few_counts;
+    variable hidden_breaks   : natural range 0 to PERIOD - 1           := 0;
     variable edges_lost      : std_ulogic                              := '0';
     -- Stage 2: position, beside the registers of the ports
+    variable angle_place     : turn_place                              := ZERO_PLACE;
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    -- There are more than 8 counts in a turn.
+    variable is_long_turn    : std_ulogic                              := '0';
     -- From the zero of the last index told to the position, while that is judged, and clocks since
-    variable from_zero       : integer range -8 to 7                   := 0;
+    variable from_zero       : few_counts                              := "0000";
+    -- The same in the turn, however long ago the index was
+    variable from_mark       : turn_place                              := ZERO_PLACE;
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
     -- A mark was misplaced, and no two a turn apart have agreed since.
     variable is_in_doubt     : std_ulogic                              := '0';
@@ -286,9 +424,13 @@ begin
     variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
     variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
     variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
+    -- The angle is neither 0 nor a turn.
+    variable has_slip        : std_ulogic                              := '0';
+    variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
     variable is_slip         : std_ulogic;
     -- Indices told in the last clocks, the youngest in the low bit; one of them is judged, and no other came since
     variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable is_old_enough   : std_ulogic                              := '0';
     variable is_latest       : std_ulogic;
     variable is_small        : std_ulogic;
     -- An integer, since it counts in every clock: as a vector it makes an idle simulation 4 times slower.
@@ -322,15 +464,13 @@ begin
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
       -- Two marks a turn apart agree, or the other head counted a turn between this one and a good one.
-      is_latest := told_then(JUDGED_AFTER - 1) and not meets_index and not rearm;
-      if (since_index /= JUDGED_AFTER) then
-        is_latest := '0';
-      end if;
+      is_latest     := is_old_enough and not meets_index and not rearm;
       moves_zero    := judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (misplaced and other_head_agrees))
-                       and zero_again and is_latest and (or last_angle(last_angle'high downto 3));
+                       and zero_again and is_latest and is_long_turn;
       is_in_doubt   := (is_in_doubt or misplaced) and not moves_zero;
       index_trusted <= is_latest and not is_in_doubt;
-      is_slip       := moves_zero and (or slip);
+      is_slip       := moves_zero and has_slip;
+      is_small      := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
       misplaced     := misplaced or is_slip;
       too_fast  := too_near or edges_lost;
       if (clear = '1') then
@@ -388,20 +528,19 @@ begin
         phase_of_zero <= "00";
         place         := filtered(1) & (filtered(2) xor filtered(1));
       end if;
-      zero_now  := add_with_carry(position, (position'range => meets_up and meets_inside), not meets_up);
+      zero_now  := add_with_carry(position, (position'range => leaves_inside), not meets_up);
       direction <= up;
       step      <= moves;
       step_up   <= moves and up;
 
       too_near := '0';
       if (moves = '1') then
-        position      <= position + signed(one_step(up, POSITION_WIDTH));
-        turn_position <= turn_position + signed(one_step(up, POSITION_WIDTH));
-        angle         <= angle + one_step(up, ANGLE_WIDTH);
-        if (up = '1' and angle = last_angle) then
-          angle <= (others => '0');
-        elsif (up = '0' and angle = 0) then
-          angle <= last_angle;
+        if (up = '1') then
+          position      <= position + 1;
+          turn_position <= turn_position + 1;
+        else
+          position      <= not (not position + 1);
+          turn_position <= not (not turn_position + 1);
         end if;
 
         last_edge_time <= timestamp;
@@ -414,15 +553,16 @@ begin
       end if;
 
       -- The angle of the index, while it is judged; a step that was counted is in both.
-      slip     := less_a_turn(slip'range);
+      has_slip  := not ((off_zero ?= 0) or (off_zero ?= turn(off_zero'range)));
+      slip_then := slip;
+      slip      := less_a_turn(slip'range);
       if (past_half(past_half'high) = '1') then
         slip := off_zero(slip'range);
       end if;
-      is_small    := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
       less_a_turn := off_zero - turn(off_zero'range);
       past_half   := (off_zero & '0') - turn(past_half'range);
       if (since_index = 0) then
-        off_zero := signed(resize(angle, off_zero'length)) - from_zero;
+        off_zero := signed(resize(angle_place.count, off_zero'length)) - resize(from_zero, off_zero'length);
       end if;
 
       passed_index := meets_index;
@@ -430,48 +570,52 @@ begin
       -- From the zero to where the step of this clock leads.
       sets_zero := moves_zero;
       if (meets_index = '1') then
-        from_zero   := step_of(moves, up) + step_of(meets_inside or not meets_up, meets_up);
+        from_zero   := BEHIND_INDEX_OF(to_integer(u_unsigned'(not stands & up & meets_inside & meets_up)));
+        from_mark   := place_of(from_zero, last_angle, before_last);
         since_index := 0;
         sets_zero   := not index_seen;
         index_seen  <= '1';
-      elsif (since_index <= JUDGED_AFTER) then
-        from_zero   := from_zero + step_of(moves, up);
-        since_index := since_index + 1;
+      else
+        from_zero := WITH_STEP(to_integer(u_unsigned(std_ulogic_vector(from_zero) & not stands & up)));
+        from_mark := next_place(from_mark, last_angle, before_last, moves, up);
+        if (since_index <= JUDGED_AFTER) then
+          since_index := since_index + 1;
+        end if;
       end if;
 
+      angle_place := next_place(angle_place, last_angle, before_last, moves, up);
       if (sets_zero = '1') then
-        turn_position <= to_signed(from_zero, POSITION_WIDTH);
-        if (from_zero < 0) then
-          angle <= last_angle - to_unsigned(-1 - from_zero, ANGLE_WIDTH);
-        else
-          angle <= to_unsigned(from_zero, ANGLE_WIDTH);
-        end if;
+        turn_position <= resize(from_zero, POSITION_WIDTH);
+        angle_place   := from_mark;
       end if;
 
       if (is_slip = '1') then
         zero_moved <= not zero_moved;
         zero_moves <= zero_moves + 1;
-        zero_slip  <= slip;
+        zero_slip  <= slip_then;
         if (heal = '1' and is_small = '1') then
-          put_back <= put_back - slip;
+          put_back <= put_back - slip_then;
         end if;
       end if;
 
       -- What the filter swallows: steps of the clock before, before it and behind it.
       edges_lost := '0';
       if (settling(settling'high - 1) = '1' or is_quiet = '1') then
-        ahead         := 0;
+        ahead         := "000";
         hidden_breaks := 0;
       else
-        ahead := ahead + step_of(raw_moves, raw_up) - step_of(moves, up);
+        ahead_now  := AHEAD_AFTER(to_integer(u_unsigned(std_ulogic_vector(ahead) & raw_moves & raw_up & not stands & up)));
+        ahead      := ahead_now(ahead'range);
+        edges_lost := ahead_now ?= PERIOD;
         if (breaks_order = '1') then
           hidden_breaks := 0;
+        elsif (raw_breaks = '1' and hidden_breaks = PERIOD - 1) then
+          edges_lost := '1';
         elsif (raw_breaks = '1') then
           hidden_breaks := hidden_breaks + 1;
         end if;
-        if (ahead >= PERIOD or ahead <= -PERIOD or hidden_breaks = PERIOD) then
-          edges_lost    := '1';
-          ahead         := 0;
+        if (edges_lost = '1') then
+          ahead         := "000";
           hidden_breaks := 0;
         end if;
       end if;
@@ -496,6 +640,7 @@ begin
       b_changes    := filtered(1) xor before(1);
       breaks_order := a_changes and b_changes and not preload;
       moves        := (a_changes xor b_changes) and not preload;
+      stands       := not moves;
 
       -- Z of the step before: when the pins had time to settle, or the last level before this step.
       settled_level := filtered(0);
@@ -519,6 +664,7 @@ begin
         meets_inside  := was_inside and (index_level xnor up);
         meets_index   := meets_inside or ((settled_level xor index_level) and (settled_level xnor up));
         meets_up      := up;
+        leaves_inside := up and meets_inside;
         index_level   := settled_level;
         until_settled := 0;
         since_settled := 0;
@@ -544,13 +690,15 @@ begin
       before         := filtered;
 
       -- Only where nothing counts by them.
+      is_long_turn := or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
-        turn       := signed(resize(counts_per_rev, POSITION_WIDTH));
-        last_angle := resize(counts_per_rev - 1, ANGLE_WIDTH);
+        turn        := signed(resize(counts_per_rev, POSITION_WIDTH));
+        last_angle  := resize(counts_per_rev - 1, ANGLE_WIDTH);
+        before_last := resize(counts_per_rev - 2, ANGLE_WIDTH);
       end if;
 
       if (rearm = '1') then
-        angle          <= (others => '0');
+        angle_place    := ZERO_PLACE;
         turn_position  <= (others => '0');
         index_seen     <= '0';
         index_interval <= (others => '0');
@@ -562,6 +710,7 @@ begin
 
       if (reset = '1') then
         moves             := '0';
+        stands            := '1';
         up                := '1';
         until_settled     := 0;
         breaks_order      := '0';
@@ -582,7 +731,7 @@ begin
         to_judge          := '0';
         judged            := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
-        angle             <= (others => '0');
+        angle_place       := ZERO_PLACE;
         turn_position     <= (others => '0');
         direction         <= '1';
         phase_of_zero     <= "00";
@@ -601,6 +750,13 @@ begin
         overspeed         <= '0';
         overspeed_count   <= (others => '0');
       end if;
+
+      is_old_enough := '0';
+      if (since_index = JUDGED_AFTER) then
+        is_old_enough := told_then(JUDGED_AFTER - 1);
+      end if;
+
+      angle <= angle_place.count;
     end if;
 
   end process decode;

@@ -9,7 +9,8 @@
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, when nothing holds the edge back.
 -- `following_error` is 2 clocks behind the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
--- that. `enable` and a change of `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late.
+-- that. `enable` and a change of `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late, `phase_of_zero`
+-- and the settings of a gated Z 1 clock.
 --
 -- **Number formats.** corrected_position s31.0 counts, multi-turn; corrected_angle u24.0 counts,
 -- of the same clock; minimum_spacing u16.0 clocks; following_limit u16.0 counts; following_error
@@ -108,35 +109,80 @@ architecture rtl of quadrature_output is
   -- A number for each turn from 2 before to 1 behind the one of the corrected angle.
   type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
 
-  -- Whether Z is high so many counts behind the zero, where the place of (A, B) is so much behind z_state.
-  function is_high (
-    behind_zero  : u_signed(3 downto 0);
-    behind_state : u_unsigned(1 downto 0);
-    gated        : std_ulogic;
-    width        : u_unsigned(1 downto 0)
-  ) return boolean is
+  function counts_of (width : u_unsigned(1 downto 0)) return positive is
+  begin
 
-    variable counts : natural range 1 to 4;
-    variable place  : integer range -8 to 7;
-    variable state  : natural range 0 to 3;
+    if width = 0 then
+      return 1;
+    elsif width = 1 then
+      return 2;
+    end if;
+    return 4;
+
+  end function counts_of;
+
+  -- Whether Z is high so many counts behind the zero: ungated, and gated, where the place of (A, B) is so much
+  -- behind z_state.
+  function is_high_ungated (behind_zero : u_signed(3 downto 0); width : u_unsigned(1 downto 0)) return std_ulogic is
+  begin
+
+    if behind_zero >= 0 and behind_zero < counts_of(width) then
+      return '1';
+    end if;
+    return '0';
+
+  end function is_high_ungated;
+
+  type gate_table is array (0 to 63) of std_ulogic;
+
+  -- High from 2 counts before z_state's place to 1 behind it: behind_zero and behind_state, 4 and 2 bits. A table,
+  -- since a difference would make a carry chain.
+  function gate_of_place return gate_table is
+
+    variable table  : gate_table;
+    variable behind : integer range -11 to 7;
 
   begin
 
-    counts := 4;
-    if width = 0 then
-      counts := 1;
-    elsif width = 1 then
-      counts := 2;
-    end if;
+    for bits in table'range loop
+      behind      := to_integer(u_signed(to_unsigned(bits / 4, 4))) - bits mod 4;
+      table(bits) := '0';
+      if behind >= -2 and behind <= 1 then
+        table(bits) := '1';
+      end if;
+    end loop;
 
-    place := to_integer(behind_zero);
-    state := to_integer(behind_state);
-    if gated = '0' then
-      return place >= 0 and place < counts;
-    end if;
-    return state < counts and place - state >= -2 and place - state <= 1;
+    return table;
 
-  end function is_high;
+  end function gate_of_place;
+
+  constant GATE : gate_table := gate_of_place;
+
+  type period_table is array (0 to 15) of std_ulogic;
+
+  -- Whether the count with these lowest bits (1 and 0) that is nearest to a position with those (3 and 2) lies in
+  -- another period of four counts: so much further.
+  function is_period_off (periods : integer range -1 to 1) return period_table is
+
+    variable table : period_table;
+    variable ahead : integer range -2 to 1;
+
+  begin
+
+    for bits in table'range loop
+      ahead       := (bits mod 4 - bits / 4 + 6) mod 4 - 2;
+      table(bits) := '0';
+      if bits / 4 + ahead - bits mod 4 = 4 * periods then
+        table(bits) := '1';
+      end if;
+    end loop;
+
+    return table;
+
+  end function is_period_off;
+
+  constant IS_PERIOD_BEFORE : period_table := is_period_off(-1);
+  constant IS_PERIOD_BEHIND : period_table := is_period_off(1);
 
   function thermometer_of (number : u_signed(2 downto 0)) return thermometer is
 
@@ -178,6 +224,8 @@ begin
     variable b_level     : std_ulogic;
     variable z_level     : std_ulogic                               := '0';
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
+    -- It follows, and has for two clocks.
+    variable is_open     : std_ulogic                               := '0';
     variable output      : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable lag         : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable negative    : std_ulogic;
@@ -197,8 +245,13 @@ begin
     variable may_step    : std_ulogic                               := '1';
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
-    -- By how much the output is ahead of the position while it does not follow: to the held phase
-    variable to_phase    : u_unsigned(1 downto 0);
+    -- While the output does not follow: the lowest bits that belong to the held phase, the position's period of four
+    -- counts and the ones beside it, and the lowest bits of both
+    variable place_of_output : u_unsigned(1 downto 0)               := "00";
+    variable period      : u_signed(POSITION_WIDTH - 1 downto 2);
+    variable period_less : u_signed(POSITION_WIDTH - 1 downto 2);
+    variable period_more : u_signed(POSITION_WIDTH - 1 downto 2);
+    variable ahead       : u_unsigned(3 downto 0);
     -- From the position to the angle; the same for each turn; from the zero of each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
@@ -206,6 +259,11 @@ begin
     -- Whether the oldest, (2), counts from an index
     variable referenced_then : std_ulogic_vector(2 downto 0)        := "000";
     variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
+    variable near        : u_signed(3 downto 0);
+    variable gated       : std_ulogic;
+    -- Of phase_then: how far it is behind z_state, and whether a gated Z is as wide
+    variable behind_state  : u_unsigned(1 downto 0)                 := "00";
+    variable is_state_high : std_ulogic                             := '0';
     -- following_limit, or what is less: two turns without a count
     variable limit       : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
     variable turn_limit  : u_signed(LIMIT_WIDTH - 1 downto 0)       := (others => '0');
@@ -232,10 +290,10 @@ begin
         z_level := '0';
         for turns in behind_zero'range loop
           beyond := behind_zero(turns)(beyond'range);
-          if beyond = 0 or beyond = -1 then
-            if is_high(behind_zero(turns)(3 downto 0), phase_then - z_state, z_gated, z_width) then
-              z_level := referenced_then(2);
-            end if;
+          near   := behind_zero(turns)(near'range);
+          gated  := is_state_high and GATE(to_integer(u_unsigned(near) & behind_state));
+          if (and beyond) = '1' or (or beyond) = '0' then
+            z_level := z_level or (referenced_then(2) and (gated or (not z_gated and is_high_ungated(near, z_width))));
           end if;
         end loop;
       end if;
@@ -274,7 +332,7 @@ begin
       -- Decide on a step.
       step_up   := '0';
       step_down := '0';
-      if following = '1' and enabled = "11" and may_step = '1' and reset = '0' then
+      if is_open = '1' and may_step = '1' then
         step_up   := remaining(2) or (remaining(1) and one_up);
         step_down := not remaining(-1) or (not remaining(0) and not one_up);
       end if;
@@ -307,7 +365,9 @@ begin
       end if;
 
       -- Take the step decided one clock ago.
-      phase_then  := phase;
+      phase_then    := phase;
+      behind_state  := phase - z_state;
+      is_state_high := z_gated and (resize(behind_state, 3) ?< counts_of(z_width));
       for turns in angles_ahead'range loop
         behind_zero(turns) := angles_ahead(turns) + output;
       end loop;
@@ -319,15 +379,27 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
+      period      := corrected_position(period'range);
+      period_less := period - 1;
+      period_more := period + 1;
+      ahead       := u_unsigned(corrected_position(1 downto 0)) & place_of_output;
       if following = '0' then
-        to_phase := phase - phase_of_zero - u_unsigned(corrected_position(1 downto 0));
-        output   := corrected_position + signed(to_phase);
+        -- The count nearest to the position which has the phase: from 2 before it to 1 behind it.
+        output(1 downto 0) := u_signed(place_of_output);
+        if IS_PERIOD_BEFORE(to_integer(ahead)) = '1' then
+          output(period'range) := period_less;
+        elsif IS_PERIOD_BEHIND(to_integer(ahead)) = '1' then
+          output(period'range) := period_more;
+        else
+          output(period'range) := period;
+        end if;
       else
         output := add_with_carry(output, (output'range => down(0)), up(0));
       end if;
       if following = '1' then
         phase := phase + u_unsigned'(down(0), up(0) or down(0));
       end if;
+      place_of_output := phase - phase_of_zero;
 
       up      := up(STEPS_UNDER_WAY - 2 downto 0) & step_up;
       down    := down(STEPS_UNDER_WAY - 2 downto 0) & step_down;
@@ -337,6 +409,8 @@ begin
         down := (others => '0');
       end if;
       following := enable and not cannot_keep_up;
+
+      is_open   := following and enabled(1) and enabled(0) and not reset;
 
       if reset = '1' then
         following      := '0';

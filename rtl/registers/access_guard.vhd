@@ -37,7 +37,8 @@ entity access_guard is
     to_coefficients : out   std_ulogic;
     to_offset       : out   std_ulogic;
     to_capture      : out   std_ulogic;
-    refused         : out   std_ulogic
+    refused         : out   std_ulogic;
+    ask_registers   : out   std_ulogic := '0'               -- pulse, with to_registers
   );
 end entity access_guard;
 
@@ -84,7 +85,9 @@ begin
       capture      := place(17) = CAPTURE_FIRST(17)
                       and is_write = '0' and capture_ready = '1' and sample <= CAPTURE_DEPTH - 1;
 
+      ask_registers <= '0';
       if judge = '1' then
+        ask_registers   <= '1' when registers else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
         to_offset       <= '1' when offset else '0';

@@ -6,7 +6,8 @@
 -- register block that is generated from the map, and the way past it to what other units answer. One
 -- access is under way at a time, and each of its steps has a clock of its own.
 --
--- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to a register's answer. Another
+-- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to a register's answer: the word that is chosen
+-- has a register of its own. Another
 -- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer is there a clock later.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
@@ -86,9 +87,13 @@ architecture rtl of register_access is
   signal to_offset       : std_ulogic;
   signal to_capture      : std_ulogic;
 
+  signal judge            : std_ulogic;
   signal register_request : std_ulogic;
   signal register_read    : std_ulogic;
   signal register_data    : std_ulogic_vector(31 downto 0);
+  signal read_then        : std_ulogic := '0';
+  signal failed_then      : std_ulogic := '0';
+  signal data_then        : std_ulogic_vector(31 downto 0);
   signal register_written : std_ulogic;
   signal read_failed      : std_ulogic;
   signal write_failed     : std_ulogic;
@@ -128,6 +133,8 @@ begin
       failed         => failed
     );
 
+  judge <= taken and not reset;
+
   guard : entity work.access_guard
     generic map (
       LANES         => LANES,
@@ -135,7 +142,7 @@ begin
     )
     port map (
       clock           => clock,
-      judge           => taken,
+      judge           => judge,
       capture_ready   => capture_ready,
       address         => access_address,
       is_write        => is_write,
@@ -144,10 +151,10 @@ begin
       to_coefficients => to_coefficients,
       to_offset       => to_offset,
       to_capture      => to_capture,
-      refused         => refused
+      refused         => refused,
+      ask_registers   => register_request
     );
 
-  register_request  <= ask and to_registers;
   coefficient_read  <= ask and to_coefficients and not is_write;
   coefficient_write <= ask and to_coefficients and is_write;
   offset_read       <= ask and to_offset and not is_write;
@@ -181,9 +188,20 @@ begin
       hwif_out             => hwif_out
     );
 
-  answered <= register_read or register_written or coefficient_done or capture_done;
-  failed   <= (register_read and read_failed) or (register_written and write_failed);
-  data     <= (register_data and to_registers)
+  hold_word : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      data_then   <= register_data;
+      read_then   <= register_read and not reset;
+      failed_then <= read_failed;
+    end if;
+
+  end process hold_word;
+
+  answered <= read_then or register_written or coefficient_done or capture_done;
+  failed   <= (read_then and failed_then) or (register_written and write_failed);
+  data     <= (data_then and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
               or (capture_data and to_capture);

@@ -13,8 +13,8 @@
 -- **Arming.** `arm` (pulse) begins anew with `first` and `interval`. `first` is reached when the position comes to it, or passes it,
 -- from the side on which it was at the arming, or leaves it where it stood there. From then on the place reached last is
 -- left when the position is a whole interval away from it, in either direction: the next place is then reached. So a
--- position that trembles on a place gives one strobe. A position that jumps further gives a strobe a clock until it has
--- caught up.
+-- position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
+-- has caught up.
 --
 -- **Reset** disarms.
 
@@ -22,6 +22,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
 
 entity position_compare is
@@ -41,20 +42,44 @@ architecture rtl of position_compare is
 
   type compare_state is (IDLE, MEASURE, WAIT_FIRST, TRACK);
 
+  subtype count is u_signed(POSITION_WIDTH - 1 downto 0);
+
 begin
 
   compare : process (clock) is
 
-    variable state    : compare_state                         := IDLE;
-    variable place    : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable step     : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable distance : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-    variable below    : std_ulogic                            := '0'; -- the side of the arming
+    variable state    : compare_state := IDLE;
+    variable place    : count         := (others => '0'); -- the first one
+    variable step     : count         := (others => '0');
+    variable distance : count         := (others => '0');
+    variable below    : std_ulogic    := '0';             -- the side of the arming
+    -- The next places upwards and downwards; from there to the position, downwards less a count
+    variable upper      : count       := (others => '0');
+    variable lower      : count       := (others => '0');
+    variable upper_then : count;
+    variable lower_then : count;
+    variable from_upper : count       := (others => '0');
+    variable from_lower : count       := (others => '0');
+    -- A place was reached a clock ago. For two clocks the distances are those of the places before.
+    variable rose      : std_ulogic   := '0';
+    variable fell      : std_ulogic   := '0';
+    variable goes_up   : std_ulogic;
+    variable goes_down : std_ulogic;
+    variable is_stale  : std_ulogic_vector(1 downto 0) := "00";
 
   begin
 
     if rising_edge(clock) then
-      strobe <= '0';
+      strobe    <= '0';
+      goes_up   := '0';
+      goes_down := '0';
+
+      upper_then := upper;
+      lower_then := lower;
+      if rose = '1' or fell = '1' or state = MEASURE then
+        upper := less_or_more(upper, step, not fell);
+        lower := less_or_more(lower, step, rose);
+      end if;
 
       case state is
 
@@ -75,23 +100,33 @@ begin
           end if;
 
         when TRACK =>
-          if distance >= step then
-            strobe   <= '1';
-            place    := place + step;
-          elsif distance <= -step then
-            strobe   <= '1';
-            place    := place - step;
-          end if;
+          goes_up   := not from_upper(from_upper'high) and not (or is_stale);
+          goes_down := from_lower(from_lower'high) and not (or is_stale);
+          strobe    <= goes_up or goes_down;
 
       end case;
 
-      distance := position - place;
+      is_stale := is_stale(0) & '0';
+      if goes_up = '1' or goes_down = '1' then
+        is_stale := "11";
+      end if;
+      rose := goes_up;
+      fell := goes_down;
+
+      distance   := position - place;
+      from_upper := position - upper_then;
+      from_lower := add_with_carry(position, not lower_then, '0');
 
       if arm = '1' then
         state    := MEASURE;
         place    := first;
+        upper    := first;
+        lower    := first;
         step     := signed(resize(interval, POSITION_WIDTH));
         distance := position - first;
+        rose     := '0';
+        fell     := '0';
+        is_stale := "00";
       end if;
 
       if reset = '1' then

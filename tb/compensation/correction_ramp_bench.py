@@ -22,7 +22,7 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
     dut.reset.value = 1
     dut.marker.value = 0
     dut.correction.value = 0
-    dut.inserted.value = 0
+    dut.withdrawn.value = 0
     dut.limit.value = scenario.limit
     dut.ramp_rate.value = scenario.ramp_rate
     dut.ramp_acceleration.value = scenario.ramp_acceleration
@@ -37,7 +37,7 @@ async def equals_the_model(dut: Any, scenario: RampScenario) -> None:
         dut.correction.value = int(scenario.correction[now])
         dut.marker.value = int(scenario.marker[now])
         if scenario.inserted.size:
-            dut.inserted.value = int(scenario.inserted[now])
+            dut.withdrawn.value = -int(scenario.inserted[now])
         await RisingEdge(dut.clock)
         seen.append((dut.total.value.to_signed(), int(dut.limited.value), int(dut.busy.value)))
     model = correction_ramp(

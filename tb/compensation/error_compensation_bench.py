@@ -11,6 +11,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
 
+from arctrue.gateware.correction_ramp import HOLD
 from arctrue.gateware.error_compensation import correction_limit, error_compensation
 from arctrue.generated.number_formats import COMPENSATION_LATENCY, PAIR_FRACTION, PAIR_WIDTH
 
@@ -150,21 +151,22 @@ async def every_fraction_rounds_once(dut: Any) -> None:
     pair_sums = np.zeros((total.size, PAIRS), dtype=np.int64)
     pair_sums[:, -1] = total
     zeros = np.zeros(total.size, dtype=np.int64)
-    # apply rises with a correction of 0, so that no remainder is caught.
+    # apply rises with a correction of 0, so that no remainder is caught while the total is held.
+    before = np.zeros(HOLD, dtype=np.int64)
     model = await compare(
         dut,
-        np.concatenate([np.zeros((1, PAIRS), dtype=np.int64), pair_sums]),
-        np.concatenate([[0], zeros]),
-        np.concatenate([[0], zeros + 3]),
-        np.concatenate([[0], zeros - 5]),
-        np.ones(total.size + 1, dtype=np.bool_),
-        np.zeros(total.size + 1, dtype=np.bool_),
+        np.concatenate([np.zeros((HOLD, PAIRS), dtype=np.int64), pair_sums]),
+        np.concatenate([before, zeros]),
+        np.concatenate([before, zeros + 3]),
+        np.concatenate([before, zeros - 5]),
+        np.ones(total.size + HOLD, dtype=np.bool_),
+        np.zeros(total.size + HOLD, dtype=np.bool_),
         1000,
         0,
     )
     exact = total / (1 << PAIR_FRACTION)
-    assert np.all(np.abs(-5 - model.corrected_position[1:] - exact) <= 0.5)
-    assert np.all((model.corrected_position[1:] + 8 - model.corrected_angle[1:]) % 1000 == 0)
+    assert np.all(np.abs(-5 - model.corrected_position[HOLD:] - exact) <= 0.5)
+    assert np.all((model.corrected_position[HOLD:] + 8 - model.corrected_angle[HOLD:]) % 1000 == 0)
 
 
 @cocotb.test()

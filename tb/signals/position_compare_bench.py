@@ -76,3 +76,29 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
     assert strobes == [clock for clock in late if clock < CLOCKS]
     assert len(expected) == 1 if not interval else len(expected) > 10
     assert int(dut.armed.value) == (interval > 0)
+
+
+@cocotb.test()
+@cocotb.parametrize(sense=[1, -1])
+async def catches_up_after_a_jump(dut, sense: int) -> None:
+    """A jump over seven places: a strobe each, every third clock, and none after that."""
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.reset.value = 1
+    dut.arm.value = 0
+    dut.position.value = -5 * sense
+    dut.first.value = 0
+    dut.interval.value = 10
+    await ClockCycles(dut.clock, 3, FallingEdge)
+    dut.reset.value = 0
+    dut.arm.value = 1
+    await FallingEdge(dut.clock)
+    dut.arm.value = 0
+    await ClockCycles(dut.clock, 5, FallingEdge)
+    strobes = []
+    dut.position.value = 73 * sense
+    for clock in range(60):
+        await FallingEdge(dut.clock)
+        if int(dut.strobe.value):
+            strobes.append(clock)
+    assert len(strobes) == 8, "the first place and seven multiples"
+    assert set(np.diff(strobes[1:])) == {3}

@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import os
 import re
+import uuid
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
@@ -23,6 +24,9 @@ ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
 # Where GHDL looks for LLVM by another name than the system gives it, set-up puts that name here.
 LLVM_NAMES = ROOT / "build" / "llvm_names"
+
+COVERAGE = "ARCTRUE_COVERAGE"
+"""With it scripts/gateware_coverage.py asks for executed lines, and names their folder."""
 
 Backend = Literal["mcode", "llvm"]
 """mcode analyses fast, llvm runs a heavy design three times as fast."""
@@ -55,7 +59,17 @@ def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
 def _work_folder(toplevel: str, backend: Backend) -> Path:
     # One folder a pytest worker: two workers never write the same library.
     worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
-    return ROOT / "build" / "tb" / f"{toplevel}-{backend}-{worker}"
+    # Nor do two versions of GHDL.
+    counting = "-coverage" if COVERAGE in os.environ else ""
+    return ROOT / "build" / "tb" / f"{toplevel}-{backend}-{worker}{counting}"
+
+
+def _counting() -> list[str]:
+    """Options with which GHDL counts the lines that it executes; none without the variable."""
+    folder = os.environ.get(COVERAGE)
+    if folder is None:
+        return []
+    return ["--coverage", f"--coverage-output={Path(folder) / uuid.uuid4().hex}.json"]
 
 
 @functools.cache
@@ -104,7 +118,7 @@ def simulate(
         test_module=test_module,
         testcase=testcase,
         parameters=dict(generics or {}),
-        test_args=["--std=08"],
+        test_args=["--std=08", *_counting()],
         plusargs=["--assert-level=error", "--max-stack-alloc=0"],
         build_dir=folder,
         test_dir=folder,

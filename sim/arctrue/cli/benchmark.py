@@ -18,6 +18,7 @@ from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
+from arctrue.studies.benchmark.page import said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
@@ -102,7 +103,8 @@ def score(
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"
         console.print(
-            f"{item['outcome']} ({item['said']}), {item['world']}, {hidden}\n  {item['command']}",
+            f"{item['outcome']} ({said_words(item)}), {item['world']}, {hidden}\n"
+            f"  {item['command']}",
             soft_wrap=True,
         )
 

@@ -11,6 +11,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.flash import FlashRefusedError, write_image
+from arctrue.percent import percent
 
 REFUSED = 1
 NO_DEVICE = 2
@@ -36,7 +37,7 @@ def flash(port: str, file: Path) -> None:
                 Console(port),
                 image,
                 lambda done, all_: progress.now(
-                    f"{file.name}: {done:,} of {all_:,} bytes, {done / all_:.0%}"
+                    f"{file.name}: {done:,} of {all_:,} bytes, {percent(done / all_)}"
                 ),
             )
     except FlashRefusedError as error:

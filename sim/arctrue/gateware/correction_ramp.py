@@ -18,30 +18,35 @@ TICK_BITS = 8
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
-# Clocks from a marker to the first total from which r can have lost a unit.
-DECAY_START = 2
+HOLD = 3
+"""Clocks for which a marker holds the total."""
+CATCH_AGE = 1
+# Clocks from a marker to the last total from which r cannot have lost a unit.
+DECAY_START = 5
 
 
 @dataclass(frozen=True)
 class RampState:
-    """What the ramp remembers: the held total and r at the last marker, in 2⁻ᶠ count.
+    """What the ramp remembers: the held total and r as it was caught last, in 2⁻ᶠ count.
 
-    ``age``: clocks since that marker.
+    ``age``: clocks since the last marker.
     """
 
     held: int = 0
     caught: int = 0
-    age: int = 0
+    age: int = HOLD
     motion: RampVelocity | None = None
-    """With a bound of the acceleration: r and its velocity, in place of ``caught`` and ``age``."""
+    """With a bound of the acceleration: r and its velocity, in place of ``caught``."""
+    excess_then: int = 0
+    """With such a bound: -r of the last clock's total; ``motion`` has that of the next one."""
 
 
 @dataclass
 class RampVelocity:
     """Model of the entity ``ramp_velocity``, one call of :meth:`clock` a clock.
 
-    ``velocity``: 2⁻⁵¹ count a clock; ``way``: what braking takes, 2⁻ᶠ count; ``excess``: -r, which
-    correction_ramp keeps.
+    ``velocity``: 2⁻⁵¹ count a clock; ``way``: what braking takes, 2⁻ᶠ count; ``excess``: -r of the
+    next total, which correction_ramp keeps; ``step``: what that gains.
     """
 
     excess: int = 0
@@ -53,6 +58,7 @@ class RampVelocity:
     moves: bool = False
     tick: int = 0
     fraction: int = 0
+    was_marker: bool = False
     is_stale: bool = False
     seen: tuple[int, bool, bool] = (0, True, False)
     """Of the look: the size, whether it is 0, whether it moves away."""
@@ -62,6 +68,11 @@ class RampVelocity:
     def clock(self, marker: bool, rate: int, acceleration: int) -> None:
         """One clock; ``excess`` is that of the clock before."""
         whole = self.velocity >> VELOCITY_FRACTION
+        moved = self.fraction + whole
+        is_held = marker or self.was_marker
+        self.step = 0 if is_held else (moved >> TICK_BITS) * (-1 if self.falling else 1)
+        self.fraction = 0 if is_held else moved % 2**TICK_BITS
+        self.was_marker = marker
         faster = self.velocity + acceleration
         more = faster >> VELOCITY_FRACTION
         velocity, self.ends = self.velocity, False
@@ -86,9 +97,6 @@ class RampVelocity:
                 velocity, self.way, self.moves = faster, self.way + more, True
         self.tick = (self.tick + 1) % 2**TICK_BITS
         self.is_stale |= marker
-        moved = self.fraction + whole
-        self.step = 0 if marker else moved >> TICK_BITS
-        self.fraction = 0 if marker else moved % 2**TICK_BITS
         self.velocity = velocity
 
 
@@ -149,17 +157,23 @@ def correction_ramp(
     limited = np.zeros(clocks, dtype=np.bool_)
     busy = np.zeros(clocks, dtype=np.bool_)
     top = limit << PAIR_FRACTION
-    markers = np.flatnonzero(marker).tolist()
     held, caught, age = state.held, state.caught, state.age
     start = 0
-    for end in [*markers, clocks]:
-        if end > start:
-            ages = age + 1 + np.arange(end - start, dtype=np.int64)
+    for end in [*np.flatnonzero(marker).tolist(), clocks]:
+        # Since the marker before: it holds, then r decays.
+        until = min(end, start + max(HOLD - 1 - age, 0))
+        if age < CATCH_AGE <= age + until - start:
+            caught = held - int(correction[start + CATCH_AGE - age - 1])
+        total[start:until] = held
+        busy[start:until] = True
+        age += until - start
+        if end > until:
+            ages = age + 1 + np.arange(end - until, dtype=np.int64)
             remainder = _decayed(caught, ages, ramp_rate)
-            unlimited = correction[start:end] + remainder
-            total[start:end] = np.clip(unlimited, -top, top)
-            limited[start:end] = total[start:end] != unlimited
-            busy[start:end] = remainder != 0
+            unlimited = correction[until:end] + remainder
+            total[until:end] = np.clip(unlimited, -top - 1, top)
+            limited[until:end] = (unlimited > top) | (unlimited < -top)
+            busy[until:end] = remainder != 0
             held = int(total[end - 1])
             age = int(ages[-1])
         if end < clocks:
@@ -167,7 +181,6 @@ def correction_ramp(
                 held += int(inserted[end]) << PAIR_FRACTION
             total[end] = held
             busy[end] = True
-            caught = held - int(correction[end])
             age = 0
         start = end + 1
     return RampResult(total, limited, busy, RampState(held, caught, age))
@@ -192,26 +205,28 @@ def _accelerated(
 ) -> RampResult:
     """Clock by clock: what the velocity becomes depends on r."""
     motion = replace(state.motion or RampVelocity())
-    held, top = state.held, limit << PAIR_FRACTION
+    held, age, excess, top = state.held, state.age, state.excess_then, limit << PAIR_FRACTION
     jumps = np.zeros(correction.size, dtype=np.int64) if inserted is None else inserted
     rows = []
     for now, marks, jump in zip(correction.tolist(), marker.tolist(), jumps.tolist(), strict=True):
-        busy, excess = motion.excess != 0 or motion.moves, motion.excess
+        catches, age = age + 1 == CATCH_AGE, 0 if marks else age + 1
+        caught = now - held
+        busy, limited = excess != 0 or motion.moves or age < HOLD, False
         if marks:
-            jump <<= PAIR_FRACTION
-            unlimited, after = held + jump, now - held - jump
-            held, busy = unlimited, True
-        else:
+            held += jump << PAIR_FRACTION
+        elif age >= HOLD:
             unlimited = now - excess
-            held = min(max(unlimited, -top), top)
-            after = 0 if motion.ends else excess + (-motion.step if motion.falling else motion.step)
-        motion.clock(marks, ramp_rate, ramp_acceleration)
+            held = min(max(unlimited, -top - 1), top)
+            limited = not -top <= unlimited <= top
+        excess = 0 if motion.ends else motion.excess
+        after = caught if catches else 0 if motion.ends else motion.excess + motion.step
+        motion.clock(catches, ramp_rate, ramp_acceleration)
         motion.excess = after
-        rows.append((held, held != unlimited, busy))
-    total, limited, busies = (np.array(column) for column in zip(*rows, strict=True))
+        rows.append((held, limited, busy))
+    total, limits, busies = (np.array(column) for column in zip(*rows, strict=True))
     return RampResult(
         total.astype(np.int64),
-        limited.astype(np.bool_),
+        limits.astype(np.bool_),
         busies.astype(np.bool_),
-        RampState(held=held, motion=motion),
+        RampState(held=held, age=age, motion=motion, excess_then=excess),
     )

@@ -93,6 +93,9 @@ class _Follower:
         # From the position to the angle, and a turn: of one, two and three clocks ago.
         self.references = [(0, 0, False)] * 3
         self.behind_zero = 0
+        # Looked at a clock before they act
+        self.z_before = _ZSettings(False, 0, 0)
+        self.phase_of_zero = 0
         self.restart()
 
     def restart(self) -> None:
@@ -113,7 +116,12 @@ class _Follower:
             reference, turn_then, referenced = self.references[2]
             zero = reference + self.output_then
             behind = [_wrapped(zero + turns * turn_then) for turns in _TURNS]
-            self.pins[2] = int(referenced and any(z.is_high(n, self.phase_then) for n in behind))
+            if z.gated and not self.z_before.gated:
+                referenced = False
+            of_clock = self.z_before if z.gated else z
+            high = any(of_clock.is_high(n, self.phase_then) for n in behind)
+            self.pins[2] = int(referenced and high)
+        self.z_before = z
         self.cannot_keep_up = int(self.too_far or (self.cannot_keep_up and not clear))
         self.following_error = 0
         self.too_far = False
@@ -151,8 +159,9 @@ class _Follower:
             self.phase = (self.phase + self.steps[0]) % 4
             self.output = _wrapped(self.output + self.steps[0])
         else:
-            to_phase = (self.phase - phase_of_zero - position + 2) % 4 - 2
+            to_phase = (self.phase - self.phase_of_zero - position + 2) % 4 - 2
             self.output = _wrapped(position + to_phase)
+        self.phase_of_zero = phase_of_zero
 
     def refer(self, position: int, angle: int, turn: int, referenced: bool) -> None:
         """Where the zero is: from the position to the angle; the turn joins it a clock later."""
@@ -174,6 +183,8 @@ def quadrature_output(inputs: OutputInputs, held_phase: int = 0) -> OutputTrace:
     follower.output = follower.output_then = int(columns[0][0])
     follower.phase = follower.phase_then = held_phase
     follower.pins[:2] = _A_OF_PHASE[held_phase], _B_OF_PHASE[held_phase]
+    follower.phase_of_zero = int(columns[5][0])
+    follower.z_before = _ZSettings(*(column[0].item() for column in columns[6:9]))
     outputs = np.zeros((columns[0].size + 1, 5), dtype=np.int64)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     for clock, row in enumerate(rows):

@@ -47,7 +47,8 @@ ELSEWHERE = {
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
-    "coverage": ("minutes; what it counts", "sim/tests/project/test_firmware_coverage.py"),
+    "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
+    "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
     "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
@@ -106,7 +107,7 @@ def test_a_documented_command_has_these_words_and_options(page: str, line: str) 
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
     command: click.Command = main
-    context = click.Context(main, info_name="arctrue")
+    context = click.Context(main, info_name="arctrue", **main.context_settings)
     while isinstance(command, click.Group) and words and not words[0].startswith("-"):
         below = command.get_command(context, words[0])
         assert below is not None, f"{page}: {line}"

@@ -1,4 +1,4 @@
-"""What scripts/firmware_coverage.py counts; the whole of it is ``make coverage``."""
+"""What scripts/firmware_coverage.py counts; the whole of it is ``make coverage-firmware``."""
 
 from __future__ import annotations
 

@@ -187,11 +187,14 @@ def test_two_adders_in_a_row_are_told(
 
 
 @needs_tools
-def test_the_phase_lane_keeps_to_one_dsp(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("entity", ["phase_lane", "position_compare"])
+def test_a_unit_keeps_to_one_adder_and_to_200_mhz(
+    entity: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert timing.main(["--entity", "phase_lane", "--output", str(tmp_path / "made")]) == 0
-    text = capsys.readouterr().out
-    assert "0 without a reason" in text
-    # Half of it is the guess for the wire.
-    assert float(text.split("Longest path ")[1].split(" ns")[0]) < 5.0
+    made = str(tmp_path / "made")
+    assert timing.main(["--entity", entity, "--output", made, "--limit", "5"]) == 0
+    assert "0 without a reason" in capsys.readouterr().out
+    # Nothing is as short as this.
+    netlist = str(tmp_path / "made" / f"{entity}.flat.json")
+    assert timing.main(["--entity", entity, "--netlist", netlist, "--limit", "0.5"]) == 1
+    assert "expected 0.5 ns at the most" in capsys.readouterr().err

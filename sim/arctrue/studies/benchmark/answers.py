@@ -106,6 +106,8 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
             _check_frozen(folder / name, items)
     common = set.intersection(*(set(items) for items in results.values()))
     order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
+    if not order:
+        raise AnswersError(f"{folder}: there is no set yet that {', '.join(results)} have answered")
     # One truth for all: the generator may have been worked on between two of them.
     truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {

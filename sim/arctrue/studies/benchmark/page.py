@@ -219,8 +219,25 @@ def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str
     return [
         f"Tier *{plan['tier']}*, seed {plan['seed']}: {sets}, {found['visible']} with something "
         f"that the oracle sees. {told_state(header)}, generator `{plan['generator']}`, scored by "
-        f"`{files_digest(SCORING)}`; {libraries}."
+        f"`{files_digest(SCORING)}`; {libraries}.",
+        "",
+        _goals_met(found),
     ]
+
+
+def _goals_met(found: Mapping[str, Any]) -> str:
+    """The goals over all sets in one sentence."""
+    met: list[str] = []
+    missed: list[str] = []
+    for score in SCORES:
+        goal, data = goal_of(score, "all"), found["rates"][score.name]["all"]
+        if goal == (None, None) or not data["of"]:
+            continue
+        told = f"{score.name} ({100 * data['hits'] / data['of']:.1f} %, goal {_goal(*goal)})"
+        (missed if _missed(data, *goal) else met).append(told)
+    return f"Goals over all sets, met: {'; '.join(met) or 'none'}. Missed: " + (
+        f"{'; '.join(missed)}." if missed else "none."
+    )
 
 
 def _percent(data: Mapping[str, Any]) -> str:
@@ -279,10 +296,12 @@ def _rates(found: Mapping[str, Any]) -> list[str]:
 def _peers(peers: Mapping[str, Mapping[str, Any]], header: Mapping[str, Any]) -> list[str]:
     first = next(iter(peers.values()))
     whole = first["header"]["plan"]["sets"]
+    tier = first["header"]["plan"]["tier"]
     sets = f"The {whole}" if first["sets"] == whole else f"The same {first['sets']} of the {whole}"
     lines = [
-        f"{sets} frozen public sets (tier *public*), {first['visible']} with something that the "
-        "oracle sees, the same scorer for all. Percent, interval of 95 %, and how many sets count:",
+        f"{sets} sets of the tier *{tier}*{', which are frozen' if tier == 'public' else ''}: "
+        f"{first['visible']} with something that the oracle sees, one scorer for all. Percent, "
+        "interval of 95 %, and how many sets count:",
         "",
         "| | " + " | ".join(peers) + " |",
         "|---|" + "---|" * len(peers),
@@ -345,7 +364,8 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
     lines = [
         "### Size against the oracle",
         "",
-        "Sets with one cause of the catalogue: put first, percent, by the size in oracle limits.",
+        "Sets with one cause of the catalogue: put first, percent, by the size in limits (over the "
+        "smallest that the oracle finds).",
         "",
         "| size in limits | put first |",
         "|---|---|",
@@ -358,7 +378,7 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
     lines = [
-        "By effect, in oracle limits: the smallest that was put first, the largest that was not.",
+        "By effect, in limits: the smallest that was put first, the largest that was not.",
         "",
         "| effect | put first | smallest put first | largest not put first |",
         "|---|---|---|---|",
@@ -389,26 +409,32 @@ def _confusion(found: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def said_words(item: Mapping[str, Any]) -> str:
+    """What was said of a failure: the name or verdict, a second name, the words of an error."""
+    beside = f", and beside it {item['second_name']}" if item["second_name"] else ""
+    error = f": {item['error']}" if item["error"] else ""
+    return f"{item['said']}{beside}{error}"
+
+
 def _failures(found: Mapping[str, Any]) -> list[str]:
     failures: Sequence[Mapping[str, Any]] = found["failures"]
     if not failures:
         return ["Nothing."]
     shown = failures[:MOST_FAILURES]
-    number = f"All {len(failures)}" if len(shown) == len(failures) else f"{len(shown)}"
-    rest = "" if len(shown) == len(failures) else f" of {len(failures)}"
+    whole = len(shown) == len(failures)
+    number = f"All {len(failures)}" if whole else f"{len(shown)} of {len(failures)}"
+    rest = "" if whole else "; `arctrue benchmark score FOLDER` lists all"
     lines = [
-        f"{number}{rest} sets whose outcome is none that a set should come to"
-        f"{'; `arctrue benchmark score FOLDER` lists all' if rest else ''}. Each: its world and "
-        "what is bad in it, what is hidden, its size (also in limits: over the smallest that the "
-        "oracle finds), the outcome, what was said, and the command that makes the set again in "
-        "the folder `FOLDER`.",
+        f"{number} sets whose outcome is none that a set should come to, or of which a second name "
+        f"is said that is not there{rest}. Each: its world and what is bad in it, what is hidden, "
+        "its size (also in limits: over the smallest that the oracle finds), the outcome, what was "
+        "said, and the command that makes the set again in the folder `FOLDER`.",
         "",
     ]
     for item in shown:
         bad = f" [{', '.join(item['bad'])}]" if item["bad"] else ""
-        error = f": {item['error']}" if item["error"] else ""
         lines.append(
             f"- {item['world']}{bad}, {'; '.join(item['hidden']) or 'nothing'}: "
-            f"{item['outcome']} ({item['said']}{error}). `{item['command']}`"
+            f"{item['outcome']} ({said_words(item)}). `{item['command']}`"
         )
     return lines

@@ -160,7 +160,7 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
             for world in worlds
         },
         "confusion": confusion(sets),
-        "failures": [failure(item) for item in sets if item.outcome not in GOOD],
+        "failures": [failure(item) for item in sets if is_failure(item)],
     }
 
 
@@ -260,6 +260,11 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
     return {truth: dict(found[truth].most_common()) for truth in sorted(found)}
 
 
+def is_failure(item: Judged) -> bool:
+    """The outcome is none that a set should come to, or a second name is said that is not there."""
+    return item.outcome not in GOOD or item.second_name is not None
+
+
 def failure(item: Judged) -> dict[str, Any]:
     """One set that is not as it should be, with the command that makes it again."""
     return {
@@ -272,6 +277,7 @@ def failure(item: Judged) -> dict[str, Any]:
         ],
         "outcome": item.outcome,
         "said": item.said,
+        "second_name": item.second_name,
         "error": item.answer.get("error"),
         "command": item.command(),
     }

@@ -166,7 +166,7 @@ def test_rates_count_what_they_say() -> None:
     assert found["a second name that is not there, of right names"] == (1, 1)
     assert found["silent where the oracle sees (cannot tell, bad data, error)"] == (1, 6)
     whole = scored(sets)
-    assert len(whole["failures"]) == 3
+    assert len(whole["failures"]) == 4
     assert whole["confusion"]["latency"] == {"latency": 1, "vibration": 1, "adequate": 1}
     told = "--world white --content one --seed 5 --samples 1500"
     assert all(told in item["command"] for item in whole["failures"])
@@ -179,7 +179,10 @@ def test_rates_count_what_they_say() -> None:
     assert "≥ 90; white ≥ 97 |" in text
     assert "oracle sees of the catalogue | ≥ 90; white ≥ 97 | **33.3 (0.8 … 90.6) of 3** |" in text
     assert "state no probability" in text
-    assert "All 3 sets whose outcome is none that a set should come to." in text
+    assert "All 4 sets whose outcome is none that a set should come to, or of which" in text
+    assert "right (latency, and beside it vibration). `arctrue benchmark set FOLDER" in text
+    assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
+    assert "Missed: false name (14.3 %, goal ≤ 1); " in text
     assert all(item["command"] in text for item in whole["failures"])
     told = page({**header_of(sets=7), "commit": None}, whole)
     assert "7 sets, 6 with something" in told

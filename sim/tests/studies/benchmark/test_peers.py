@@ -118,7 +118,7 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
     assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
     text = page(header_of(plan, "arctrue"), found["arctrue"], found)
-    assert "The same 2 of the 60 frozen public sets" in text
+    assert "The same 2 of the 60 sets of the tier *quick*: 0 with something" in text
     assert "Commit `of step`, source `step`" in text
     assert "another state of the code" not in text
     assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text
@@ -139,6 +139,14 @@ def answered(folder: Path, subject: str, header: dict[str, Any], number: int = 2
     with Store(folder / subject, header) as store:
         for task in read_plan(folder).tasks(subject)[:number]:
             store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
+
+
+def test_rivals_without_a_set_in_common_are_not_set_beside_each_other(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
+    answered(tmp_path, "stepwise_bic", header_of(plan, "stepwise_bic"), number=0)
+    with pytest.raises(AnswersError, match="no set yet that arctrue, stepwise_bic have answered"):
+        score_beside(tmp_path)
 
 
 def test_answers_with_other_libraries_are_not_set_beside_each_other(tmp_path: Path) -> None:

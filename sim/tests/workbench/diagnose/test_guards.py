@@ -5,6 +5,7 @@ Small numbers and small sets, so that each test takes less than a few seconds.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -212,6 +213,28 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         made = measurement_set(error, runs=2, turns=1, reference=False)
         base = fit([_base()], observations_of(made))
         assert on_every_pass(_candidate(base, order), base) is real
+
+
+def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
+    """Waves that are not there, as large as a reference may say they are: 1.2 σ in each run.
+
+    The run that shows most of one shows noise; the others cannot speak against it.
+    """
+    base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
+    for order in range(21, 61):
+        wave = Term(EFFECTS["high_order_graduation"](), {"order": float(order)})
+        item = _candidate(base, wave)
+        before = np.concatenate([base.coefficients, np.zeros(2)])
+        change = item.solution.capture_prediction_arcsec(False)
+        change = change - base.capture_prediction_arcsec(False)
+        assert base.capture_sigma_arcsec is not None
+        size = 1.2 * base.capture_sigma_arcsec * np.sqrt(base.observations.runs)
+        if not np.linalg.norm(change) > 0.0:
+            continue
+        scale = size / np.linalg.norm(change)
+        moved = before + scale * (item.solution.coefficients - before)
+        item.solution = replace(item.solution, coefficients=moved)
+        assert on_every_pass(item, base), order
 
 
 def _always(disc, temperature, speed):  # type: ignore[no-untyped-def]

@@ -1,0 +1,172 @@
+"""Counts the statements of ``rtl/`` that the benches execute: ``make coverage-gateware``.
+
+The benches of ``tb/`` run in GHDL 5, which counts the lines of statements that were executed
+(``--coverage`` of its mcode back-end); each simulation leaves a file of JSON. The files are added
+up: a line counts as executed when any simulation executed it. Result: coverage.md and lines that
+nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests
+use, so this takes several times as long as the benches in ``make test``.
+
+Exit code 1 when a bench fails, a file of ``rtl/`` is in no simulation, or the budget is missed; 2
+when a tool is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from scripts.netlist import ROOT, ToolError, find_ghdl
+
+FOLDER: Final = ROOT / "build" / "coverage_gateware"
+BUDGET: Final = 0.95
+"""Share of the statements' lines of ``rtl/`` that the benches execute at the least."""
+VARIABLE: Final = "ARCTRUE_COVERAGE"
+"""Names the folder of the results to tb/support/simulation.py."""
+RUN_LIMIT_S: Final = 4 * 3600
+
+
+@dataclass
+class FileLines:
+    """Lines with statements of one file, and those of them that were executed."""
+
+    lines: set[int] = field(default_factory=set)
+    executed: set[int] = field(default_factory=set)
+
+    @property
+    def missed(self) -> list[int]:
+        """Lines that no simulation executed, in their order."""
+        return sorted(self.lines - self.executed)
+
+
+def _inside(path: Path, folder: Path) -> bool:
+    return folder in path.parents
+
+
+def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
+    """Add up all files of JSON in ``folder``, for the VHDL files below ``sources``.
+
+    Raises ValueError, with the file's name, for one that GHDL did not write whole.
+    """
+    found: dict[Path, FileLines] = {}
+    for result in sorted(folder.glob("*.json")):
+        try:
+            outputs = json.loads(result.read_text(encoding="utf-8"))["outputs"]
+            entries = [
+                (Path(entry["dir"], entry["file"]).resolve(), entry["mode"], entry["result"])
+                for entry in outputs
+            ]
+        except (ValueError, KeyError, TypeError) as error:
+            raise ValueError(f"{result}: not a whole result of GHDL ({error})") from error
+        for path, mode, lines in entries:
+            if mode != "stmt" or not _inside(path, sources):
+                continue
+            of_file = found.setdefault(path, FileLines())
+            of_file.lines |= {int(line) for line in lines}
+            of_file.executed |= {int(line) for line, times in lines.items() if times}
+    return found
+
+
+def has_statements(path: Path) -> bool:
+    """Whether a VHDL file has anything to execute: a package of constants has nothing."""
+    text = path.read_text(encoding="utf-8").lower()
+    return "architecture " in text or "package body" in text
+
+
+def share(found: dict[Path, FileLines]) -> float:
+    """Executed lines of all lines with statements; 0 where there is no line."""
+    lines = sum(len(entry.lines) for entry in found.values())
+    return sum(len(entry.executed) for entry in found.values()) / lines if lines else 0.0
+
+
+def faults(found: dict[Path, FileLines], sources: Path, budget: float = BUDGET) -> list[str]:
+    """A sentence for each file that was in no simulation, and for a missed budget."""
+    told = [
+        f"{path.relative_to(sources.parent)} was in no simulation"
+        for path in sorted(sources.rglob("*.vhd"))
+        if path not in found and has_statements(path)
+    ]
+    reached = share(found)
+    if reached < budget:
+        told.append(
+            f"the benches execute {reached:.1%} of the statements, expected {budget:.0%} at least"
+        )
+    return told
+
+
+def table(found: dict[Path, FileLines], root: Path) -> str:
+    """Markdown: each file with its lines, those executed, and which are not."""
+    lines = [
+        "| file | lines with statements | executed | share | not executed |",
+        "|---|---:|---:|---:|---|",
+    ]
+    for path, entry in sorted(found.items()):
+        part = len(entry.executed) / len(entry.lines) if entry.lines else 1.0
+        missed = ", ".join(str(line) for line in entry.missed)
+        lines.append(
+            f"| {path.relative_to(root)} | {len(entry.lines)} | {len(entry.executed)} "
+            f"| {part:.1%} | {missed} |"
+        )
+    total = sum(len(entry.lines) for entry in found.values())
+    executed = sum(len(entry.executed) for entry in found.values())
+    lines.append(f"| **all** | {total} | {executed} | {share(found):.1%} | |")
+    return "\n".join(lines) + "\n"
+
+
+def run_benches(tests: Sequence[str], folder: Path, workers: int) -> int:
+    """Run the benches with GHDL's counting; the exit code of pytest. Raises ToolError."""
+    command, _ = find_ghdl()
+    ghdl = shutil.which(command)
+    if ghdl is None or Path(ghdl).name != "ghdl":
+        raise ToolError(f"{command}: cocotb starts a program of the name ghdl; give it this name")
+    places = os.pathsep.join([str(Path(ghdl).resolve().parent), os.environ.get("PATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", str(workers), *tests],
+        cwd=ROOT,
+        env={**os.environ, "PATH": places, VARIABLE: str(folder)},
+        check=False,
+        timeout=RUN_LIMIT_S,
+    )
+    return done.returncode
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("tests", nargs="*", default=["tb"], help="what pytest runs (tb)")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--add", action="store_true", help="keep the results that are there")
+    parser.add_argument("--read", action="store_true", help="only add up what is there")
+    chosen = parser.parse_args(arguments)
+    failed = 0
+    try:
+        if not chosen.read:
+            if not chosen.add:
+                shutil.rmtree(FOLDER, ignore_errors=True)
+            FOLDER.mkdir(parents=True, exist_ok=True)
+            failed = run_benches(chosen.tests, FOLDER, chosen.workers)
+        found = read_results(FOLDER, ROOT / "rtl")
+    except (ToolError, ValueError, subprocess.TimeoutExpired) as error:
+        print(f"coverage: {error}", file=sys.stderr)
+        return 2
+    text = table(found, ROOT)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    (FOLDER / "coverage.md").write_text(text, encoding="utf-8")
+    print(text)
+    told = faults(found, ROOT / "rtl")
+    if failed:
+        told.append("a bench failed")
+    for fault in told:
+        print(f"coverage: {fault}", file=sys.stderr)
+    return 1 if told else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,20 @@
+"""A netlist whose registers begin with random values, as those of a chip may that is not loaded."""
+
+from __future__ import annotations
+
+import random
+import re
+
+_INITIAL = re.compile(r"  initial\s+n\d+_q = \d+'b[01xXzZ]+;\n")
+_REGISTER = re.compile(r"^  reg (?:\[(\d+):0\] )?(n\d+_q);$", re.MULTILINE)
+
+
+def with_random_registers(netlist: str) -> str:
+    """GHDL's Verilog with another beginning of every register; tables and memories keep theirs."""
+    draw = random.Random(11)
+
+    def begin(found: re.Match[str]) -> str:
+        width = int(found[1] or 0) + 1
+        return f"{found[0]}\n  initial {found[2]} = {width}'h{draw.getrandbits(width):x};"
+
+    return _REGISTER.sub(begin, _INITIAL.sub("", netlist))
