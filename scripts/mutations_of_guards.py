@@ -228,6 +228,14 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
     ),
     Mutation(
+        "slow_effects_are_slow_noise",
+        "what the noise of the model without it takes whole is not weighed",
+        f"{DIAGNOSE}/survey.py",
+        "MOST_LEFT = 0.5\n",
+        "MOST_LEFT = 0.0\n",
+        f"{GUARDS}::test_a_slow_effect_far_above_the_scatter_is_no_slow_noise",
+    ),
+    Mutation(
         "outliers_stay",
         "a row that the recording got wrong is fitted to",
         "sim/arctrue/workbench/observations/outliers.py",

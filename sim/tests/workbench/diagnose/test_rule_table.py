@@ -117,10 +117,13 @@ def _again(*events) -> bool:  # type: ignore[no-untyped-def]
 
 def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     def slips(*gains: float, **how: bool | float):  # type: ignore[no-untyped-def]
-        return [_item("count_slip", gains[0], step=True)] + [
-            _item("count_slip", gain, **({"step": True} | how))  # type: ignore[arg-type]
-            for gain in gains[1:]
-        ]
+        return (
+            [_item("count_slip", gains[0], step=True)]
+            + [
+                _item("count_slip", gain, **({"step": True} | how))  # type: ignore[arg-type]
+                for gain in gains[1:]
+            ]
+        )
 
     assert AGAIN == 3
     assert _again(*slips(100.0, 80.0, 60.0))
