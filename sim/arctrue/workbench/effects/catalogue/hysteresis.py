@@ -8,7 +8,6 @@ from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
-
 LEAST_REVERSALS = 2
 """With one alone, up and down are also before and after: any step or drift in time looks so."""
 
