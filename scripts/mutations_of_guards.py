@@ -119,8 +119,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "fits_anything",
         "means of groups never differ by more than their scatter",
         f"{DIAGNOSE}/lack_of_fit.py",
-        "f_distribution.sf(between / within, groups - 1, values.size - groups)",
-        "f_distribution.sf(0.0 * between / within, groups - 1, values.size - groups)",
+        "fdtrc(groups - 1, values.size - groups, between / within)",
+        "fdtrc(groups - 1, values.size - groups, 0.0 * between / within)",
         f"{GUARDS}::test_means_of_groups_are_judged_by_the_scatter_within_them",
     ),
     Mutation(

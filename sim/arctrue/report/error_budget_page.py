@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.percent import percent
 from arctrue.report.log_scale import set_log_x
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
-from arctrue.whole_file import whole_file
 
 PICTURE = "calibration_budget.svg"
 TITLES = {"least_squares": "least squares (`arctrue calibrate`)", "paper": "the paper's method"}
@@ -79,7 +80,7 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         "repeats with the lines of the disc. Its size is an",
         "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) finds "
         "the real one.",
-        f"- {share:.0%} of the noise comes through order 11 alone, by α = 33°: "
+        f"- {percent(share)} of the noise comes through order 11 alone, by α = 33°: "
         "[the angle between the heads](head-angle.md).",
         "- What the paper's method adds are the uneven sampling and the approximation in (8); "
         "least squares at the readings has neither.",
@@ -202,10 +203,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_ylabel("U (k = 2), ″")
         curve.set_title("Expanded uncertainty of the correction over the turn")
         curve.legend(fontsize=8, ncols=2)
-        folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, format="svg", metadata={"Date": None})
-    return path
+        return save_picture(figure, path)
 
 
 def _value(arcsec: float) -> str:

@@ -30,10 +30,10 @@ from arctrue.generated.number_formats import (
     POSITION_WIDTH,
 )
 from arctrue.report.log_scale import set_log_y
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 from arctrue.studies.paper.appendix import approximation_bound, rounding_bound
 from arctrue.table.pins import pin_states
-from arctrue.whole_file import whole_file
 
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
@@ -318,7 +318,6 @@ def drawing_name(number: str) -> str:
 
 def draw_figures(folder: Path) -> list[Path]:
     """Write all of them; the folder is made."""
-    folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for number, (title, size, draw) in DRAWINGS.items():
         path = folder / drawing_name(number)
@@ -327,7 +326,5 @@ def draw_figures(folder: Path) -> list[Path]:
             axes = figure.subplots()
             axes.set_title(title)
             draw(axes)
-            with whole_file(path) as unfinished:
-                figure.savefig(unfinished, format="svg", metadata={"Date": None})
-        paths.append(path)
+            paths.append(save_picture(figure, path))
     return paths

@@ -28,6 +28,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTIL
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
+    "arctrue flash": ("needs a device", "sim/tests/cli/test_flash.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
@@ -45,6 +46,7 @@ ELSEWHERE = {
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
+    "coverage": ("minutes; what it counts", "sim/tests/project/test_firmware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
     "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
@@ -57,6 +59,7 @@ TARGETS = {
     "site": ("built there", "sim/tests/project/test_site.py"),
     "synth": ("an hour; its parts there", "sim/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
+    "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "sim/tests/device_build"),
 }
 """Targets of make in the documents: why they are not run here, and what tests them."""

@@ -33,16 +33,7 @@ class Turn:
         """Everything as plain values."""
 
         def error(found: TurnScore | None) -> dict[str, Any] | None:
-            if found is None:
-                return None
-            return {
-                "lowest_arcsec": found.lowest_arcsec,
-                "highest_arcsec": found.highest_arcsec,
-                "rms_arcsec": found.rms_arcsec,
-                "edges_rms_arcsec": found.edges_rms_arcsec,
-                "mean_arcsec": found.mean_arcsec,
-                "amplitude_arcsec": found.amplitude_arcsec.tolist(),
-            }
+            return None if found is None else found.as_json()
 
         return {
             "turn": self.number,

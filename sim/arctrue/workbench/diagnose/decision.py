@@ -27,9 +27,9 @@ from arctrue.workbench.diagnose.next_measurement import (
     measurement_for_variety,
     next_measurement,
 )
-from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.survey import SIGNIFICANCE, Survey
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
@@ -484,9 +484,9 @@ def _is_sure(item: Candidate) -> bool:
 
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
-    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):  # type: ignore[attr-defined]
+    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):
         return True
-    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):  # type: ignore[attr-defined]
+    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
         return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety

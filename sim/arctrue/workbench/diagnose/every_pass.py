@@ -1,4 +1,4 @@
-"""What an effect is, it is on every turn and in every run; a disturbance was there once."""
+"""Tells an effect, which repeats on every turn and run, from a disturbance that was there once."""
 
 from __future__ import annotations
 

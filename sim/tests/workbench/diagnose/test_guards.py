@@ -23,7 +23,6 @@ from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.heldout import Improvement, folds_of, holds_out
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
-from arctrue.workbench.diagnose.parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
     _natural,
@@ -33,6 +32,7 @@ from arctrue.workbench.diagnose.parts_scan import (
 )
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.noise_fit import index_variance
 from arctrue.workbench.inference.normal_equations import Term

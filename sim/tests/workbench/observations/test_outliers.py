@@ -189,7 +189,7 @@ def test_so_many_outliers_are_a_faulty_recording() -> None:
     seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
     assert seen.masked == ()
     (fault,) = data_faults(seen)
-    assert fault.startswith("capture: 7% of the rows are outliers")
+    assert fault.startswith("capture: 7 % of the rows are outliers")
 
 
 def test_the_mask_of_the_set_has_the_last_word() -> None:
