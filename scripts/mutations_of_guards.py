@@ -13,6 +13,7 @@ from scripts.mutation import Mutation
 DIAGNOSE = "sim/arctrue/workbench/diagnose"
 GUARDS = "sim/tests/workbench/diagnose/test_guards.py"
 COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
+CONTRADICTIONS = "sim/tests/workbench/diagnose/test_contradictions.py"
 RULE_TABLE = "sim/tests/workbench/diagnose/test_rule_table.py"
 OUTLIERS = "sim/tests/workbench/observations/test_outliers.py"
 PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
@@ -226,6 +227,22 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "and (self.survey.confirmed(item) or _is_sure(item))",
         "and self.survey.confirmed(item)",
         f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
+    ),
+    Mutation(
+        "slow_effects_are_slow_noise",
+        "what the noise of the model without it takes whole is not weighed",
+        f"{DIAGNOSE}/survey.py",
+        "MOST_LEFT = 0.5\n",
+        "MOST_LEFT = 0.0\n",
+        f"{GUARDS}::test_a_slow_effect_far_above_the_scatter_is_no_slow_noise",
+    ),
+    Mutation(
+        "a_line_may_keep_to_the_schedule",
+        "what depends on place and direction is a line in time of the period of the visits",
+        "sim/arctrue/workbench/effects/catalogue/periodic_error.py",
+        "OF_THE_SCHEDULE = 0.25\n",
+        "OF_THE_SCHEDULE = -1.0\n",
+        f"{CONTRADICTIONS}::test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time",
     ),
     Mutation(
         "outliers_stay",

@@ -37,6 +37,9 @@ MOVED_SHARE = 0.02
 """A channel counts when it is moved by more than this share of its noise."""
 NEAR_P = 0.3
 """A first p below this is near to a name: the noise is estimated anew beside it."""
+MOST_LEFT = 0.5
+"""Of the variance of a channel's residual: what leaves less is weighed, however much of it the
+noise of the model without it has taken."""
 MOST_WEIGHED = 6
 """So many candidates at most are weighed with the noise free on both sides."""
 FAR_BEHIND = 60.0
@@ -240,7 +243,13 @@ def _weigh(result: Survey, progress: Progress, *, negligible: bool) -> None:
     residuals = result.residuals
     null = restricted_likelihood(residuals)
     waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    waiting = [item for item in waiting if item.p_corrected < NEAR_P or item.effect.step_at]
+    waiting = [
+        item
+        for item in waiting
+        if item.p_corrected < NEAR_P
+        or item.effect.step_at
+        or takes_most(item.solution, residuals.solution)
+    ]
     products = result.parts[:1]
     if not negligible:
         waiting = [item for item in waiting if result.may_matter(item)]
@@ -278,6 +287,23 @@ def _weigh(result: Survey, progress: Progress, *, negligible: bool) -> None:
     result.held_out_before = next(
         (item.held_out_before for item in waiting if item.held_out_before is not None), None
     )
+
+
+def takes_most(grown: Solution, base: Solution) -> bool:
+    """With the effect in the model, less than half of a channel's residual variance is left.
+
+    A slow effect far above the scatter of the rows is taken for slow noise where it is not in the
+    model, whole, so that its gain with that noise says nothing.
+    """
+    for after, before in (
+        (grown.capture_residual_arcsec(), base.capture_residual_arcsec()),
+        (grown.reference_residual_arcsec(), base.reference_residual_arcsec()),
+    ):
+        if after is None or before is None:
+            continue
+        if float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2)):
+            return True
+    return False
 
 
 def _scored_beside(items: list[Candidate], real: Candidate) -> None:

@@ -16,7 +16,7 @@ from scipy.stats import chi2, f_oneway
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose import classes, decision
+from arctrue.workbench.diagnose import classes, decision, survey
 from arctrue.workbench.diagnose.decision import described_by_parts, left_undescribed
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
@@ -251,6 +251,25 @@ def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
         made = measurement_set(runs=3, turns=1, reference=False, head2_only=shaken)
         base = fit([_base()], observations_of(made))
         assert at_other_speeds(_candidate(base, line)) is real
+
+
+def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
+    # Beside 20 orders its p with the noise of the model without it is 0.31: not near to a name.
+    monkeypatch.setattr(survey, "NEAR_P", 0.0)
+    time = np.arange(0.0, 60.0, 0.1)
+    speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
+    noise = np.random.default_rng(9).normal(0.0, 20.0, time.size)
+    error = -speed * 3600.0 * 0.04 + noise
+    found = diagnose(_reference(error, np.cumsum(speed) * 0.1), [_base()], EFFECTS)
+    assert found.verdict == "named"
+    assert found.named is not None
+    assert found.named.name == "latency"
+    latency = found.named.parameters()["latency"]
+    # The speed is a slope over 65 rows: at the ends and at the top up to 3.3 s beside the row.
+    assert latency.value == pytest.approx(40_000.0, rel=0.05)
 
 
 # Names that others could have.

@@ -115,6 +115,18 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
     assert seen.reference.run.size == made.reference.error_arcsec.size - 2
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
+    """At a third of the rows it goes to the other stop, 5″ away, and a row or more later back."""
+    made = measurement_set(cycles=10, turns=1)
+    assert made.reference is not None
+    random = np.random.default_rng(seed)
+    rows = made.reference.error_arcsec.size
+    side = np.where(np.cumsum(random.random(rows) < 1.0 / 3.0) % 2, 1.0, -1.0)
+    made.reference.error_arcsec[:] += 2.5 * side * np.linspace(0.3, 1.0, rows)
+    assert data_faults(observations_of(made)) == []
+
+
 def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
     random = np.random.default_rng(2)
     target = np.linspace(0.0, 40.0, 800)
