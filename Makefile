@@ -15,6 +15,7 @@ ADAPTER ?= scripts/jtag/ft2232h.cfg
 BLIND ?=
 COVERAGE ?= tb
 TIER ?= dev
+SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
@@ -23,7 +24,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal coverage bench blind peers fuzz mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -48,11 +49,13 @@ test: generate lint ## every check and test; JUnit report in build/reports/
 	@mkdir -p build/reports
 	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
 
-lint: generate ## style, types and order of imports: ruff, mypy, import-linter, vsg; documents out of date
+lint: generate ## style, types and order of imports: ruff, mypy, import-linter, vsg, cppcheck; documents out of date
 	$(VENV)/ruff check --quiet
 	$(VENV)/ruff format --check --quiet
 	$(VENV)/mypy --no-error-summary
 	@$(VENV)/lint-imports --no-cache >build/import_order.txt || { cat build/import_order.txt; exit 1; }
+	@echo "cppcheck (the firmware)"
+	@$(MAKE) -C firmware check
 	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
 	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)
 	$(VENV)/python -m scripts.make_docs --check
@@ -107,15 +110,19 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-coverage: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
+coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
 	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.coverage $(COVERAGE)
+	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
 
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
 
-blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed), and its page
+warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=full: 2²⁴ counts, half an hour)
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.warming $(SCALE)
+
+blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, public, sealed, cases), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
@@ -128,6 +135,9 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
+
+coverage-firmware: generate ## lines of the firmware's C that its host tests run, at least 90 %
+	$(VENV)/python -m scripts.firmware_coverage
 
 mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)

@@ -52,6 +52,15 @@ set_property PULLTYPE PULLDOWN [get_ports probe_in]
 set_property LOC V12 [get_ports compare_out]
 set_property IOSTANDARD LVCMOS33 [get_ports compare_out]
 
+# I2C bus of the table's thermometer: SCL and SDA of the ChipKit header. The pull-ups of the chip hold a bus
+# without a thermometer high; they are too weak for one with a cable (docs/device.md).
+set_property LOC P16 [get_ports i2c_scl]
+set_property IOSTANDARD LVCMOS33 [get_ports i2c_scl]
+set_property PULLTYPE PULLUP [get_ports i2c_scl]
+set_property LOC P15 [get_ports i2c_sda]
+set_property IOSTANDARD LVCMOS33 [get_ports i2c_sda]
+set_property PULLTYPE PULLUP [get_ports i2c_sda]
+
 # LEDs of the board.
 set_property LOC R14 [get_ports led_alive]
 set_property IOSTANDARD LVCMOS33 [get_ports led_alive]

@@ -60,6 +60,14 @@ set_property PULLTYPE PULLDOWN [get_ports probe_in]
 set_property LOC PIN [get_ports compare_out]
 set_property IOSTANDARD STANDARD [get_ports compare_out]
 
+# I2C bus of the table's thermometer; each wire needs a pull-up outside as well.
+set_property LOC PIN [get_ports i2c_scl]
+set_property IOSTANDARD STANDARD [get_ports i2c_scl]
+set_property PULLTYPE PULLUP [get_ports i2c_scl]
+set_property LOC PIN [get_ports i2c_sda]
+set_property IOSTANDARD STANDARD [get_ports i2c_sda]
+set_property PULLTYPE PULLUP [get_ports i2c_sda]
+
 # LEDs; high is lit.
 set_property LOC PIN [get_ports led_alive]
 set_property IOSTANDARD STANDARD [get_ports led_alive]

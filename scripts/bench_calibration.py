@@ -1,7 +1,7 @@
 """The calibration against the Cramér–Rao bound and a plain FFT, the gateware against float64.
 
-``python -m scripts.bench_calibration [--draws N]``: errors over drawn turns, and the time of one
-calibration, the median of the draws with their quartiles. Times are of this machine.
+``python -m scripts.bench_calibration [--draws N]``: errors over drawn turns, in groups of ten, and
+the processor time of one calibration, draw by draw. Times are of this machine.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.studies.paper.appendix import cosine_bound
 from arctrue.table import HEAD_SEPARATION_RAD, DiscEccentricity, RotaryTable, TableState, two_heads
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
+from arctrue.units import RAD_PER_ARCSEC, arcsec_per_count
+from scripts.bench_rows import Row, add_option, give_out
 
 Float = NDArray[np.float64]
 
@@ -32,6 +33,8 @@ ORDERS = np.arange(1, 33)
 ECCENTRICITY_M = 37.7e-6
 EVALUATED = 1 << 18
 METHODS = {"least_squares": least_squares, "fourier": fourier}
+GROUP = 10
+"""Draws in one figure of the error."""
 
 
 def table() -> RotaryTable:
@@ -62,10 +65,10 @@ def plain_fft(turn: WholeTurns) -> Float:
     return np.concatenate((found.real, -found.imag))
 
 
-def measure(draws: int, seed: int = 1) -> dict[str, tuple[float, Float]]:
-    """RMS error of each way over the turn, arcseconds, and the seconds of every draw.
+def measure(draws: int, seed: int = 1) -> dict[str, tuple[Float, Float]]:
+    """Each way: RMS error over the turn, arcseconds, of every group, and the seconds of every draw.
 
-    The error is that against the mean of the draws, so that what a DFT takes wrong alike in every
+    The error is that against the mean of the group, so that what a DFT takes wrong alike in every
     draw (ε(R) for ε(θ)) is not counted as noise.
     """
     random = np.random.default_rng(seed)
@@ -88,13 +91,14 @@ def measure(draws: int, seed: int = 1) -> dict[str, tuple[float, Float]]:
         counts = [own.counts(head, state, random) for head in (0, 1)]
         turn = WholeTurns(0, 1, counts[0], counts[1], COUNTS_PER_REV / SAMPLES)
         for name, way in ways.items():
-            started = time.perf_counter()
+            started = time.process_time()
             values[name].append(way(turn))
-            times[name].append(time.perf_counter() - started)
+            times[name].append(time.process_time() - started)
     found = {}
     for name, drawn in values.items():
-        spread = np.var(np.array(drawn), axis=0, ddof=1)
-        found[name] = (float(np.sqrt(0.5 * spread.sum())), np.array(times[name]))
+        groups = np.array(drawn)[: draws // GROUP * GROUP].reshape(-1, GROUP, 2 * ORDERS.size)
+        spread = np.var(groups, axis=1, ddof=1)
+        found[name] = (np.sqrt(0.5 * spread.sum(axis=1)), np.array(times[name]))
     return found
 
 
@@ -116,27 +120,45 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print both tables; 1: the gateware leaves its bound."""
+    """Print the rows; 1: the gateware leaves its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--draws", type=int, default=40)
-    draws = parser.parse_args(arguments).draws
+    parser.add_argument("--draws", type=int, default=4 * GROUP)
+    add_option(parser)
+    given = parser.parse_args(arguments)
     bound = bound_arcsec()
-    print(f"calibration of a turn of {SAMPLES:,} samples, {ORDERS.size} orders, {draws} draws")
-    print(f"{'':16}{'error, ″ RMS':>14}{'over the bound':>16}{'median ms':>11}{'quartiles ms':>20}")
-    for name, (error, seconds) in measure(draws).items():
-        low, middle, high = np.quantile(seconds, (0.25, 0.5, 0.75)) * 1e3
-        print(
-            f"{name:16}{error:14.4f}{error / bound:16.3f}{middle:11.2f}"
-            f"{f'{low:.2f} to {high:.2f}':>20}"
+    found = measure(max(given.draws, 2 * GROUP))
+    fft_ms = 1e3 * float(np.median(found["plain FFT"][1]))
+    rows = []
+    for name, (error, seconds) in found.items():
+        what = f"{name}, {SAMPLES:,} samples, {ORDERS.size} orders"
+        ratio = float(np.sqrt(np.mean(error**2))) / bound
+        rows.append(
+            Row(
+                f"{what}: error from noise, groups of {GROUP} draws",
+                "″ RMS",
+                tuple(error.tolist()),
+                f"Cramér–Rao bound {bound:.4f}″; all draws: {ratio:.2f} of it",
+            )
         )
-    print(f"{'Cramér–Rao bound':16}{bound:14.4f}{1.0:16.3f}")
+        rows.append(
+            Row(
+                f"{what}: processor time",
+                "ms",
+                tuple((1e3 * seconds).tolist()),
+                f"numpy's FFT used plainly: {fft_ms:.2f} ms",
+            )
+        )
     largest, rms, most = gateware_difference_arcsec()
-    print(
-        f"\ngateware less float64, {EVALUATED:,} angles: largest {largest:.4f}″ "
-        f"(bound {most:.4f}″), "
-        f"RMS {rms:.4f}″; eccentricity {ECCENTRICITY_M / 53.975e-3 * ARCSEC_PER_RAD:.0f}″"
+    rows.append(
+        Row(
+            f"gateware less equation (8) in float64, {EVALUATED:,} angles: largest",
+            "″",
+            (largest,),
+            f"bound of the formats {most:.4f}″; RMS {rms:.4f}″",
+            kept=largest <= most,
+        )
     )
-    return int(largest > most)
+    return give_out(rows, given.rows)
 
 
 if __name__ == "__main__":

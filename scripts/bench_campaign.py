@@ -19,11 +19,14 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numpy as np
+
 from arctrue.studies.benchmark.plan import TIERS, Plan
 from arctrue.studies.campaign import Campaign, Task, read_results
 from arctrue.studies.campaign.task import find_work
 from arctrue.studies.monte_carlo.plan import Plan as MonteCarlo
 from arctrue.whole_file import write_whole_text
+from scripts.bench_rows import Row, add_option, give_out
 
 PAGE = Path("docs/campaigns.md")
 BEGIN, END = "<!-- scaling: python -m scripts.bench_campaign --write -->\n", "<!-- end -->\n"
@@ -130,14 +133,35 @@ def table(found: Sequence[Measured], load: float) -> list[str]:
     return lines
 
 
-def main() -> None:
+def row(runs: Sequence[Measured]) -> Row:
+    """Several runs of one campaign beside its work alone."""
+    first = runs[0]
+    own = float(np.median([item.task_cpu_s / item.tasks for item in runs]))
+    share = float(np.median([item.share for item in runs]))
+    return Row(
+        f"{first.name}, {first.workers} "
+        f"{'process' if first.workers == 1 else 'processes'}, {first.tasks:,} tasks",
+        "CPU ms a task, all processes",
+        tuple(1e3 * item.whole_cpu_s / item.tasks for item in runs),
+        f"the work alone in a plain process {1e3 * own:.3g} ms, {100 * share:.0f} %",
+    )
+
+
+def median_run(runs: Sequence[Measured]) -> Measured:
+    """The one whose CPU time is in the middle."""
+    return sorted(runs, key=lambda item: item.whole_cpu_s)[len(runs) // 2]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure, print, and write the page where that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sets", type=int, default=12, help="of the benchmark, a run")
-    parser.add_argument("--trials", type=int, default=25, help="of Monte Carlo, each in 8 cases")
+    parser.add_argument("--sets", type=int, default=4, help="of the benchmark, a run")
+    parser.add_argument("--trials", type=int, default=10, help="of Monte Carlo, each in 8 cases")
     parser.add_argument("--empty", type=int, default=2000, help="tasks that do nothing")
+    parser.add_argument("--runs", type=int, default=3, help="of each campaign")
     parser.add_argument("--write", action="store_true", help=f"into {PAGE}")
-    given = parser.parse_args()
+    add_option(parser)
+    given = parser.parse_args(arguments)
     tier = TIERS["dev"]
     plan = Plan("dev", tier.sets, tier.samples, tier.seed or 0, "", "")
     works: dict[str, tuple[Sequence[Task], int]] = {
@@ -145,18 +169,20 @@ def main() -> None:
         "trial of Monte Carlo": (MonteCarlo(given.trials, 1).tasks(), 10),
         "set of the benchmark, made and diagnosed": (plan.tasks("arctrue")[: given.sets], 1),
     }
-    found = [measure("nothing", works["nothing"][0][:20], 1, 1)]
-    for name, (tasks, batch) in works.items():
-        for workers in WORKERS:
-            found.append(measure(name, tasks, workers, batch))
-            print(found[-1], flush=True)
-    lines = table(found, os.getloadavg()[1])
+    few = measure("nothing", works["nothing"][0][:20], 1, 1)
+    found = [
+        [measure(name, tasks, workers, batch) for _ in range(max(given.runs, 1))]
+        for name, (tasks, batch) in works.items()
+        for workers in WORKERS
+    ]
+    lines = table([few, *(median_run(runs) for runs in found)], os.getloadavg()[1])
     print("\n".join(lines))
     if given.write:
         before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
         after = rest.split(END)[1]
         write_whole_text(PAGE, before + BEGIN + "\n".join(lines) + "\n" + END + after)
+    return give_out([row(runs) for runs in found], given.rows)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

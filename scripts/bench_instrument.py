@@ -1,20 +1,23 @@
 """Clocks in a second of processor time: GHDL's two code generators against the compiled netlist.
 
-And how that grows with the lanes, and how long a revolution at the paper's size takes.
-``python -m scripts.bench_instrument [--quick]``; --quick leaves the revolution out.
+And how that grows with the lanes. A revolution at the paper's size takes REVOLUTION_CLOCKS of them.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import subprocess
 import sys
-import time
+from collections.abc import Sequence
 from pathlib import Path
 
-from arctrue.instrument import Instrument, RevolutionSettings, run_revolution
+import numpy as np
+
+from arctrue.instrument import Instrument
 from arctrue.instrument.speed import clocks_per_second
+from scripts.bench_rows import Row, add_option, give_out
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "build" / "bench"
@@ -22,6 +25,9 @@ LANES = (1, 4, 8, 32)
 FULL_LANES = 32
 CAPTURE_DEPTH = 12288
 COMPILED_CLOCKS = 200_000
+RUNS, GHDL_RUNS = 7, 3
+REVOLUTION_CLOCKS = 40_463_743
+"""Of ``arctrue revolution``, counted: two turns of 2²⁴ counts and the way to the index."""
 GHDL_CLOCKS = {"mcode": 300, "llvm": 800}
 """Enough for some seconds with 32 lanes."""
 
@@ -58,39 +64,42 @@ def ghdl_clocks_per_second(backend: str, lanes: int) -> float:
     return float(told["clocks"]) / float(told["cpu_s"])
 
 
-def compiled(lanes: int) -> tuple[float, float]:
-    """Clocks a second, and seconds to build (0: it was there)."""
-    started = time.perf_counter()
+def compiled(lanes: int) -> tuple[float, ...]:
+    """Clocks a second, some runs."""
     with Instrument(lanes, CAPTURE_DEPTH) as instrument:
-        built_s = time.perf_counter() - started
-        return clocks_per_second(instrument, lanes, COMPILED_CLOCKS), built_s
+        return tuple(clocks_per_second(instrument, lanes, COMPILED_CLOCKS) for _ in range(RUNS))
 
 
-def main() -> None:
-    """Print the tables and write build/bench/instrument.json."""
-    quick = "--quick" in sys.argv[1:]
-    print(f"{'lanes':>6}{'compiled, clocks/s':>20}{'made ready in s':>17}")
-    speeds = {}
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the rows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_option(parser)
+    given = parser.parse_args(arguments)
+    ghdl = {
+        backend: tuple(ghdl_clocks_per_second(backend, FULL_LANES) for _ in range(GHDL_RUNS))
+        for backend in GHDL_CLOCKS
+    }
+    rows = []
     for lanes in LANES:
-        speeds[lanes], built_s = compiled(lanes)
-        print(f"{lanes:6}{speeds[lanes]:20,.0f}{built_s:17.1f}", flush=True)
-    print(f"\n{FULL_LANES} lanes{'clocks/s':>22}{'compiled is faster by':>24}")
-    simulators = {}
-    for backend in GHDL_CLOCKS:
-        simulators[backend] = ghdl_clocks_per_second(backend, FULL_LANES)
-        factor = speeds[FULL_LANES] / simulators[backend]
-        print(f"  GHDL {backend:8}{simulators[backend]:15,.0f}{factor:24,.0f}", flush=True)
-    found = {"compiled": speeds, "ghdl": simulators}
-    if not quick:
-        result = run_revolution(RevolutionSettings())
-        print(
-            f"\na revolution of 2^24 counts with 32 lanes, two turns and the way to the index: "
-            f"{result.clocks:,} clocks in {result.wall_s:.0f} s; "
-            f"left: {result.after.lowest_arcsec:.3f}″ to {result.after.highest_arcsec:.3f}″"
+        speed = compiled(lanes)
+        beside = f"{REVOLUTION_CLOCKS / np.median(speed):.0f} s for `arctrue revolution`"
+        if lanes == FULL_LANES:
+            beside += "; " + ", ".join(
+                f"{np.median(speed) / np.median(found):,.0f} times GHDL {backend}"
+                for backend, found in ghdl.items()
+            )
+        rows.append(Row(f"compiled netlist, {lanes} lanes", "clocks a CPU second", speed, beside))
+    rows += [
+        Row(
+            f"GHDL, {backend}, {FULL_LANES} lanes",
+            "clocks a CPU second",
+            found,
+            "the compiled netlist, above",
         )
-        found["revolution"] = {"wall_s": result.wall_s, "clocks": result.clocks}
-    (FOLDER / "instrument.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        for backend, found in ghdl.items()
+    ]
+    return give_out(rows, given.rows)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

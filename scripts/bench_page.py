@@ -1,24 +1,33 @@
 """All benches as one page: ``python -m scripts.bench_page FILE``, what ``make bench`` does.
 
-Machine, versions and commit, then what each bench prints, each row beside its limit or peer. A
-bench that fails is on the page with its message; the exit code is 1 then.
+Machine, versions and commit, then the rows of each bench: median, quartiles and extremes of its
+runs beside the limit or peer. A bench that fails is on the page with its last words; the exit code
+is 1 then. ``--only NAME`` measures one bench anew and takes the rows of the others from the files
+beside the page, each with the commit and load of its own run.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib.metadata
+import json
 import os
 import platform
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from arctrue.whole_file import write_whole_text
+from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]
+BENCH_S = 4 * 3600
+"""The longest takes half an hour on a free machine."""
 BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_calibration": (
         "Calibration and gateware",
@@ -28,7 +37,8 @@ BENCHES: Mapping[str, tuple[str, str]] = {
     "scripts.bench_firmware": (
         "Firmware",
         "Instructions of one calibration on the Cortex-A9, counted in QEMU, beside a plain "
-        "implementation on the same processor and numpy on this machine; goals in milliseconds.",
+        "implementation on the same processor; numpy on this machine beside them. Milliseconds "
+        "of the ARM are at 1 to 2 cycles an instruction, an assumption.",
     ),
     "scripts.bench_instrument": (
         "Virtual instrument",
@@ -36,7 +46,7 @@ BENCHES: Mapping[str, tuple[str, str]] = {
     ),
     "scripts.bench_campaign": (
         "Campaigns",
-        "Tasks of a campaign beside the same work in plain processes.",
+        "The processor time of a campaign's processes beside that of the work alone.",
     ),
     "scripts.bench_workbench": (
         "Workbench",
@@ -62,38 +72,102 @@ def machine() -> list[tuple[str, str]]:
     return facts
 
 
-def page(facts: Sequence[tuple[str, str]], outputs: Mapping[str, tuple[int, str]]) -> str:
-    """Markdown; ``outputs``: exit code and text of every bench that was run."""
-    lines = ["# Benches", "", "Made by `make bench`.", "", "| | |", "|---|---|"]
+@dataclass(frozen=True, slots=True)
+class Ran:
+    """One bench that was run."""
+
+    code: int
+    rows: tuple[Row, ...]
+    text: str
+    """What it printed."""
+    facts: Mapping[str, str]
+    """Date, commit, load before and after, duration."""
+
+
+def page(facts: Sequence[tuple[str, str]], benches: Mapping[str, Ran]) -> str:
+    """Markdown; ``benches``: what came of every bench that was run."""
+    lines = ["# Benches", "", f"Made by `make bench`. {READING}", "", "| | |", "|---|---|"]
     lines += [f"| {name} | {value} |" for name, value in facts]
-    for module, (code, text) in outputs.items():
+    for module, ran in benches.items():
         title, about = BENCHES[module]
-        verdict = "" if code == 0 else f"**Exit code {code}: a limit is missed, or it failed.** "
-        lines += ["", f"## {title}", "", f"{verdict}{about} `python -m {module}`", "", "```text"]
-        lines += [text.rstrip("\n"), "```"]
+        told = "; ".join(f"{name} {value}" for name, value in ran.facts.items())
+        lines += ["", f"## {title}", "", f"{about} `python -m {module}` ({told}).", ""]
+        if ran.code:
+            lines += [f"**Exit code {ran.code}: a limit is missed, or it failed.**", ""]
+        if ran.rows:
+            lines += table(ran.rows)
+        else:
+            lines += ["```text", *ran.text.rstrip("\n").splitlines()[-LAST_WORDS:], "```"]
     return "\n".join(lines) + "\n"
 
 
+READING = (
+    "*Median*, *quartiles* and *least to most* are those of the runs; *counted* is the same each "
+    "time. Times are of the processor, not of the wall, wherever there is a time: other work on "
+    "the machine still slows them, by caches and clock rate, which the load tells of."
+)
+LAST_WORDS = 20
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run every bench, showing what it prints, and write the page."""
-    words = sys.argv[1:] if arguments is None else arguments
-    if len(words) != 1:
-        print("expected one argument: the page to write, such as build/bench/page.md")
-        return 2
+    """Run the benches, showing what they print, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path, help="the page to write, such as build/bench/page.md")
+    parser.add_argument(
+        "--only", choices=[module.partition("bench_")[2] for module in BENCHES], action="append"
+    )
+    parser.add_argument("--most-rows", help="of the workbench's sets: the longer ones take hours")
+    given = parser.parse_args(arguments)
+    options = {"scripts.bench_workbench": ["--most-rows", given.most_rows]}
+    folder: Path = given.file.parent / "rows"
+    folder.mkdir(parents=True, exist_ok=True)
     facts = machine()
-    outputs = {}
+    benches = {}
     for module in BENCHES:
-        print(f"\n== {BENCHES[module][0]}", flush=True)
+        name = module.partition("bench_")[2]
+        stored = folder / f"{name}.ran.json"
+        if given.only is None or name in given.only:
+            print(f"\n== {BENCHES[module][0]}", flush=True)
+            words = options.get(module, []) if given.most_rows else []
+            benches[module] = run(module, folder / f"{name}.json", words)
+            write_whole_text(stored, json.dumps(asdict(benches[module]), indent=1) + "\n")
+        elif stored.exists():
+            found = json.loads(stored.read_text(encoding="utf-8"))
+            rows = tuple(Row(**{**row, "values": tuple(row["values"])}) for row in found["rows"])
+            benches[module] = Ran(found["code"], rows, found["text"], found["facts"])
+    write_whole_text(given.file, page(facts, benches))
+    print(f"\nwrote {given.file}")
+    return int(any(ran.code for ran in benches.values()))
+
+
+def run(module: str, rows: Path, options: Sequence[str] = ()) -> Ran:
+    """Run one bench to its end, at most ``BENCH_S``."""
+    rows.unlink(missing_ok=True)
+    facts = {
+        "begun": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        "commit": _first_line(["git", "-C", str(ROOT), "describe", "--always", "--dirty"]),
+        "load before": _load(),
+    }
+    begun = time.monotonic()
+    command = [sys.executable, "-m", module, "--rows", str(rows), *options]
+    if options:
+        facts["options"] = f"`{' '.join(options)}`"
+    try:
         done = subprocess.run(
-            [sys.executable, "-m", module], cwd=ROOT, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, check=False,
+            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            check=False, timeout=BENCH_S,
         )  # fmt: skip
-        print(done.stdout, end="", flush=True)
-        outputs[module] = (done.returncode, done.stdout)
-    file = Path(words[0])
-    write_whole_text(file, page(facts, outputs))
-    print(f"\nwrote {file}")
-    return int(any(code for code, _ in outputs.values()))
+        code, text = done.returncode, done.stdout
+    except subprocess.TimeoutExpired:
+        code, text = 1, f"not at its end after {BENCH_S} s"
+    print(text, end="", flush=True)
+    facts["load after"] = _load()
+    facts["minutes"] = f"{(time.monotonic() - begun) / 60:.1f}"
+    return Ran(code, tuple(read_rows(rows)) if rows.exists() else (), text, facts)
+
+
+def _load() -> str:
+    return f"{os.getloadavg()[0]:.1f}"
 
 
 def _first_line(command: Sequence[str]) -> str:

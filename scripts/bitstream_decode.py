@@ -9,7 +9,7 @@ netlist gives it any level.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -51,8 +51,17 @@ def bus_bits(count: int) -> int:
 class Decoder:
     """Writes the cells of a chip as they are met."""
 
-    def __init__(self, routes: Routes, pads: Mapping[str, str], inputs: Sequence[str]) -> None:
-        """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7."""
+    def __init__(
+        self,
+        routes: Routes,
+        pads: Mapping[str, str],
+        inputs: Sequence[str],
+        wires: Collection[str] = (),
+    ) -> None:
+        """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7.
+
+        ``wires``: ports that both sides may pull low and nobody drives high.
+        """
         self.routes = routes
         self.features = routes.features
         self.chip = routes.chip
@@ -60,6 +69,8 @@ class Decoder:
         self.text = Text()
         self.made = Decoded(inputs=list(inputs))
         self._input_bits = {name: bit for bit, name in enumerate(inputs)}
+        self._wires = frozenset(wires)
+        self._levels: dict[str, str] = {}
         self._slices: dict[tuple[str, int], Slice] = {}
         self._blocks: set[tuple[str, int]] = set()
         self._nets: dict[tuple[str, int, str], str] = {}
@@ -111,7 +122,7 @@ class Decoder:
         if kind == "PS7":
             return self._from_outside(pin)
         if kind.startswith("IOB33") and pin == "I":
-            return self._from_outside(self._port_of(tile, site))
+            return self._level_of(tile, site)
         name = f"{tile}_{site}_{pin}"
         if kind in ("SLICEL", "SLICEM"):
             self._waiting.append((tile, site, pin))
@@ -127,6 +138,17 @@ class Decoder:
         if name not in self._input_bits:
             raise ToolError(f"{name} drives something, but the design has no such input")
         return f"inputs[{self._input_bits[name]}]"
+
+    def _level_of(self, tile: str, site: int) -> str:
+        """What a pad is at: a wire that is not driven is at what the outside makes of it."""
+        port = self._port_of(tile, site)
+        if port not in self._wires:
+            return self._from_outside(port)
+        if port not in self._levels:
+            self._levels[port] = name = f"{tile}_{site}_wire"
+            driven, value = (self._pad_pin(tile, site, pin) for pin in "TO")
+            self.text.wire(name, f"{self._from_outside(port)} & ({driven} | {value})")
+        return self._levels[port]
 
     def _port_of(self, tile: str, site: int) -> str:
         """The port of a pad, or its site where it has none."""
@@ -196,6 +218,9 @@ class Decoder:
         tile = self.chip.of_site[site_name]
         for site, own in enumerate(self.chip.type_of(tile).sites):
             if own["type"].startswith("IOB33") and self._port_of(tile, site) == name:
+                if name in self._wires:
+                    self._leave(name, self._level_of(tile, site))
+                    return
                 if self._pad_pin(tile, site, "T") != "1'b0":
                     raise ToolError(f"the pad of {name} is not always driven")
                 self._leave(name, self._pad_pin(tile, site, "O"))

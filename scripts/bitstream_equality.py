@@ -53,6 +53,9 @@ class Port:
     is_input: bool
     """Into the design: from a pad, or an output of the PS7."""
     is_processor: bool
+    is_wire: bool = False
+    """One of the two ports of a pad that both sides may pull low and nobody drives high: what the
+    outside does (0 pulls low), or the level."""
 
     def lines(self) -> list[str]:
         """The names of its bits, as the PS7's pins are named."""
@@ -61,10 +64,15 @@ class Port:
 
 
 def ports_of(module: dict[str, Any]) -> list[Port]:
-    """The pads and the ports of the PS7 of a mapped netlist, inputs first."""
+    """The pads and the ports of the PS7 of a mapped netlist, inputs first.
+
+    An inout is two ports, see ``Port.is_wire``.
+    """
     found = [
-        Port(name, len(port["bits"]), port["direction"] == "input", False)
+        Port(name, len(port["bits"]), is_input, False, port["direction"] == "inout")
         for name, port in module["ports"].items()
+        for is_input in (True, False)
+        if port["direction"] in ("inout", "input" if is_input else "output")
     ]
     for cell in module["cells"].values():
         if cell["type"] == "PS7":
@@ -123,8 +131,13 @@ def _reference(top: str, ports: Sequence[Port]) -> str:
         pads += [
             f".{port.name}({bus}[{first}+:{port.bits}])"
             for port, first in placed
-            if not port.is_processor
+            if not port.is_processor and not port.is_wire
         ]
+    for port, first in inputs:
+        if port.is_wire:
+            lines.append(f"tri1 {port.name}; assign {port.name} = inputs[{first}] ? 1'bz : 1'b0;")
+            pads.append(f".{port.name}({port.name})")
+    lines += [f"assign outputs[{first}] = {port.name};" for port, first in outputs if port.is_wire]
     lines += [
         f"assign outputs[{first}+:{port.bits}] = ps7_lines::to_outside[{first}+:{port.bits}];"
         for port, first in outputs
@@ -154,6 +167,21 @@ def _without_repeats(netlist: str) -> str:
         if not is_itself and not (again and again[1] in ports):
             kept.append(line)
     return "\n".join([*kept, ""])
+
+
+def direct_tristates(netlist: str) -> str:
+    """GHDL puts two wires between an inout and what drives it or leaves it.
+
+    Verilator knows a level of nobody only where it is assigned to the port itself.
+    """
+    ways = dict(re.findall(r"assign (\w+) = (\w+ \? 1'b0 : 1'bz);", netlist))
+    inner = dict(re.findall(r"assign (\w+) = (\w+); // \(inout - port\)", netlist))
+
+    def direct(found: re.Match[str]) -> str:
+        way = ways.get(inner.get(found["wire"], ""))
+        return f"assign {found['port']} = {way};" if way else found[0]
+
+    return re.sub(r"assign (?P<port>\w+) = (?P<wire>\w+);", direct, netlist)
 
 
 def _bench(decoded: Decoded, inputs: int, outputs: int) -> str:
@@ -246,7 +274,7 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
     folder.mkdir(parents=True, exist_ok=True)
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     texts = {
-        "design.v": _without_repeats(netlist.read_text(encoding="utf-8")),
+        "design.v": direct_tristates(_without_repeats(netlist.read_text(encoding="utf-8"))),
         "decoded.v": decoded.verilog,
         "reference.sv": _reference(top, ports),
         "bench.sv": _bench(

@@ -17,6 +17,7 @@ from scripts.bitstream_job import Job, TimingError, Tool, Top, all_found
 from scripts.bitstream_pins import check_pins_driven
 from scripts.bitstream_routes import Routes
 from scripts.bitstream_ties import tie_constants
+from scripts.bitstream_tristates import add_straight_enables
 from scripts.fasm_frames import frames_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 
@@ -200,13 +201,14 @@ def find_open_tools(part: str) -> OpenTools:
 
 
 def write_frames(job: Job, tools: OpenTools, routed: Routed) -> Path:
-    """The frames of what was routed, with the DSPs' constants tied and every pin's driver checked.
+    """The frames of what was routed, completed where nextpnr leaves a feature out, and checked.
 
     Raises ToolError for a feature that the database lacks and for a pin that nothing drives.
     """
     chip = Chip(tools.family, job.part)
     fasm = job.folder / "arctrue.tied.fasm"
     tie_constants(routed.fasm, routed.netlist, chip, fasm)
+    add_straight_enables(fasm)
     frames = job.folder / "arctrue.frames"
     if tools.fasm2frames:
         options = ["--part", job.part, "--db-root", str(tools.family), str(fasm), str(frames)]
@@ -247,7 +249,9 @@ def run_open(job: Job) -> str:
     tools = find_open_tools(job.part)
     job.reports.mkdir(parents=True)
     print(f"bitstream: netlist of {job.top.name} (GHDL, Yosys)", flush=True)
-    verilog = write_netlist(job.top.name, job.folder / "netlist", generics=job.generics)
+    # nextpnr-himbaechel 0.11.1 has no DNA_PORT.
+    generics = {**job.generics, "DNA_PORTS": 0} if job.top.has_core else job.generics
+    verilog = write_netlist(job.top.name, job.folder / "netlist", generics=generics)
     netlist = synthesise(verilog, flatten=True)
     check_primitives(netlist, job.top)
     return write_bitstream(job, tools, netlist)

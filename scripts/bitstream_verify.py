@@ -59,7 +59,8 @@ class Design:
     @property
     def pads(self) -> list[str]:
         """The ports that are pads."""
-        return [port.name for port in self.ports if not port.is_processor]
+        names = [port.name for port in self.ports if not port.is_processor]
+        return list(dict.fromkeys(names))
 
 
 def decode(
@@ -77,7 +78,8 @@ def decode(
         )
     routes = Routes(features)
     inputs = [line for port in design.ports if port.is_input for line in port.lines()]
-    decoder = Decoder(routes, pads_of(chip.family / chip.part, pins), inputs)
+    wires = {port.name for port in design.ports if port.is_wire}
+    decoder = Decoder(routes, pads_of(chip.family / chip.part, pins), inputs, wires)
     for port in design.ports:
         if port.is_input:
             continue

@@ -10,7 +10,8 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from arctrue.studies.benchmark.frozen import FILE, TIER, set_name, task_digest
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import FILE, TIER, task_digest
 from arctrue.studies.benchmark.plan import TIERS, Plan
 from arctrue.whole_file import write_whole_text
 

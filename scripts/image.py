@@ -2,7 +2,8 @@
 
 The boot ROM's header (UG585, chapter 6, table of the BootROM header), then the firmware as it lies
 in the on-chip memory. At an offset of its own follows the bitstream, which the firmware itself
-loads (``firmware/zynq/fabric_image.h``). No first-stage loader, so no tables for one.
+loads (``firmware/zynq/fabric_image.h``). No first-stage loader, so no tables for one. The boot
+image is there twice: the boot ROM starts the second one, golden, where the first is not whole.
 """
 
 from __future__ import annotations
@@ -117,11 +118,14 @@ def flash_image(program: bytes, entry: int, bitstream: bytes | None, source: str
     Raises:
         ImageError: see ``boot_image`` and ``fabric_image``.
     """
+    places = flash_map()
     boot = boot_image(program, entry)
+    if len(boot) > places["GOLDEN_BYTES"]:
+        raise ImageError(f"the boot image has {len(boot):,} bytes; {places['GOLDEN_BYTES']:,} fit")
+    both = boot.ljust(places["GOLDEN"], ERASED) + boot
     if bitstream is None:
-        return boot
-    offset = flash_map()["BITSTREAM"]
-    return boot + ERASED * (offset - len(boot)) + fabric_image(bitstream, source)
+        return both
+    return both.ljust(places["BITSTREAM"], ERASED) + fabric_image(bitstream, source)
 
 
 def program_of(elf: Path) -> tuple[bytes, int]:

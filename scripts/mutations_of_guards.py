@@ -13,6 +13,8 @@ from scripts.mutation import Mutation
 DIAGNOSE = "sim/arctrue/workbench/diagnose"
 GUARDS = "sim/tests/workbench/diagnose/test_guards.py"
 COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
+CONTRADICTIONS = "sim/tests/workbench/diagnose/test_contradictions.py"
+RULE_TABLE = "sim/tests/workbench/diagnose/test_rule_table.py"
 OUTLIERS = "sim/tests/workbench/observations/test_outliers.py"
 PROBABILITIES = "sim/tests/workbench/diagnose/test_probabilities.py"
 
@@ -117,8 +119,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "fits_anything",
         "means of groups never differ by more than their scatter",
         f"{DIAGNOSE}/lack_of_fit.py",
-        "f_distribution.sf(between / within, groups - 1, values.size - groups)",
-        "f_distribution.sf(0.0 * between / within, groups - 1, values.size - groups)",
+        "fdtrc(groups - 1, values.size - groups, between / within)",
+        "fdtrc(groups - 1, values.size - groups, 0.0 * between / within)",
         f"{GUARDS}::test_means_of_groups_are_judged_by_the_scatter_within_them",
     ),
     Mutation(
@@ -211,12 +213,60 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{COVERAGE}::test_a_residual_smaller_than_what_can_be_found_cannot_tell",
     ),
     Mutation(
+        "one_reversal_is_enough",
+        "what changed with time at the only reversal of a set is named a reversal error",
+        "sim/arctrue/workbench/effects/catalogue/hysteresis.py",
+        "LEAST_REVERSALS = 2\n",
+        "LEAST_REVERSALS = 1\n",
+        f"{GUARDS}::test_a_single_reversal_is_a_step_in_time_as_well",
+    ),
+    Mutation(
+        "an_event_is_counted_where_rows_show_it",
+        "knocks in slow noise, which tells of rows left out, are one slip",
+        f"{DIAGNOSE}/decision.py",
+        "and (self.survey.confirmed(item) or _is_sure(item))",
+        "and self.survey.confirmed(item)",
+        f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
+    ),
+    Mutation(
+        "slow_effects_are_slow_noise",
+        "what the noise of the model without it takes whole is not weighed",
+        f"{DIAGNOSE}/survey.py",
+        "MOST_LEFT = 0.5\n",
+        "MOST_LEFT = 0.0\n",
+        f"{GUARDS}::test_a_slow_effect_far_above_the_scatter_is_no_slow_noise",
+    ),
+    Mutation(
+        "a_line_may_keep_to_the_schedule",
+        "what depends on place and direction is a line in time of the period of the visits",
+        "sim/arctrue/workbench/effects/catalogue/periodic_error.py",
+        "OF_THE_SCHEDULE = 0.25\n",
+        "OF_THE_SCHEDULE = -1.0\n",
+        f"{CONTRADICTIONS}::test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time",
+    ),
+    Mutation(
         "outliers_stay",
         "a row that the recording got wrong is fitted to",
         "sim/arctrue/workbench/observations/outliers.py",
-        "far = np.flatnonzero(size > FAR_SIGMA * scatter)",
+        "far = np.flatnonzero(size > threshold * scatter)",
         "far = np.flatnonzero(size > 1e9 * scatter)",
         f"{OUTLIERS}::test_each_single_wrong_row_is_masked_and_no_other",
+    ),
+    Mutation(
+        "scatter_of_few_rows_is_known",
+        "a scatter that few rows tell is taken for the true one, and good rows are left out",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))",
+        "return FAR_SIGMA",
+        f"{OUTLIERS}::test_a_scatter_that_few_rows_tell_asks_for_more",
+    ),
+    Mutation(
+        "a_reading_vouches_for_itself",
+        "a reading counts among those that it is compared with",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "        at = first + place + (place >= rank)\n",
+        "        at = first + place\n",
+        f"{OUTLIERS}::test_white_noise_of_few_rows_has_no_outliers",
     ),
     Mutation(
         "any_share_of_outliers",

@@ -32,7 +32,7 @@ def commands_page() -> str:
 def _command(
     command: click.Command, words: tuple[str, ...], parent: click.Context | None
 ) -> Iterator[str]:
-    context = click.Context(command, info_name=words[-1], parent=parent)
+    context = click.Context(command, info_name=words[-1], parent=parent, **command.context_settings)
     if len(words) > 1:
         yield f"\n{'#' * len(words)} {' '.join(words)}\n\n"
         yield f"`{' '.join([' '.join(words), *command.collect_usage_pieces(context)])}`\n\n"

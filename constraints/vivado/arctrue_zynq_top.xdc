@@ -9,6 +9,10 @@ set_input_delay -clock fabric_clock 0.000 [get_ports head*]
 set_input_delay -clock fabric_clock 0.000 [get_ports sync_in]
 set_input_delay -clock fabric_clock 0.000 [get_ports probe_in]
 
+# The I2C bus has 100 kHz and the clock of the processor's side.
+set_false_path -from [get_ports i2c*]
+set_false_path -to [get_ports i2c*]
+
 # Nobody takes these with a clock of ours.
 set_false_path -to [get_ports led*]
 set_false_path -to [get_ports driver_enable]

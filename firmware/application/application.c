@@ -11,6 +11,8 @@
 
 /* Turns of head 1 without a bank after which the capture is stuck. */
 enum { STUCK_TURNS = 4 };
+/* Of a bank: the samples that close a turn. */
+enum { SPARE_SAMPLES = 4 };
 /* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
    access of its bus. */
 enum { SWAP_LOOKS_MOST = 1000 };
@@ -197,6 +199,19 @@ static uint32_t register_of(double value) {
     return value < (double)UINT32_MAX ? (uint32_t)(value + 0.5) : UINT32_MAX;
 }
 
+/* Of samples at equal angles: one that divides the turn, so that all gaps are alike, where there is
+   one that leaves a bank at least half full. */
+static uint32_t angle_step(uint32_t counts_per_rev, uint32_t depth) {
+    uint32_t most = depth > 2 * SPARE_SAMPLES ? depth - SPARE_SAMPLES : SPARE_SAMPLES;
+    uint32_t least = counts_per_rev / most + 1;
+    for (uint32_t step = least; step < 2 * least; step++) {
+        if (counts_per_rev % step == 0) {
+            return step;
+        }
+    }
+    return least;
+}
+
 /* The same angle a second whatever the counts of a turn are. */
 static struct core_setup setup_of(const struct application *application) {
     const struct parameters *parameters = &application->parameters;
@@ -208,6 +223,8 @@ static struct core_setup setup_of(const struct application *application) {
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
         .sample_period = (uint32_t)parameters->sample_period,
+        .angle_step = angle_step((uint32_t)parameters->counts_per_rev,
+                                 application->configuration.capture_depth),
         .ramp_rate = register_of(counts_a_clock * RATE_UNIT),
         .ramp_acceleration = register_of(counts_a_clock_2 * ACCELERATION_UNIT),
         .output_spacing = (uint32_t)parameters->output_spacing,
@@ -235,7 +252,8 @@ bool application_corrects(const struct application *application) {
 }
 
 static void set_control(const struct application *application) {
-    core_control(&application->core, application_corrects(application), true, true);
+    core_control(&application->core, application_corrects(application), true,
+                 application->by_angle ? CAPTURE_BY_ANGLE : CAPTURE_BY_TIME);
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -285,6 +303,7 @@ static void forget_zeros(struct application *application) {
 
 void application_start(struct application *application) {
     application->phase = PHASE_NO_CORE;
+    application->by_angle = false;
     begin_with_nothing(application);
     if (application->saved_state == SAVED_NOT_CONFIRMED) {
         application->saved_state = SAVED_WAITING;
@@ -459,13 +478,20 @@ static void wait_for_index(struct application *application) {
     }
 }
 
+/* With the turn that is told next, or else in a line of its own. */
+static void tell_between_turns(struct application *application, uint32_t alarm) {
+    struct turn_report *report = &application->report;
+    report->alarms |= alarm;
+    report->between_turns = report->between_turns || !report->fresh;
+    report->fresh = true;
+}
+
 /* Safe state: the correction decays to nothing; the capture starts anew. */
 static void capture_is_stuck(struct application *application, int32_t position) {
     application->stuck_captures++;
-    application->report.alarms |= ALARM_STUCK_CAPTURE;
-    application->report.fresh = true;
+    tell_between_turns(application, ALARM_STUCK_CAPTURE);
     begin_with_nothing(application);
-    core_control(&application->core, false, true, false);
+    core_control(&application->core, false, true, CAPTURE_OFF);
     set_control(application);
     application->position_at_bank = position;
 }
@@ -504,7 +530,8 @@ static void take_bank(struct application *application) {
         .counts_per_rev = turn,
         .angle_offset = words != NULL ? angle_offset(&position, words[0], turn) : 0,
         .head2_zero = application->head2_zero,
-        .period_clocks = (uint32_t)application->parameters.sample_period,
+        .period_clocks =
+            application->by_angle ? 0U : (uint32_t)application->parameters.sample_period,
         .clock_hz = application->configuration.clock_hz,
     };
 }
@@ -575,8 +602,7 @@ static void take_temperature(struct application *application) {
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
     forget_zeros(application);
-    application->report.alarms |= ALARM_ZERO_LOST;
-    application->report.fresh = true;
+    tell_between_turns(application, ALARM_ZERO_LOST);
     application->phase = PHASE_WAIT_FOR_INDEX;
 }
 
@@ -620,8 +646,16 @@ static bool zero_has_moved(struct application *application) {
 
 /* What has been captured of the turn has another zero. */
 static void capture_anew(const struct application *application) {
-    core_control(&application->core, application_corrects(application), true, false);
+    core_control(&application->core, application_corrects(application), true, CAPTURE_OFF);
     set_control(application);
+}
+
+void application_want_dump(struct application *application) {
+    application->dump = DUMP_WANTED;
+    if (application->by_angle) {
+        application->by_angle = false;
+        capture_anew(application);
+    }
 }
 
 /* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
@@ -634,7 +668,9 @@ static void after_refusal(struct application *application) {
         follow_head2_zero(application);
     }
     core_clear_faults(&application->core);
-    if (zero_has_moved(application)) {
+    bool swings = application->report.reason == REFUSED_WRONG_STEP && !application->by_angle;
+    application->by_angle = application->by_angle || swings;
+    if (zero_has_moved(application) || swings) {
         capture_anew(application);
     }
 }
@@ -711,7 +747,7 @@ static void finish_bank(struct application *application) {
 static void watch_zero(struct application *application) {
     watch_doubt(application);
     if (zero_has_moved(application)) {
-        application->report.fresh = true;
+        tell_between_turns(application, ALARM_ZERO_LOST);
         follow_head2_zero(application);
         core_clear_faults(&application->core);
         capture_anew(application);
@@ -742,8 +778,7 @@ static void follow_temperature(struct application *application) {
     if (load_candidate(application)) {
         application->temperature_swaps++;
     } else {
-        application->report.alarms |= ALARM_COEFFICIENTS;
-        application->report.fresh = true;
+        tell_between_turns(application, ALARM_COEFFICIENTS);
     }
 }
 
@@ -805,8 +840,7 @@ static void look_for_bank(struct application *application) {
 
 /* Which coefficients are active is not known: safe is none. */
 static void swap_is_lost(struct application *application) {
-    application->report.alarms |= ALARM_SWAP;
-    application->report.fresh = true;
+    tell_between_turns(application, ALARM_SWAP);
     begin_with_nothing(application);
 }
 

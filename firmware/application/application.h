@@ -94,6 +94,8 @@ struct turn_report {
     double temperature_c;
     /* Not yet told. */
     bool fresh;
+    /* The turn has been told already: what is fresh is an alarm. */
+    bool between_turns;
 };
 
 union calibration_workspace {
@@ -148,6 +150,8 @@ struct application {
     struct coefficients candidate;
     struct load load;
     struct table_temperature table;
+    /* The speed swings: samples are taken at equal angles until the next start or dump. */
+    bool by_angle;
     /* Of the core's time for the thermometer; 0: as the core says. In the virtual instrument fewer
        clocks are a second. */
     double temperature_clock_hz;
@@ -239,6 +243,8 @@ void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
 enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAULT_AGAIN };
 /* End the fault of the output; nothing else in the firmware does. */
+/* The next turn is copied for the console, with times: it is captured at equal ones. */
+void application_want_dump(struct application *application);
 enum output_answer application_clear_output(struct application *application);
 /* Why the output stands now: "none" where it follows. */
 const char *application_output_fault(const struct application *application);

@@ -13,6 +13,9 @@
 /* Counts that head 1 loses are a reason to look at once. */
 #define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
 
+/* The capture's mode 1. */
+#define EQUAL_ANGLES (1U << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
+
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
 enum { REARM_READS = 128 };
@@ -51,15 +54,29 @@ bool core_identify(const struct core_access *core, struct core_configuration *co
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
 }
 
+struct core_origin core_origin(const struct core_access *core) {
+    uint32_t version = read_at(core, AT(version));
+    uint32_t high = read_at(core, AT(chip_dna_high));
+    return (struct core_origin){
+        .major = FIELD(version, VERSION__MAJOR),
+        .minor = FIELD(version, VERSION__MINOR),
+        .patch = FIELD(version, VERSION__PATCH),
+        .fold = FIELD(read_at(core, AT(pipeline)), PIPELINE__FOLD),
+        .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
+        .dna = (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | read_at(core, AT(chip_dna_low)),
+    };
+}
+
 /* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
 void core_hold(const struct core_access *core) {
     bool output = (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
-    core_control(core, false, output, false);
+    core_control(core, false, output, CAPTURE_OFF);
 }
 
 static void write_setup(const struct core_access *core, const struct core_setup *setup) {
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
+    write_at(core, AT(angle_step), setup->angle_step);
     write_at(core, AT(ramp_rate), setup->ramp_rate);
     write_at(core, AT(ramp_acceleration), setup->ramp_acceleration);
     write_at(core, AT(output_spacing), setup->output_spacing);
@@ -138,10 +155,12 @@ int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
     return (int32_t)(2 * at_index > turn ? at_index - turn : at_index);
 }
 
-void core_control(const struct core_access *core, bool compensate, bool output, bool capture) {
+void core_control(const struct core_access *core, bool compensate, bool output,
+                  enum core_capture capture) {
     uint32_t word = (compensate ? BIT(CONTROL__COMPENSATE) : 0U) |
                     (output ? BIT(CONTROL__OUTPUT_ENABLE) : 0U) |
-                    (capture ? BIT(CONTROL__CAPTURE_ENABLE) : 0U);
+                    (capture != CAPTURE_OFF ? BIT(CONTROL__CAPTURE_ENABLE) : 0U) |
+                    (capture == CAPTURE_BY_ANGLE ? EQUAL_ANGLES : 0U);
     write_at(core, AT(control), word);
 }
 

@@ -35,9 +35,22 @@ struct core_configuration {
     uint32_t clock_hz;
 };
 
+struct core_origin {
+    uint32_t major;
+    uint32_t minor;
+    uint32_t patch;
+    /* Lanes that share a pipeline. */
+    uint32_t fold;
+    /* Identifier of the chip, where the top level reads it. */
+    bool has_dna;
+    uint64_t dna;
+};
+
 struct core_setup {
     uint32_t counts_per_rev;
+    /* Clocks, and counts of head 1, from one sample to the next. */
     uint32_t sample_period;
+    uint32_t angle_step;
     uint32_t ramp_rate;
     uint32_t ramp_acceleration;
     uint32_t output_spacing;
@@ -52,6 +65,9 @@ struct core_setup {
     uint32_t output_pins;
     uint32_t alarm;
 };
+
+/* When the core takes a sample. */
+enum core_capture { CAPTURE_OFF, CAPTURE_BY_TIME, CAPTURE_BY_ANGLE };
 
 struct core_header {
     uint64_t start_time;
@@ -78,6 +94,9 @@ struct core_status {
 /* False: no core answers there, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
 
+/* What a core that was identified is, and in which chip. */
+struct core_origin core_origin(const struct core_access *core);
+
 /* Correction and capture off; set the registers, let marks that are proven move the zero of head 1, let
    a ready bank and a fault of head 1 interrupt, and re-arm, which forgets the index. False:
    `counts_per_rev` is refused. */
@@ -100,7 +119,8 @@ int32_t core_zero_slip(const struct core_access *core);
    were lost or added since the index that defined the zero. */
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev);
-void core_control(const struct core_access *core, bool compensate, bool output, bool capture);
+void core_control(const struct core_access *core, bool compensate, bool output,
+                  enum core_capture capture);
 /* Correction and capture off, the output as it is. */
 void core_hold(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);

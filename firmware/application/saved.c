@@ -165,7 +165,7 @@ static bool take_settings(struct source *from, struct settings *settings) {
 }
 
 static bool take_lane(struct source *from, uint32_t counts_per_rev, struct saved *saved) {
-    struct lane lane;
+    struct lane lane = {0};
     lane.order = take(from);
     lane.phase_offset = take(from);
     lane.amplitude = (int32_t)take(from);

@@ -10,10 +10,9 @@
 #define MOST_C 150.0
 /* So many in a row are no accident. */
 enum { FAILURES_MOST = 3 };
-/* The slope is that of the latest part of the time constant: a longer one smooths more, and is late where
-   the slope itself changes. */
-#define LAG_SHARE 32.0
-/* The slope is known before a model comes that needs it. */
+/* How soon the table is followed: this part of the thermometer's time constant. A smaller one is less
+   late where the slope changes, and makes more of the thermometer's steps. */
+#define LAG_SHARE 16.0
 #define LEAST_FILTER_S 2.0
 
 const char *temperature_source_name(enum temperature_source source) {
@@ -50,8 +49,9 @@ void table_temperature_use(struct table_temperature *table, temperature_read *re
 
 static void begin_at(struct table_temperature *table, double celsius, double now_s) {
     table->state = TEMPERATURE_GOOD;
-    table->shown_c = table->level_c = table->celsius = celsius;
-    table->slope = 0.0;
+    table->shown_c = table->followed_c = table->celsius = celsius;
+    table->behind_k = table->slope = 0.0;
+    table->time_constant_s = LEAST_FILTER_S;
     table->tried_s = table->read_s = table->changed_s = now_s;
     table->failures = 0;
 }
@@ -66,17 +66,41 @@ static bool read_now(const struct table_temperature *table, double *celsius) {
            *celsius <= MOST_C;
 }
 
-/* T_s lags as T_s' = (T - T_s) / tau, so that T = T_s + tau T_s'. Level and slope of T_s by double
-   exponential smoothing (Holt), which has no error of its own where T_s rises evenly. */
+/* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, whose
+   three poles are the same, has no error where T rises evenly. Over dt, with a = exp(-dt / tau):
+   T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
+   T - T_s to a (T - T_s) + tau (1 - a) T'.
+   The gains are those with which z I - (I - K H) F has the determinant (z - q)^3: at z = 0, 1 and a. */
+static void observe(struct table_temperature *table, double celsius, double passed) {
+    double tau = table->time_constant_s;
+    double a = exp(-passed / tau);
+    double rest = 1.0 - a;
+    double q = exp(-passed / fmax(tau / LAG_SHARE, LEAST_FILTER_S));
+    double apart = a - q;
+    double slope_gain = (1.0 - q) * (1.0 - q) * (1.0 - q) / (rest * passed);
+    double behind_gain = tau * slope_gain - apart * apart * apart / (a * rest * rest);
+    table->followed_c += rest * table->behind_k + (passed - tau * rest) * table->slope;
+    table->behind_k = a * table->behind_k + tau * rest * table->slope;
+    double off = celsius - table->followed_c;
+    table->followed_c += (1.0 - q * q * q / a) * off;
+    table->behind_k += behind_gain * off;
+    table->slope += slope_gain * off;
+}
+
+/* Without a lag a short one is followed all the same, so that one that becomes known is taken off at
+   once. */
+static void use_time_constant(struct table_temperature *table, double time_constant_s) {
+    double tau = fmax(time_constant_s, LEAST_FILTER_S);
+    table->behind_k *= tau / table->time_constant_s;
+    table->time_constant_s = tau;
+}
+
 static void take(struct table_temperature *table, double celsius, double time_constant_s,
                  double now_s) {
     double passed = now_s - table->read_s;
-    double decay = exp(-passed / fmax(time_constant_s / LAG_SHARE, LEAST_FILTER_S));
-    double foretold = table->level_c + table->slope * passed;
-    double off = celsius - foretold;
-    table->level_c = foretold + (1.0 - decay * decay) * off;
+    use_time_constant(table, time_constant_s);
     if (passed > 0.0) {
-        table->slope += (1.0 - decay) * (1.0 - decay) * off / passed;
+        observe(table, celsius, passed);
     }
     if (celsius != table->shown_c) {
         table->changed_s = now_s;
@@ -86,7 +110,7 @@ static void take(struct table_temperature *table, double celsius, double time_co
     table->failures = 0;
     table->state = TEMPERATURE_GOOD;
     table->celsius =
-        time_constant_s > 0.0 ? table->level_c + time_constant_s * table->slope : celsius;
+        time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
 static void read_sensor(struct table_temperature *table, const struct temperature_limits *limits,

@@ -38,9 +38,12 @@ struct table_temperature {
     /* NULL: there is no thermometer. */
     temperature_read *read;
     void *context;
-    /* As it was read; smoothed, with its slope, K/s. */
+    /* As it was read. */
     double shown_c;
-    double level_c;
+    /* What follows it with this time constant; how far that is behind the table; slope, K/s. */
+    double time_constant_s;
+    double followed_c;
+    double behind_k;
     double slope;
     /* Of the table, without the thermometer's lag. */
     double celsius;

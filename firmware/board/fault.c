@@ -76,12 +76,12 @@ struct fault_record fault_last(void) {
     struct fault_record last = {.code = FAULT_NONE};
     uint32_t status = register_read(SLCR_REBOOT_STATUS);
     bool resets = watchdog_has_reset();
-    uint32_t kept = (status & SLCR_REBOOT_KEPT) >> SLCR_REBOOT_KEPT_SHIFT;
+    uint32_t name = (status & SLCR_REBOOT_KEPT) >> SLCR_REBOOT_KEPT_SHIFT;
     if (is_valid(&record)) {
         last = record;
-    } else if (kept != FAULT_NONE && kept < FAULTS) {
+    } else if (name != FAULT_NONE && name < FAULTS) {
         /* The watchdog ended what the fault had begun. */
-        last.code = kept;
+        last.code = name;
     } else if (resets || status & SLCR_REBOOT_WATCHDOG) {
         last.code = FAULT_WATCHDOG;
     }

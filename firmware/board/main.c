@@ -3,6 +3,7 @@
 #include "application.h"
 #include "board_fabric.h"
 #include "board_settings.h"
+#include "build_name.h"
 #include "clocks.h"
 #include "console.h"
 #include "die_temperature.h"
@@ -10,6 +11,7 @@
 #include "flash.h"
 #include "flash_map.h"
 #include "i2c.h"
+#include "image_store.h"
 #include "interrupts.h"
 #include "memory_mapped.h"
 #include "registers.h"
@@ -25,6 +27,7 @@
 static struct {
     struct flash flash;
     struct save save;
+    struct image_store images;
     struct thermometer thermometer;
     struct capture_copy copy;
 } upper __attribute__((section(".upper")));
@@ -204,6 +207,15 @@ static void use_flash(void) {
     struct flash_access access = flash_access_to(&upper.flash);
     save_prepare(&upper.save, &access, FLASH_MAP_RECORDS, FLASH_MAP_RECORD_BYTES);
     application_use_flash(&firmware.application, &upper.save);
+    static const struct image_map map = {
+        .golden = FLASH_MAP_GOLDEN,
+        .golden_bytes = FLASH_MAP_GOLDEN_BYTES,
+        .end = FLASH_MAP_RECORDS,
+    };
+    image_store_prepare(&upper.images, &access, &map);
+    firmware.console.images = &upper.images;
+    firmware.console.started_from =
+        (register_read(DEVCFG_MULTIBOOT_ADDR) & DEVCFG_MULTIBOOT_PLACES) * DEVCFG_MULTIBOOT_BYTES;
 }
 
 int main(void) {
@@ -221,6 +233,8 @@ int main(void) {
     interrupts_set_up();
     application_prepare(&firmware.application, &core);
     console_prepare(&firmware.console, &firmware.application, &sink);
+    firmware.console.firmware = BUILD_VERSION;
+    firmware.console.build = BUILD_NAME;
     struct fault_record last = fault_last();
     firmware.console.reset_reason = fault_name((enum fault_code)last.code);
     firmware.console.reset_instruction = last.instruction;

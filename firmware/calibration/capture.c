@@ -40,7 +40,7 @@ static enum refusal verify_header(const struct capture *capture) {
     if (flags & (FLAG(OVERSPEED1) | FLAG(OVERSPEED2))) {
         return REFUSED_EDGE_SPACING;
     }
-    return flags & FLAG(FULL_BEFORE_TURN) ? REFUSED_BANK_FULL : NOT_REFUSED;
+    return (flags & FLAG(FULL_BEFORE_TURN)) != 0 ? REFUSED_BANK_FULL : NOT_REFUSED;
 }
 
 enum { BINS = 256 };

@@ -27,7 +27,7 @@ static const struct {
     {"reversal", "the table turned back: nothing is lost, the next steady turn is taken"},
     {"jump",
      "a head moved by more than two steps at once: it lost counts, or the table was pushed"},
-    {"wrong_step", "the speed changed by more than a tenth: the next steady turn is taken"},
+    {"wrong_step", "the speed changed by more than a tenth: the next turn is sampled at equal angles"},
     {"over_speed",
      "too few samples a turn: turn slower, set a shorter sample_period or less orders"},
     {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
@@ -99,6 +99,8 @@ static const struct {
      "the flash was not erased; is it protected? What was saved before stays"},
     {"flash_not_read_back",
      "the flash holds something else than was written: what was saved before stays; save again"},
+    {"golden_stays", "the golden image is never written again: the board starts it where the other is "
+                     "not whole"},
     {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "
                   "2 is followed; look at cables and terminations"},
 };

@@ -6,9 +6,11 @@
 
 #include "advice.h"
 #include "dump.h"
+#include "flash_command.h"
 #include "load_commands.h"
 #include "save_command.h"
 #include "units.h"
+#include "version_command.h"
 
 typedef void command_action(struct console *console, char *const *words, uint32_t number);
 
@@ -173,6 +175,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
                application->bypassed ? "bypassed"
                                      : (application_corrects(application) ? "on" : "off"));
     named_word(console, "coefficients", application->frozen ? "frozen" : "free");
+    named_word(console, "samples", application->by_angle ? "equal_angles" : "equal_times");
     named(console, "turns", application->turns);
     named(console, "swaps", application->swaps);
     named(console, "stuck_captures", application->stuck_captures);
@@ -377,10 +380,12 @@ static void help(struct console *console, char *const *words, uint32_t number);
 static const struct command commands[] = {
     {"help", "help | help WORD: what a reason or an alarm means, and what to do", 1, 2, help},
     {"status", "status", 1, 1, status},
+    {"version", version_use, 1, 1, version_command},
     {"show", "show harmonics | show parameters", 2, 2, show},
     {"set", "set PARAMETER VALUE", 3, 3, set},
     {"load", load_use, 2, 9, load_command},
     {"save", save_use, 1, 1, save_command},
+    {"flash", flash_use, 2, 5, flash_command},
     {"dump", dump_use, 1, 4, dump_command},
     {"temperature",
      "temperature VALUE: of the table, degrees Celsius | temperature sensor | temperature none", 2,

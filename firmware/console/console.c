@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "dump.h"
+#include "flash_command.h"
 #include "save_command.h"
 #include "telemetry.h"
 
@@ -67,11 +68,13 @@ void console_step(struct console *console) {
     struct application *application = console->application;
     dump_step(console);
     save_step_told(console);
+    flash_step_told(console);
     if (application->report.fresh) {
         application->report.fresh = false;
         if (application->telemetry) {
             telemetry_turn(&console->sink, application);
         }
+        application->report.between_turns = false;
     }
 }
 

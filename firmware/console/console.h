@@ -7,6 +7,7 @@
 #define ARCTRUE_CONSOLE_H
 
 #include "application.h"
+#include "image_store.h"
 #include "text.h"
 
 enum { CONSOLE_LINE_MOST = 80, CONSOLE_WORDS_MOST = 9 };
@@ -26,6 +27,13 @@ struct console {
     uint32_t dump_end;
     /* Times that the port lost characters. */
     uint32_t overruns;
+    /* Where boot images are written to; NULL: nowhere. */
+    struct image_store *images;
+    /* Where the boot ROM found the image that runs, bytes from the flash's beginning. */
+    uint32_t started_from;
+    /* Version of the firmware and the commit that it was built of; NULL: nobody tells. */
+    const char *firmware;
+    const char *build;
     /* What the last reset was for; NULL: nothing to tell. */
     const char *reset_reason;
     /* Where the program was then. */

@@ -138,7 +138,7 @@ void dump_command(struct console *console, char *const *words, uint32_t number) 
     } else if (application->phase == PHASE_HELD) {
         text_word(sink, "error: nothing is captured in phase held; try help held\r\n");
     } else {
-        application->dump = DUMP_WANTED;
+        application_want_dump(application);
         text_word(sink, "ok, with the next turn\r\n");
     }
 }

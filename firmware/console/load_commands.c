@@ -72,14 +72,14 @@ static void slope(struct console *console, char *const *words) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
-    const struct thermal_lane lane = {
+    const struct thermal_lane follows = {
         .order = (uint32_t)values[1],
         .cosine = (int32_t)values[2],
         .sine = (int32_t)values[3],
         .cosine_squared = (int32_t)values[4],
         .sine_squared = (int32_t)values[5],
     };
-    answer(console, load_slope(&console->application->load, (uint32_t)values[0], &lane, crc));
+    answer(console, load_slope(&console->application->load, (uint32_t)values[0], &follows, crc));
 }
 
 static void temperature(struct console *console, char *const *words) {
@@ -108,10 +108,10 @@ static void tell(struct console *console) {
         text_word(&console->sink, load_answer_name(load->reason));
     }
     text_word(&console->sink, "\r\n");
-    for (uint32_t lane = 0; lane < load->loaded.lanes; lane++) {
-        if (load->loaded.lane[lane].order != 0) {
+    for (uint32_t place = 0; place < load->loaded.lanes; place++) {
+        if (load->loaded.lane[place].order != 0) {
             text_word(&console->sink, "loaded_order ");
-            text_unsigned(&console->sink, load->loaded.lane[lane].order);
+            text_unsigned(&console->sink, load->loaded.lane[place].order);
             text_word(&console->sink, "\r\n");
         }
     }

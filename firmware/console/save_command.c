@@ -15,7 +15,9 @@ static void refuse(const struct console *console, enum save_answer answer) {
 void save_command(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
-    enum save_answer answer = application_save(console->application);
+    bool free = console->images == NULL || !console->images->busy;
+    enum save_answer answer =
+        free ? application_save(console->application) : SAVE_UNDER_WAY;
     if (answer != SAVE_DONE) {
         refuse(console, answer);
     }

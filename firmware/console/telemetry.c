@@ -31,6 +31,32 @@ static void fixed(const struct text_sink *sink, const char *name, double value) 
     text_fixed(sink, value, ARCSEC_DECIMALS);
 }
 
+static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
+    bool first = true;
+    key(sink, "alarms");
+    text_word(sink, "[");
+    for (uint32_t bit = 1; bit != 0 && bit <= alarms; bit <<= 1) {
+        if (alarms & bit && alarm_name(bit) != NULL) {
+            text_word(sink, first ? "\"" : ",\"");
+            text_word(sink, alarm_name(bit));
+            text_word(sink, "\"");
+            first = false;
+        }
+    }
+    text_word(sink, "]");
+}
+
+/* The turn itself was told in a line before. */
+static void alarm_line(const struct text_sink *sink, const struct application *application) {
+    text_word(sink, "{\"turn\":");
+    text_unsigned(sink, application->report.number);
+    word(sink, "result", "alarm");
+    word(sink, "reason", refusal_name(NOT_REFUSED));
+    number(sink, "swaps", application->swaps);
+    alarm_part(sink, application->report.alarms);
+    text_word(sink, "}\r\n");
+}
+
 static void turn_part(const struct text_sink *sink, const struct turn_report *report,
                       uint32_t clock_hz) {
     text_word(sink, "{\"turn\":");
@@ -70,21 +96,6 @@ static void table_part(const struct text_sink *sink, const struct table_temperat
     key(sink, "table_c");
     text_fixed(sink, table->celsius, TABLE_DECIMALS);
     word(sink, "thermometer", temperature_state_name(table->state));
-}
-
-static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
-    bool first = true;
-    key(sink, "alarms");
-    text_word(sink, "[");
-    for (uint32_t bit = 1; bit != 0 && bit <= alarms; bit <<= 1) {
-        if (alarms & bit && alarm_name(bit) != NULL) {
-            text_word(sink, first ? "\"" : ",\"");
-            text_word(sink, alarm_name(bit));
-            text_word(sink, "\"");
-            first = false;
-        }
-    }
-    text_word(sink, "]");
 }
 
 static void estimate_part(const struct text_sink *sink, const struct application *application) {
@@ -127,6 +138,10 @@ static void harmonics_part(const struct text_sink *sink, const struct applicatio
 
 void telemetry_turn(const struct text_sink *sink, const struct application *application) {
     const struct turn_report *report = &application->report;
+    if (report->between_turns) {
+        alarm_line(sink, application);
+        return;
+    }
     turn_part(sink, report, application->configuration.clock_hz);
     fault_part(sink, &report->fault);
     temperature_part(sink, report);

@@ -56,7 +56,10 @@ static uint32_t fill_words(const uint8_t *data, size_t size) {
 
 static uint32_t fill_even(const uint8_t *data, size_t size, uint32_t counts_per_rev,
                           unsigned choices) {
-    size_t samples = size / 2 < SAMPLES_MOST ? size / 2 : SAMPLES_MOST;
+    size_t samples = size / 2;
+    if (samples > SAMPLES_MOST) {
+        samples = SAMPLES_MOST;
+    }
     double step = samples > 1 ? counts_per_rev / (double)(samples - 1) : 0.0;
     double most = choices & CHOICE_LARGE ? 0.04 * step / 128.0 : 0.01;
     int64_t apart = (int64_t)(counts_per_rev * 33.0 / 360.0);

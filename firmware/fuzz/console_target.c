@@ -22,6 +22,7 @@ static struct {
     struct kept_settings kept;
     struct capture_copy copy;
     struct save save;
+    struct image_store images;
     uint32_t flash[2][SAVED_WORDS_MOST];
     uint32_t words[WINDOW_WORDS];
     int32_t bank[2 * SAMPLES];
@@ -125,6 +126,10 @@ static void prepare_flash(void) {
                                         flash_program, flash_activity, NULL};
     memset(fuzz.flash, 0xFF, sizeof fuzz.flash);
     save_prepare(&fuzz.save, &access, 0, sizeof fuzz.flash[0]);
+    static const struct image_map map = {
+        .golden = 0x100, .golden_bytes = 0x100, .end = sizeof fuzz.flash};
+    image_store_prepare(&fuzz.images, &access, &map);
+    fuzz.console.images = &fuzz.images;
     application_use_flash(&fuzz.application, &fuzz.save);
 }
 

@@ -12,8 +12,7 @@ static uint32_t word_at(const struct register_access *access, uint32_t address, 
 
 static bool has_sync_word(const struct register_access *access, const struct fabric_image *image) {
     uint32_t words = image->length / WORD_BYTES;
-    uint32_t within = words < FABRIC_IMAGE_SYNC_WITHIN ? words : FABRIC_IMAGE_SYNC_WITHIN;
-    for (uint32_t word = 0; word < within; word++) {
+    for (uint32_t word = 0; word < words && word < FABRIC_IMAGE_SYNC_WITHIN; word++) {
         if (word_at(access, image->address, word) == FABRIC_IMAGE_SYNC_WORD) {
             return true;
         }

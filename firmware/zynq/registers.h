@@ -36,6 +36,10 @@
 #define SLCR_RS_AWDT_PROCESSOR0 0x1U
 /* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
    that failed, the four upper bits. */
+/* Of the configuration port: where the boot ROM found its image, in 32 KB (UG585, chapter 6). */
+#define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
+#define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
+#define DEVCFG_MULTIBOOT_BYTES 0x8000U
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
 #define SLCR_REBOOT_KEPT 0x0F000000U

@@ -79,6 +79,9 @@ entity arctrue_core is
     trigger_out    : out   std_ulogic;                     -- a pulse with each sample
     probe_in       : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
     compare_out    : out   std_ulogic;                     -- a pulse at chosen corrected positions
+    -- The chip's identifier, of a top level that reads it
+    chip_dna       : in    std_ulogic_vector(56 downto 0) := (others => '0');
+    chip_dna_known : in    std_ulogic := '0';
     -- For lamps
     status_capturing    : out   std_ulogic; -- a turn is being captured
     status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
@@ -632,6 +635,9 @@ begin
   hwif_in.core_configuration.capture_depth.next_q <= std_ulogic_vector(to_unsigned(CAPTURE_DEPTH, 15));
   hwif_in.pipeline.fold.next_q                    <= std_ulogic_vector(to_unsigned(FOLD, 4));
   hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(PIPELINE_LATENCY + FOLD - 1, 8));
+  hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
+  hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);
+  hwif_in.chip_dna_high.known.next_q              <= chip_dna_known;
   hwif_in.clock_hz.value.next_q                   <= std_ulogic_vector(to_unsigned(CLOCK_HZ, 32));
   hwif_in.counts_per_rev_active.value.next_q      <= std_ulogic_vector(counts_per_rev);
 

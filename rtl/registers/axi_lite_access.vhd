@@ -8,7 +8,7 @@
 --
 -- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the answer: taken and judged
 -- in the 1st after it, asked for in the 2nd, answered in the 3rd. A unit that answers later than in
--- the clock of `ask` adds its clocks. An access every 4 clocks.
+-- the clock of `ask` adds its clocks. An access every 4 clocks, or 5.
 --
 -- **Number formats.** Addresses in bytes.
 --

@@ -19,7 +19,8 @@ entity arctrue_zynq_differential_top is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22                     -- log2 of the clocks a LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
   port (
     -- Reference head, asynchronous
@@ -50,6 +51,9 @@ entity arctrue_zynq_differential_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
+    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    i2c_scl          : inout std_logic;
+    i2c_sda          : inout std_logic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -127,7 +131,8 @@ begin
       LANES         => LANES,
       CAPTURE_DEPTH => CAPTURE_DEPTH,
       FOLD          => FOLD,
-      LED_HOLD_LOG2 => LED_HOLD_LOG2
+      LED_HOLD_LOG2 => LED_HOLD_LOG2,
+      DNA_PORTS     => DNA_PORTS
     )
     port map (
       head1_a          => heads(5),
@@ -145,6 +150,8 @@ begin
       trigger_out      => trigger_out,
       probe_in         => probe_in,
       compare_out      => compare_out,
+      i2c_scl          => i2c_scl,
+      i2c_sda          => i2c_sda,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

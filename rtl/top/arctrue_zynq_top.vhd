@@ -4,7 +4,7 @@
 --
 -- The whole device on a Zynq-7000: the processor side, the core, and four LEDs. Encoder pins are single
 -- ended, as behind RS-422 receivers; arctrue_zynq_differential_top puts buffers for pairs round it.
--- All pins of the processor side are the chip's own and appear nowhere here.
+-- Of the processor's side only its I2C controller has pins here, all others are the chip's own.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.
 --
@@ -27,7 +27,8 @@ entity arctrue_zynq_top is
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
     FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
-    LED_HOLD_LOG2 : positive range 1 to 28        := 22                     -- log2 of the clocks a LED is lit at least
+    LED_HOLD_LOG2 : positive range 1 to 28        := 22;                    -- log2 of the clocks a LED is lit at least
+    DNA_PORTS     : natural range 0 to 1          := 1                      -- 0: for tools that lack the primitive
   );
   port (
     -- Reference head, asynchronous
@@ -49,6 +50,9 @@ entity arctrue_zynq_top is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic; -- asynchronous
     compare_out      : out   std_ulogic;
+    -- I2C bus of the table's thermometer, open drain: outside, each wire has a pull-up
+    i2c_scl          : inout std_logic;
+    i2c_sda          : inout std_logic;
     -- High is lit
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
@@ -64,6 +68,8 @@ architecture rtl of arctrue_zynq_top is
   signal clock     : std_ulogic;
   signal reset     : std_ulogic;
   signal interrupt : std_ulogic;
+  signal scl_low   : std_ulogic;
+  signal sda_low   : std_ulogic;
 
   signal awvalid : std_ulogic;
   signal awready : std_ulogic;
@@ -83,11 +89,19 @@ architecture rtl of arctrue_zynq_top is
   signal rdata   : std_ulogic_vector(31 downto 0);
   signal rresp   : std_ulogic_vector(1 downto 0);
 
+  signal dna       : std_ulogic_vector(56 downto 0);
+  signal dna_known : std_ulogic;
+
   signal capturing    : std_ulogic;
   signal fault        : std_ulogic;
   signal compensating : std_ulogic;
 
 begin
+
+  i2c_scl <= '0' when scl_low = '1' else
+             'Z';
+  i2c_sda <= '0' when sda_low = '1' else
+             'Z';
 
   processor : entity work.zynq_processor
     generic map (
@@ -97,6 +111,10 @@ begin
       clock          => clock,
       reset          => reset,
       interrupt      => interrupt,
+      scl            => i2c_scl,
+      scl_low        => scl_low,
+      sda            => i2c_sda,
+      sda_low        => sda_low,
       m_axil_awvalid => awvalid,
       m_axil_awready => awready,
       m_axil_awaddr  => awaddr,
@@ -160,10 +178,29 @@ begin
       trigger_out         => trigger_out,
       probe_in            => probe_in,
       compare_out         => compare_out,
+      chip_dna            => dna,
+      chip_dna_known      => dna_known,
       status_capturing    => capturing,
       status_fault        => fault,
       status_compensating => compensating
     );
+
+  identified : if DNA_PORTS = 1 generate
+
+    identifier : entity work.chip_dna
+      port map (
+        clock => clock,
+        reset => reset,
+        dna   => dna,
+        known => dna_known
+      );
+
+  else generate
+
+    dna       <= (others => '0');
+    dna_known <= '0';
+
+  end generate identified;
 
   leds : entity work.status_leds
     generic map (

@@ -5,7 +5,7 @@
 -- The processor side of a Zynq-7000 as the fabric sees it: clock and reset from FCLK 0, the registers'
 -- bus from M_AXI_GP0, and one interrupt line to the processor. The primitive PS7 is instantiated
 -- directly, without a block design; its pins (DDR, MIO, crystal) are wired inside the chip and set up
--- by the firmware. Source: Zynq-7000 technical reference manual (UG585), chapters 5, 7 and 25.
+-- by the firmware. Source: Zynq-7000 technical reference manual (UG585), chapters 2, 5, 7, 20 and 25.
 --
 -- **Latency.** See axi3_to_axi_lite for the bus and reset_release for the reset.
 --
@@ -15,6 +15,9 @@
 --
 -- **Interrupt.** `interrupt` is level sensitive and goes to IRQF2P(0), which is interrupt 61 of the
 -- generic interrupt controller. The other lines stay low.
+--
+-- **I2C.** Controller 0 leaves by the fabric (EMIO). `scl_low` and `sda_low` ask for a wire to be pulled low; a wire
+-- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
 -- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the
@@ -34,6 +37,11 @@ entity zynq_processor is
     clock          : out   std_ulogic;
     reset          : out   std_ulogic;
     interrupt      : in    std_ulogic;                                    -- level
+    -- I2C bus, both wires with a pull-up
+    scl            : in    std_ulogic;
+    scl_low        : out   std_ulogic;                                    -- 1 pulls low
+    sda            : in    std_ulogic;
+    sda_low        : out   std_ulogic;                                    -- 1 pulls low
     -- AXI4-Lite master
     m_axil_awvalid : out   std_ulogic;
     m_axil_awready : in    std_ulogic;
@@ -64,6 +72,12 @@ architecture rtl of zynq_processor is
   -- vsg_off
   component PS7 is
     port (
+      EMIOI2C0SCLI    : in    std_ulogic;
+      EMIOI2C0SCLO    : out   std_ulogic;
+      EMIOI2C0SCLTN   : out   std_ulogic;
+      EMIOI2C0SDAI    : in    std_ulogic;
+      EMIOI2C0SDAO    : out   std_ulogic;
+      EMIOI2C0SDATN   : out   std_ulogic;
       FCLKCLK         : out   std_ulogic_vector(3 downto 0);
       FCLKRESETN      : out   std_ulogic_vector(3 downto 0);
       IRQF2P          : in    std_ulogic_vector(19 downto 0);
@@ -113,6 +127,10 @@ architecture rtl of zynq_processor is
   signal fabric_resetn  : std_ulogic_vector(3 downto 0);
   signal fabric_reset   : std_ulogic;
   signal interrupt_line : std_ulogic_vector(19 downto 0);
+  signal scl_value      : std_ulogic;
+  signal scl_drives     : std_ulogic;
+  signal sda_value      : std_ulogic;
+  signal sda_drives     : std_ulogic;
 
   signal awvalid : std_ulogic;
   signal awready : std_ulogic;
@@ -151,10 +169,18 @@ begin
   interrupt_line <= (0 => interrupt, others => '0');
   awsize(2)      <= '0';
   arsize(2)      <= '0';
+  scl_low        <= scl_drives and not scl_value;
+  sda_low        <= sda_drives and not sda_value;
 
   -- vsg_off
   ps7_primitive : component PS7
     port map (
+      EMIOI2C0SCLI    => scl,
+      EMIOI2C0SCLO    => scl_value,
+      EMIOI2C0SCLTN   => scl_drives,
+      EMIOI2C0SDAI    => sda,
+      EMIOI2C0SDAO    => sda_value,
+      EMIOI2C0SDATN   => sda_drives,
       FCLKCLK         => fabric_clocks,
       FCLKRESETN      => fabric_resetn,
       IRQF2P          => interrupt_line,

@@ -44,8 +44,9 @@ def test_the_firmware_corrects_the_real_core(tmp_path: Path) -> None:
     lines: list[str] = []
     result = run_demo(SETTINGS, tmp_path, lines.append)
     assert result.faults == ()
-    assert result.before.peak_counts > 14
-    assert result.after.peak_counts <= SETTINGS.peak_limit_counts
+    count = SETTINGS.arcsec_per_count
+    assert result.before.edges_reach_arcsec > 14 * count
+    assert result.after.edges_reach_arcsec <= SETTINGS.peak_limit_counts * count
     assert [harmonic.order for harmonic in result.harmonics] == [1, 2, 3]
     assert any("reading a captured turn" in line for line in lines)
 

@@ -43,6 +43,8 @@ entity arctrue_registers_harness is
     memory_latency                 : in    u_unsigned(3 downto 0);
     core_configuration             : in    std_ulogic_vector(31 downto 0);
     pipeline                       : in    std_ulogic_vector(31 downto 0);
+    chip_dna_low                   : in    std_ulogic_vector(31 downto 0);
+    chip_dna_high                  : in    std_ulogic_vector(31 downto 0);
     clock_hz                       : in    std_ulogic_vector(31 downto 0);
     counts_per_rev_active          : in    std_ulogic_vector(31 downto 0);
     status                         : in    std_ulogic_vector(31 downto 0);
@@ -198,6 +200,9 @@ begin
   hwif_in.core_configuration.capture_depth.next_q <= core_configuration(30 downto 16);
   hwif_in.pipeline.fold.next_q <= pipeline(3 downto 0);
   hwif_in.pipeline.latency.next_q <= pipeline(15 downto 8);
+  hwif_in.chip_dna_low.value.next_q <= chip_dna_low;
+  hwif_in.chip_dna_high.value.next_q <= chip_dna_high(24 downto 0);
+  hwif_in.chip_dna_high.known.next_q <= chip_dna_high(31);
   hwif_in.clock_hz.value.next_q <= clock_hz;
   hwif_in.counts_per_rev_active.value.next_q <= counts_per_rev_active(24 downto 0);
   hwif_in.status.compensating.next_q <= status(0);

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000400}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000500}
 """Address: value."""
 
 READ_WRITE = {
@@ -49,6 +49,8 @@ READ_ONLY = {
     0x008: (0x7FFF1F7F, "core_configuration"),
     0x00C: (WORD, "clock_hz"),
     0x014: (0xFF0F, "pipeline"),
+    0x018: (WORD, "chip_dna_low"),
+    0x01C: (0x81FF_FFFF, "chip_dna_high"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
     0x080: (0x1FF, "status"),
     0x084: (0xFFFF, "swap_count"),

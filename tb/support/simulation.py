@@ -26,7 +26,7 @@ GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
 LLVM_NAMES = ROOT / "build" / "llvm_names"
 
 COVERAGE = "ARCTRUE_COVERAGE"
-"""The variable with which scripts/coverage.py asks for executed lines, and names their folder."""
+"""With it scripts/gateware_coverage.py asks for executed lines, and names their folder."""
 
 Backend = Literal["mcode", "llvm"]
 """mcode analyses fast, llvm runs a heavy design three times as fast."""

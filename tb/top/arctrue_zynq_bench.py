@@ -5,6 +5,7 @@ Beside the core stands a model of the primitive PS7; what the core itself does i
 
 from __future__ import annotations
 
+import itertools
 import os
 from typing import Any
 
@@ -35,6 +36,9 @@ FASTEST_RAMP = 0xFFFF_FFFF
 PIPELINE_CLOCKS = 100  # more than pins to edges take: 5 + 29 + 6
 RESET_CLOCKS = 64  # that the core's reset must last
 RESET_RELEASE_CLOCKS = RESET_CLOCKS + 4  # from the processor's release: synchroniser, then the hold
+
+DNA = 0x1_23456789_ABCDEF  # of the model dna_port.vhd
+DNA_CLOCKS = 118 * 8  # that chip_dna's header gives
 
 HEAD_PINS = ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z")
 LEDS = ("led_alive", "led_capture", "led_fault", "led_compensation")
@@ -212,6 +216,44 @@ async def interrupt_and_capture(dut: Any) -> None:
     await ClockCycles(device.clock, 4)
     assert int(device.ps7.irqf2p.value) == 0
     await turning
+
+
+@cocotb.test()
+async def i2c_wires_are_open_drain(dut: Any) -> None:
+    """A wire is low where the processor or the thermometer pulls it, and high by its pull-up only.
+
+    Nobody drives it high: where the processor's value is 1 the thermometer still pulls it low, with
+    no conflict ('X'). The wires are independent, and the processor sees the level of each.
+    """
+    device = await started(dut)
+    wires = ("scl", "sda")
+    for states in itertools.product((0, 1), repeat=6):
+        of_wire = dict(zip(wires, (states[:3], states[3:]), strict=True))
+        for name, (value, drives, thermometer) in of_wire.items():
+            getattr(device.ps7, f"{name}_value").value = value
+            getattr(device.ps7, f"{name}_drives").value = drives
+            getattr(dut, f"thermometer_{name}").value = thermometer
+        await Timer(1, "ns")
+        for name, (value, drives, thermometer) in of_wire.items():
+            level = int(not (thermometer or (drives and not value)))
+            assert str(getattr(dut, name).value) == str(level), (name, states)
+            assert int(getattr(device.ps7, f"{name}_level").value) == level, (name, states)
+
+
+@cocotb.test()
+async def the_chip_is_identified(dut: Any) -> None:
+    """The identifier is whole when it is said to be known, and is read anew after a reset."""
+    device = await started(dut)
+    names = device.registers
+    for _ in range(2):
+        assert await names.read("chip_dna_high.known") == 0
+        await ClockCycles(device.clock, DNA_CLOCKS)
+        assert await names.read("chip_dna_high.known") == 1
+        high, low = await names.read("chip_dna_high.value"), await names.read("chip_dna_low")
+        assert high << 32 | low == DNA
+        device.ps7.fabric_resetn.value = 0
+        await ClockCycles(device.clock, RESET_CLOCKS)
+        await device.let_go()
 
 
 @cocotb.test()

@@ -9,6 +9,7 @@ library ieee;
   use ieee.std_logic_1164.all;
 
   use work.bufg;
+  use work.dna_port;
   use work.ps7;
 
 entity arctrue_zynq_harness is
@@ -34,6 +35,11 @@ entity arctrue_zynq_harness is
     trigger_out      : out   std_ulogic;
     probe_in         : in    std_ulogic := '0';
     compare_out      : out   std_ulogic;
+    -- The I2C bus with its pull-ups: what the thermometer does, and the levels
+    thermometer_scl  : in    std_ulogic := '0'; -- 1 pulls low
+    thermometer_sda  : in    std_ulogic := '0'; -- 1 pulls low
+    scl              : out   std_ulogic;
+    sda              : out   std_ulogic;
     led_alive        : out   std_ulogic;
     led_capture      : out   std_ulogic;
     led_fault        : out   std_ulogic;
@@ -43,7 +49,19 @@ end entity arctrue_zynq_harness;
 
 architecture simulation of arctrue_zynq_harness is
 
+  signal scl_wire : std_logic;
+  signal sda_wire : std_logic;
+
 begin
+
+  scl_wire <= 'H';
+  sda_wire <= 'H';
+  scl_wire <= '0' when thermometer_scl = '1' else
+              'Z';
+  sda_wire <= '0' when thermometer_sda = '1' else
+              'Z';
+  scl      <= to_x01(scl_wire);
+  sda      <= to_x01(sda_wire);
 
   device : entity work.arctrue_zynq_top
     generic map (
@@ -68,6 +86,8 @@ begin
       trigger_out      => trigger_out,
       probe_in         => probe_in,
       compare_out      => compare_out,
+      i2c_scl          => scl_wire,
+      i2c_sda          => sda_wire,
       led_alive        => led_alive,
       led_capture      => led_capture,
       led_fault        => led_fault,

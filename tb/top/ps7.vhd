@@ -3,14 +3,21 @@
 -- # ps7
 --
 -- Model of the primitive PS7 for simulation, as far as zynq_processor connects it: the fabric's clock
--- and reset, and M_AXI_GP0, whose master is the test. The test writes the signals `fabric_clock`,
--- `fabric_resetn` and those that begin with `master_`, and reads the ports.
+-- and reset, I2C controller 0, and M_AXI_GP0, whose master is the test. The test writes the signals `fabric_clock`,
+-- `fabric_resetn` and those that begin with `master_` or end in `_value` and `_drives`, and reads the ports.
+-- `scl_level` and `sda_level` are what the controller's inputs make of a wire that a resistor pulls high.
 
 library ieee;
   use ieee.std_logic_1164.all;
 
 entity ps7 is
   port (
+    emioi2c0scli   : in    std_ulogic;
+    emioi2c0sclo   : out   std_ulogic;
+    emioi2c0scltn  : out   std_ulogic;
+    emioi2c0sdai   : in    std_ulogic;
+    emioi2c0sdao   : out   std_ulogic;
+    emioi2c0sdatn  : out   std_ulogic;
     fclkclk        : out   std_ulogic_vector(3 downto 0);
     fclkresetn     : out   std_ulogic_vector(3 downto 0);
     irqf2p         : in    std_ulogic_vector(19 downto 0);
@@ -52,6 +59,13 @@ architecture simulation of ps7 is
   signal fabric_clock  : std_ulogic := '0';
   signal fabric_resetn : std_ulogic := '0';
 
+  signal scl_value  : std_ulogic := '0';
+  signal scl_drives : std_ulogic := '0';
+  signal scl_level  : std_ulogic;
+  signal sda_value  : std_ulogic := '0';
+  signal sda_drives : std_ulogic := '0';
+  signal sda_level  : std_ulogic;
+
   signal master_awvalid : std_ulogic := '0';
   signal master_awid    : std_ulogic_vector(11 downto 0) := (others => '0');
   signal master_awaddr  : std_ulogic_vector(31 downto 0) := (others => '0');
@@ -72,6 +86,14 @@ architecture simulation of ps7 is
   signal master_rready  : std_ulogic := '0';
 
 begin
+
+  emioi2c0sclo  <= scl_value;
+  emioi2c0scltn <= scl_drives;
+  emioi2c0sdao  <= sda_value;
+  emioi2c0sdatn <= sda_drives;
+
+  scl_level <= to_x01(emioi2c0scli);
+  sda_level <= to_x01(emioi2c0sdai);
 
   fclkclk    <= (0 => fabric_clock, others => '0');
   fclkresetn <= (0 => fabric_resetn, others => '0');

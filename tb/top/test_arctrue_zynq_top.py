@@ -27,7 +27,7 @@ def test_pairs_reach_the_top_level() -> None:
         environment={
             "ARCTRUE_PAIRS": "1",
             "ARCTRUE_FOLD": "2",
-            "COCOTB_TEST_FILTER": "registers|from_edges|interrupt",
+            "COCOTB_TEST_FILTER": "registers|from_edges|interrupt|i2c|identified",
         },
         backend="llvm",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -11,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement.measurement_set import Capture
+from arctrue.percent import percent
+from arctrue.runs import run_spans
 
 Reason = Literal[
     "empty",
@@ -80,11 +81,7 @@ def whole_turns(
     """
     if capture.run.size == 0:
         raise CaptureRefusedError("empty", "it has no samples")
-    bounds = np.concatenate(([0], np.flatnonzero(np.diff(capture.run)) + 1, [capture.run.size]))
-    slices = {
-        int(capture.run[start]): slice(int(start), int(stop))
-        for start, stop in itertools.pairwise(bounds)
-    }
+    slices = {int(capture.run[start]): slice(start, end) for start, end in run_spans(capture.run)}
     if runs is None:
         chosen = _lowest_speed(capture, slices)
     else:
@@ -196,7 +193,7 @@ def _check_steps(
         raise CaptureRefusedError("reversal", "a reversal: " + expected, run, sample)
     raise CaptureRefusedError(
         "wrong_step",
-        f"a wrong step: {expected}, and {STEP_TOLERANCE:.0%} is allowed; "
+        f"a wrong step: {expected}, and {percent(STEP_TOLERANCE)} is allowed; "
         "was the speed even and the sampling regular?",
         run,
         sample,

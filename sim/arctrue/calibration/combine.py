@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from arctrue.calibration import head_separation
 from arctrue.calibration.capture_check import WholeTurns
@@ -160,5 +160,5 @@ def _disagreement(
         variance = np.diag(covariance) * np.tile(colour, 2)
         square += (apart**2 / variance).reshape(2, number).sum(axis=0)
     freedom = 2 * (len(by_run) - 1)
-    limit = chi2.isf(DISAGREEMENT_FALSE_ALARM / number, freedom)
+    limit = chdtri(freedom, DISAGREEMENT_FALSE_ALARM / number)
     return np.where(square > limit, square / freedom, 1.0)

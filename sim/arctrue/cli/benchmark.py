@@ -14,9 +14,11 @@ from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
-from arctrue.studies.benchmark.frozen import differing, is_public
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import differing, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
+from arctrue.studies.benchmark.page import said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
@@ -66,8 +68,15 @@ def run(
     shard: tuple[int, int] | None,
 ) -> None:
     """Make and diagnose every set of the plan that is not done yet."""
-    campaign = read_plan(folder).campaign(folder, subject)
+    plan = read_plan(folder)
+    campaign = plan.campaign(folder, subject)
     find_subject(subject)
+    first = campaign.tasks[0]
+    if is_public(plan) and differing({set_name(first): task_digest(first)}):
+        raise ValueError(
+            "the first public set that is made here is not the frozen one: another generator, or "
+            "sines and cosines of other digits (arctrue benchmark sets compares all of them)"
+        )
     with CampaignBar("sets") as bar:
         done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
     console.print(f"{done} sets are done: {campaign.folder}", soft_wrap=True)
@@ -94,7 +103,8 @@ def score(
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"
         console.print(
-            f"{item['outcome']} ({item['said']}), {item['world']}, {hidden}\n  {item['command']}",
+            f"{item['outcome']} ({said_words(item)}), {item['world']}, {hidden}\n"
+            f"  {item['command']}",
             soft_wrap=True,
         )
 
@@ -110,7 +120,7 @@ def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
     beside = None if peers is None else score_beside(peers)
-    write_whole_text(path, page_of(header["plan"], header["code"], found, beside))
+    write_whole_text(path, page_of(header, found, beside))
     console.print(f"wrote {path}")
 
 

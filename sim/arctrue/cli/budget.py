@@ -75,20 +75,7 @@ def budget(
             "model": None if model_file is None else model_file.name,
             "program": f"arctrue {version('arctrue')}",
             "calibration": made.method,
-            "contributions": [
-                {
-                    "quantity": one.quantity,
-                    "source": one.source,
-                    "type": one.evaluation,
-                    "distribution": one.distribution,
-                    "size_arcsec": one.size_arcsec,
-                    "divisor": one.divisor,
-                    "sensitivity": one.sensitivity,
-                    "u_arcsec": one.u_arcsec,
-                    "degrees_of_freedom": one.degrees_of_freedom,
-                }
-                for one in made.contributions
-            ],
+            "contributions": [one.record() for one in made.contributions],
             "u_arcsec": made.u_arcsec,
             "effective_degrees_of_freedom": made.degrees_of_freedom,
             "expanded_arcsec": made.expanded_arcsec,

@@ -132,11 +132,10 @@ def _print_result(result: DemoResult) -> None:
     for name, turn in (("before", result.before), ("after", result.after)):
         errors.add_row(
             name,
-            figure(turn.lowest_counts, 2),
-            figure(turn.highest_counts, 2),
-            figure(turn.rms_counts, 2),
-            figure(float(turn.amplitude_counts.max()), 3),
-            str(turn.worst_order),
+            *(figure(value / arcsec, 2) for value in turn.every_edge_arcsec),
+            figure(turn.edges_rms_arcsec / arcsec, 2),
+            figure(float(turn.amplitude_arcsec.max()) / arcsec, 3),
+            str(turn.largest_order),
         )
     console.print(errors)
     console.print(

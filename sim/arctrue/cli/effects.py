@@ -23,7 +23,7 @@ from arctrue.workbench.effects.new_effect import write_new_effect
 from arctrue.workbench.effects.registry import built_in, effect_class, from_file
 from arctrue.workbench.observations.build import observations_of
 
-CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing"}
+CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing", "reference": "nothing"}
 """What of the gateware can correct an effect."""
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -21,12 +23,30 @@ from arctrue.whole_file import write_whole_text
     "--draws", type=click.IntRange(2, 1000), default=16, show_default=True, help="Of each source."
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Of the draws.")
+@click.option(
+    "--monte-carlo",
+    "folder",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Folder of arctrue monte-carlo, to hold the stated uncertainty against.",
+)
+@click.option(
+    "--from",
+    "source",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="JSON of an earlier run, in place of simulating.",
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def error_sources(
-    draws: int, seed: int, json_file: Path | None, page_file: Path | None, out: Path | None
+    draws: int,
+    seed: int,
+    folder: Path | None,
+    source: Path | None,
+    json_file: Path | None,
+    page_file: Path | None,
+    out: Path | None,
 ) -> None:
     """Simulate every source of error of the calibration alone, then all together.
 
@@ -34,13 +54,19 @@ def error_sources(
     cycle, and E_n between it and the calibration by two heads.
     """
     from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
+    from arctrue.studies.error_budget.drawn import drawn_calibrations
     from arctrue.studies.error_budget.experiment import experiment_budget
     from arctrue.studies.error_budget.sources import error_budget
 
-    with Progress("simulating") as step:
-        found = error_budget(draws, seed, step.now)
-        step.now("polygon and two heads")
-        found["experiment"] = experiment_budget()
+    if source is not None:
+        found = _stored(source)
+    else:
+        with Progress("simulating") as step:
+            found = error_budget(draws, seed, step.now)
+            step.now("polygon and two heads")
+            found["experiment"] = experiment_budget()
+    if folder is not None:
+        found["monte_carlo"] = drawn_calibrations(folder)
     found = plain(found)
     left = table(
         "Left of the error of head 1, RMS over the turn, ″",
@@ -66,3 +92,14 @@ def error_sources(
         console.print(f"wrote {page_file}", soft_wrap=True)
     if out is not None:
         console.print(f"wrote {plot_error_budget(found, out)}", soft_wrap=True)
+
+
+def _stored(source: Path) -> dict[str, Any]:
+    """Raises ValueError for a file of another kind."""
+    try:
+        found: dict[str, Any] = json.loads(source.read_text(encoding="utf-8"))
+        if {"methods", "experiment", "angle_deg"} <= found.keys():
+            return found
+    except (json.JSONDecodeError, UnicodeDecodeError, AttributeError):
+        pass
+    raise ValueError(f"{source}: expected the JSON of arctrue error-sources")

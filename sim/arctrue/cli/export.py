@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -13,7 +15,7 @@ from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
-from arctrue.cli._tables import number, table
+from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import tell_error, tell_objection, tell_warning
 from arctrue.cli._workbench import (
     Workbench,
@@ -33,7 +35,16 @@ from arctrue.printable import one_line
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.model.sensor_lag import fitted_sensor_lag, set_without_lag
 from arctrue.workbench.model.stations import model_of_stations
+from arctrue.workbench.model.taken_away import (
+    Outcome,
+    TakenAway,
+    outcome,
+    without_reference_errors,
+)
+from arctrue.workbench.observations.build import observations_of
 
 NOT_WRITTEN = 1
 GATEWARE = "gateware"
@@ -75,6 +86,11 @@ GATEWARE = "gateware"
     help="Seconds, the time constant by which the thermometer lags behind the disc.",
 )
 @click.option(
+    "--fit-sensor-lag",
+    is_flag=True,
+    help="Fit that time constant to SET, and the model to the table's own temperature.",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -98,12 +114,14 @@ def export(
     lanes: int,
     temperature: float | None,
     sensor_lag: float,
+    fit_sensor_lag: bool,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    What the file does not correct is said. What has no values yet is fitted to SET, for which a
+    For every effect of the model it is said who takes it away and what is left; errors of the
+    reference judge nothing. What has no values yet is fitted to SET, for which a
     reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET says
     that the file makes the error larger, and nothing was written (--force writes it).
     """
@@ -119,6 +137,10 @@ def export(
     if not all(entry.coefficients for entry in model.effects):
         with Progress("fitting"):
             model, _ = fitted(model, bench.observations, bench.effects)
+    if fit_sensor_lag:
+        if sensor_lag:
+            raise ValueError("either --sensor-lag or --fit-sensor-lag: it is told or fitted")
+        model, bench, sensor_lag = _with_fitted_lag(model, bench)
     if table_format != GATEWARE:
         form = FORMATS[table_format]
         correction = Correction.of_model(
@@ -126,6 +148,10 @@ def export(
         )
         name = coefficient_file or Path(form.file_name)
         path = name if out is None else out / name.name
+        judged = without_reference_errors(
+            bench.measurement_set, model, bench.observations, bench.effects
+        )
+        bench = replace(bench, measurement_set=judged)
         _write_table(bench, correction, form, points or form.points, path, json_file, force=force)
         return
     coefficient_file = coefficient_file or Path("coefficients.toml")
@@ -137,8 +163,14 @@ def export(
         temperature_c=temperature,
         sensor_time_constant_s=sensor_lag,
     )
+    became = outcome(
+        model, bench.observations, bench.effects, result.coefficients, temperature_c=temperature
+    )
     path = coefficient_file if out is None else out / coefficient_file.name
-    refused = objections(bench.measurement_set, result.coefficients)
+    judged = without_reference_errors(
+        bench.measurement_set, model, bench.observations, bench.effects
+    )
+    refused = objections(judged, result.coefficients)
     for warning in result.warnings:
         tell_warning(warning)
     for objection in refused:
@@ -168,8 +200,10 @@ def export(
             f"thermometer, whose lag is taken as {thermal.time_constant_s:g} s",
             soft_wrap=True,
         )
+    _tell_what_became(became)
     for text in result.left_out:
         console.print(f"not corrected: {text}")
+    _tell_not_judged(became.of_the_reference)
     if written:
         console.print(f"wrote {path}")
     write_json(
@@ -183,11 +217,63 @@ def export(
                 for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True)
             ],
             "not_corrected": result.left_out,
+            "effects": [asdict(item) for item in became.effects],
+            "left_arcsec": became.left_arcsec,
         },
     )
     if not written:
         tell_error(f"{path} was not written; --force writes it")
         raise SystemExit(NOT_WRITTEN)
+
+
+def _with_fitted_lag(model: Model, bench: Workbench) -> tuple[Model, Workbench, float]:
+    """The model and the set with the temperature of the table, and the thermometer's lag."""
+    with Progress("fitting the thermometer's lag"):
+        lag = fitted_sensor_lag(model, bench.observations, bench.effects)
+        measured = f"{figure(lag.value, 3)} s ± {figure(lag.sigma, 2)} s"
+        if lag.value < 2.0 * lag.sigma:
+            console.print(f"the thermometer does not lag, as far as the set tells: {measured}")
+            return model, bench, 0.0
+        measurement = set_without_lag(bench.measurement_set, lag.value)
+        observations = observations_of(
+            measurement, reference_temperature_c=bench.observations.reference_temperature_c
+        )
+        model, _ = fitted(model, observations, bench.effects)
+    console.print(f"the thermometer lags by {measured}")
+    return model, replace(bench, observations=observations, measurement_set=measurement), lag.value
+
+
+def _tell_what_became(became: Outcome) -> None:
+    """Every effect of the model: who takes it away, and what is left."""
+    told = table(
+        "What becomes of the model, RMS at head 1",
+        words("effect"),
+        number("its part ″"),
+        words("taken away by"),
+        number("left ″"),
+    )
+    for item in became.effects:
+        of_table = item.by != "reference"
+        told.add_row(
+            item.effect,
+            figure(item.part_arcsec, 3) if item.by != "not in the output" else "",
+            item.by if of_table else "(error of the reference)",
+            figure(item.left_arcsec, 3) if of_table and item.part_arcsec else "",
+        )
+    console.print(told)
+    console.print(
+        f"left of the model in all: {figure(became.left_arcsec, 3)}″ RMS of the error of head 1",
+        soft_wrap=True,
+    )
+
+
+def _tell_not_judged(errors: Sequence[TakenAway]) -> None:
+    for item in errors:
+        console.print(
+            f"not judged: {item.effect}, {figure(item.part_arcsec, 3)}″ RMS of the reference run: "
+            f"{item.note}",
+            soft_wrap=True,
+        )
 
 
 def _check_points(form: TableFormat, points: int | None) -> None:

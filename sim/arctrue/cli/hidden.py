@@ -129,19 +129,18 @@ def print_result(result: HiddenResult) -> None:
         words(),
         *map(number, ("min", "max", "RMS", "order 1", "order 2", "signal\nperiod")),
     )
-    for name, curve in (
-        ("head 1, raw", result.raw),
-        ("output, paper's model", result.paper),
-        ("output, with the effect", result.corrected),
+    for name, curve, period in (
+        ("head 1, raw", result.raw, result.raw_period),
+        ("output, paper's model", result.paper, result.paper_period),
+        ("output, with the effect", result.corrected, result.corrected_period),
     ):
         curves.add_row(
             name,
-            figure(curve.lowest_arcsec, 2),
-            figure(curve.highest_arcsec, 2),
-            figure(curve.rms_arcsec, 3),
-            figure(curve.order_arcsec[0], 3),
-            figure(curve.order_arcsec[1], 3),
-            figure(curve.signal_arcsec[0], 3),
+            *(figure(value, 2) for value in curve.every_edge_arcsec),
+            figure(curve.edges_rms_arcsec, 3),
+            figure(curve.amplitude_arcsec[0], 3),
+            figure(curve.amplitude_arcsec[1], 3),
+            figure(period.amplitude_arcsec[0], 3),
         )
     console.print(curves)
     without, with_effect = (result.fresh_capture_arcsec[key] for key in ("without", "with"))

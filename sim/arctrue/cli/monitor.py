@@ -42,6 +42,13 @@ NO_DEVICE = 2
     show_default=True,
     help="Seconds without a turn after which it says so.",
 )
+@click.option(
+    "--trend",
+    type=Finite(min=0.0),
+    default=0.1,
+    show_default=True,
+    help="Tell of an order that moves steadily by more than this, ″, within 128 turns.",
+)
 def monitor(
     port: str,
     turns: int | None,
@@ -49,14 +56,18 @@ def monitor(
     sets: Path | None,
     every: int,
     silence: float,
+    trend: float,
 ) -> None:
     """Show the telemetry of the device at PORT (/dev/ttyUSB1, COM5) until Ctrl-C.
 
     Exit code 2: the device does not answer, or a file cannot be written.
     """
+    from arctrue.metrology.trend import TrendWatch
+
     try:
         console = Console(port)
         recorder = None if record is None else Recorder(record)
+        watch = TrendWatch(trend)
         console.command("telemetry on")
         say(_HEAD)
         seen = 0
@@ -71,6 +82,8 @@ def monitor(
                 continue
             seen += 1
             say(_row(turn))
+            for moving in watch.add(int(turn.fields["turn"]), turn.fields.get("harmonics", [])):
+                say(f"      trend: {moving}")
             if recorder is not None:
                 recorder.add(turn)
     except KeyboardInterrupt:

@@ -32,7 +32,7 @@ class Turn:
 
     @property
     def result(self) -> str:
-        """``applied``, ``kept`` or ``refused``."""
+        """``applied``, ``kept`` or ``refused``; ``alarm``: one between turns, and no turn."""
         return str(self.fields["result"])
 
 

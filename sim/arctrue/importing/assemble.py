@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from arctrue.importing.motion import Pass, cycles, passes
 from arctrue.importing.recording import Recording
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
+from arctrue.runs import run_spans
 from arctrue.units import ARCSEC_PER_TURN
 
 Integer = NDArray[np.int64]
@@ -235,22 +235,22 @@ def _labelled(
     """
     given = rows.whole.get("run")
     label = np.zeros(angle.size, dtype=np.int64) if given is None else given
-    starts = np.flatnonzero(np.diff(label)) + 1
+    begins = np.diff(label, prepend=label[:1]) != 0
     if rows.time_s is not None:
-        back = np.flatnonzero((np.diff(rows.time_s) < 0.0) & (np.diff(label) == 0)) + 1
+        back = np.flatnonzero((np.diff(rows.time_s, prepend=rows.time_s[:1]) < 0.0) & ~begins)
         if back.size:
             choices.note(
                 f"{rows.name}: time goes back {back.size} times, first at row "
                 f"{rows.line(int(back[0]))}: a new run begins there"
             )
-        starts = np.union1d(starts, back)
-    edges = [0, *starts.tolist(), angle.size]
+        begins[back] = True
+    stretches = run_spans(np.cumsum(begins))
     run = np.zeros(angle.size, dtype=np.int64)
     direction = np.zeros(angle.size, dtype=np.int64)
     cycle = np.zeros(angle.size, dtype=np.int64)
     moved = True
     number = 0
-    for start, end in pairwise(edges):
+    for start, end in stretches:
         found = passes(angle[start:end])
         moved = moved and bool(found)
         cycle[start:end] = cycles(angle[start:end], found)
@@ -263,7 +263,7 @@ def _labelled(
         number += int(not split and given is not None)
     if given is None and moved and number > 1:
         choices.note(f"{rows.name}: {number} runs, from the reversals of the motion")
-    elif given is not None and split and number > len(edges) - 1:
+    elif given is not None and split and number > len(stretches):
         choices.note(f"{rows.name}: runs that turn back are divided: {number} runs")
     if not moved:
         choices.note(

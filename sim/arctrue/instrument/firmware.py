@@ -86,6 +86,26 @@ class Firmware:
         self._library.firmware_fault(self._processor)
         self._check_bus()
 
+    @property
+    def flash(self) -> bytes:
+        """What ``save`` keeps over power-off."""
+        size = int(self._library.firmware_flash_bytes())
+        return ctypes.string_at(self._library.firmware_flash(self._processor), size)
+
+    def power_on(self, flash: bytes) -> None:
+        """Begin as a board does whose flash holds this; nothing is typed. Instead of :meth:`start`.
+
+        Raises InstrumentError for a flash of another size, or where no core is accepted.
+        """
+        size = int(self._library.firmware_flash_bytes())
+        if len(flash) != size:
+            raise InstrumentError(f"the flash has {size} bytes, found {len(flash)}")
+        ctypes.memmove(self._library.firmware_flash(self._processor), flash, size)
+        self._library.firmware_power_on(self._processor)
+        self._check_bus()
+        if self.phase == "no_core":
+            raise InstrumentError("the firmware finds no core, or the core refused its set-up")
+
     def step(self) -> str:
         """One round of the main loop; what the console said, telemetry apart."""
         if self.thermometer is not None:
@@ -144,6 +164,10 @@ class Firmware:
     @property
     def coefficients(self) -> Coefficients | None:
         """The active bank as it was written, None before the first swap."""
+        return self.active_bank(self._instrument.read("counts_per_rev_active"))
+
+    def active_bank(self, counts_per_rev: int) -> Coefficients | None:
+        """The same for a known number of counts a turn, without an access of the bus."""
         steps = (ctypes.c_uint64 * LANES_MAX)()
         offsets = (ctypes.c_uint32 * LANES_MAX)()
         amplitudes = (ctypes.c_int32 * LANES_MAX)()
@@ -155,7 +179,7 @@ class Firmware:
             np.array(offsets[:lanes], dtype=np.uint32),
             np.array(amplitudes[:lanes], dtype=np.int32),
             0,
-            self._instrument.read("counts_per_rev_active"),
+            counts_per_rev,
         )
 
     def _said(self) -> str:

@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from arctrue.table import PhysicalEffect, TableState
 
+Float = NDArray[np.float64]
+
 _KNOTS = 1 << 18
+"""Of a block."""
+_KEPT_BLOCKS = 4
 
 
 @dataclass(frozen=True)
@@ -25,18 +29,42 @@ class ReadingNoise(PhysicalEffect):
     rms_rad: float
     correlation_s: float
     seed: int = 1
-    _values: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    _blocks: dict[int, Float] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Draw the numbers; raises ValueError for what is no noise."""
+        """Refuse what is no noise: ValueError."""
         if self.rms_rad < 0 or not self.correlation_s > 0:
             raise ValueError(
                 f"noise needs an rms of 0 or more and a correlation time above 0, "
                 f"found {self.rms_rad} rad and {self.correlation_s} s"
             )
-        values = np.random.default_rng(self.seed).normal(0.0, 1.0, (2, _KNOTS))
-        # Mean over the interval of the sum of the squared basis functions: 151/315 + 0.
-        object.__setattr__(self, "_values", self.rms_rad / np.sqrt(151 / 315) * values)
+
+    def _block(self, number: int) -> Float:
+        """Numbers of both heads, shape ``(2, _KNOTS)``; those of the last blocks are kept."""
+        if number not in self._blocks:
+            while len(self._blocks) >= _KEPT_BLOCKS:
+                del self._blocks[next(iter(self._blocks))]
+            # Blocks before time 0 have odd numbers of their own.
+            own = 2 * number if number >= 0 else -2 * number - 1
+            seed = [self.seed, own] if own else self.seed
+            values = np.random.default_rng(seed).normal(0.0, 1.0, (2, _KNOTS))
+            # Mean over the interval of the sum of the squared basis functions: 151/315 + 0.
+            self._blocks[number] = self.rms_rad / np.sqrt(151 / 315) * values
+        return self._blocks[number]
+
+    def _numbers(self, head: int, knot: NDArray[np.int64]) -> Float:
+        """The normal number at each knot, shape ``(n,)``."""
+        if not knot.size:
+            return np.zeros(0)
+        first, last = int(knot.min()) // _KNOTS, int(knot.max()) // _KNOTS
+        if first == last:
+            return np.asarray(self._block(first)[head, knot - first * _KNOTS])
+        block = knot // _KNOTS
+        found = np.empty(knot.size)
+        for number in np.unique(block).tolist():
+            inside = block == number
+            found[inside] = self._block(number)[head, knot[inside] - number * _KNOTS]
+        return found
 
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
@@ -53,5 +81,5 @@ class ReadingNoise(PhysicalEffect):
         )
         noise = np.zeros_like(place)
         for offset, weight in enumerate(weights):
-            noise += weight * self._values[head, (first + offset) % _KNOTS]
+            noise += weight * self._numbers(head, first + offset)
         return noise

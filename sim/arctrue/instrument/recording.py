@@ -34,30 +34,6 @@ class EdgeTrack:
     dropped: int
     """Edges that were to be kept, beyond the most that may be kept."""
 
-    @property
-    def bin_angle_rad(self) -> NDArray[np.float64]:
-        """Middle of each bin."""
-        bins = self.bin_edges.size
-        return np.asarray((np.arange(bins) + 0.5) * (2 * np.pi / bins))
-
-    def error_arcsec(self) -> NDArray[np.float64]:
-        """Error of the kept edges, their mean removed."""
-        error = self.position - self.true_angle_rad * (self.counts_per_rev / (2 * np.pi))
-        scale = ARCSEC_A_TURN / self.counts_per_rev
-        return np.asarray((error - error.mean()) * scale, dtype=np.float64)
-
-    def bin_error_arcsec(self) -> NDArray[np.float64]:
-        """Mean error of each bin, the mean of the bins removed."""
-        error = self.bin_mean_counts - float(np.nanmean(self.bin_mean_counts))
-        return error * (ARCSEC_A_TURN / self.counts_per_rev)
-
-    def extremes_arcsec(self) -> tuple[float, float]:
-        """Lowest and highest error of all edges in the bins, the mean of the bins removed."""
-        mean = float(np.nanmean(self.bin_mean_counts))
-        low, high = self.bin_lowest_counts.min() - mean, self.bin_highest_counts.max() - mean
-        scale = ARCSEC_A_TURN / self.counts_per_rev
-        return float(low * scale), float(high * scale)
-
 
 @dataclass(frozen=True, slots=True)
 class Recording:

@@ -227,25 +227,12 @@ class RevolutionResult:
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
-
-        def turn(score: TurnScore) -> dict[str, Any]:
-            return {
-                "lowest_arcsec": score.lowest_arcsec,
-                "highest_arcsec": score.highest_arcsec,
-                "rms_arcsec": score.rms_arcsec,
-                "every_edge_arcsec": list(score.every_edge_arcsec),
-                "edges": score.edges,
-                "amplitude_arcsec": score.amplitude_arcsec.tolist(),
-                "angle_deg": np.rad2deg(score.angle_rad).tolist(),
-                "error_arcsec": score.error_arcsec.tolist(),
-            }
-
         return {
             "settings": asdict(self.settings),
             "counts_per_rev": self.settings.counts_per_rev,
             "paper": {"before_arcsec": PAPER_BEFORE_ARCSEC, "after_arcsec": PAPER_AFTER_ARCSEC},
-            "before": turn(self.before),
-            "after": turn(self.after),
+            "before": {**self.before.as_json(), **self.before.curve_as_json()},
+            "after": {**self.after.as_json(), **self.after.curve_as_json()},
             "limit_arcsec": self.limit_arcsec,
             "telemetry": self.telemetry,
             "applied_orders": self.applied_orders,

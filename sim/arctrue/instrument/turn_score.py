@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,25 +26,51 @@ class TurnScore:
 
     error_arcsec: Float
     """Mean of each half a degree of the true angle, shape ``(720,)``; NaN where no edge was."""
+    lowest_edge_arcsec: Float
+    """Of all edges in each half a degree, same shape."""
+    highest_edge_arcsec: Float
     mean_arcsec: float
     """The mean itself, which two heads cannot see; against that of the recording's first turn."""
     edges_rms_arcsec: float
     """Root mean square of single edges: with what is finer than half a degree, with the noise of
     the readings and the steps of the counts. NaN where no single edge was kept."""
-    every_edge_arcsec: tuple[float, float]
-    """Lowest and highest of the edges."""
     amplitude_arcsec: Float
     """Of orders 1, 2, …, shape ``(64,)``; NaN where the turn is not whole."""
     edges: int
+
+    @classmethod
+    def of_edges(cls, true_angle_rad: Float, error_arcsec: Float, zero_arcsec: float = 0.0) -> Self:
+        """From all edges of a turn, arrays ``(n,)``; their mean is told against ``zero_arcsec``."""
+        place = np.floor(np.mod(true_angle_rad, TURN_RAD) * (BINS / TURN_RAD)).astype(np.int64)
+        place = np.minimum(place, BINS - 1)
+        edges = np.bincount(place, minlength=BINS)
+        with np.errstate(invalid="ignore"):
+            bins = np.bincount(place, error_arcsec, BINS) / edges
+        lowest, highest = np.full(BINS, np.inf), np.full(BINS, -np.inf)
+        np.minimum.at(lowest, place, error_arcsec)
+        np.maximum.at(highest, place, error_arcsec)
+        empty = edges == 0
+        lowest[empty] = highest[empty] = np.nan
+        mean = float(np.nanmean(bins))
+        return cls(
+            error_arcsec=bins - mean,
+            lowest_edge_arcsec=lowest - mean,
+            highest_edge_arcsec=highest - mean,
+            mean_arcsec=mean - zero_arcsec,
+            edges_rms_arcsec=float(np.sqrt(np.mean((error_arcsec - mean) ** 2))),
+            amplitude_arcsec=amplitudes(bins),
+            edges=error_arcsec.size,
+        )
 
     @classmethod
     def of_means(cls, error_arcsec: Float, mean_arcsec: float, edges_rms_arcsec: float) -> Self:
         """From the means of half a degree alone."""
         return cls(
             error_arcsec,
+            error_arcsec,
+            error_arcsec,
             mean_arcsec,
             edges_rms_arcsec,
-            (float(np.nanmin(error_arcsec)), float(np.nanmax(error_arcsec))),
             amplitudes(error_arcsec),
             int(np.isfinite(error_arcsec).sum()),
         )
@@ -66,7 +92,7 @@ class TurnScore:
 
     @property
     def reach_arcsec(self) -> float:
-        """Largest error of either sign."""
+        """Largest mean of half a degree, of either sign."""
         return max(-self.lowest_arcsec, self.highest_arcsec)
 
     @property
@@ -74,32 +100,83 @@ class TurnScore:
         """Root mean square of the means of half a degree."""
         return float(np.sqrt(np.nanmean(self.error_arcsec**2)))
 
+    @property
+    def every_edge_arcsec(self) -> tuple[float, float]:
+        """Lowest and highest of the edges."""
+        lowest, highest = self.lowest_edge_arcsec, self.highest_edge_arcsec
+        return float(np.nanmin(lowest)), float(np.nanmax(highest))
 
-def amplitudes(error_arcsec: Float) -> Float:
-    """Amplitude of orders 1 to 64 of errors at even places of a turn; NaN where one is missing."""
-    if np.isnan(error_arcsec).any():
+    @property
+    def edges_reach_arcsec(self) -> float:
+        """Largest error of an edge, of either sign."""
+        lowest, highest = self.every_edge_arcsec
+        return max(-lowest, highest)
+
+    @property
+    def largest_order(self) -> int:
+        """The order with the largest amplitude."""
+        return int(np.argmax(self.amplitude_arcsec)) + 1
+
+    def as_json(self) -> dict[str, Any]:
+        """The figures as plain values; null where there is none."""
+        single = self.edges_rms_arcsec
+        return {
+            "lowest_arcsec": self.lowest_arcsec,
+            "highest_arcsec": self.highest_arcsec,
+            "rms_arcsec": self.rms_arcsec,
+            "every_edge_arcsec": list(self.every_edge_arcsec),
+            "edges_rms_arcsec": single if np.isfinite(single) else None,
+            "mean_arcsec": self.mean_arcsec,
+            "edges": self.edges,
+            "amplitude_arcsec": self.amplitude_arcsec.tolist(),
+        }
+
+    def curve_as_json(self) -> dict[str, list[float]]:
+        """The mean of each half a degree, which is much beside the figures."""
+        return {
+            "angle_deg": np.rad2deg(self.angle_rad).tolist(),
+            "error_arcsec": self.error_arcsec.tolist(),
+        }
+
+
+def amplitudes(means: Float) -> Float:
+    """Amplitude of orders 1 to 64, from the means of equal parts of a turn; NaN where one is NaN.
+
+    The mean over a part lowers order n by sinc(n / parts), which is taken back.
+    """
+    if np.isnan(means).any():
         return np.full(MOST_ORDER, np.nan)
-    spectrum = np.fft.rfft(error_arcsec)[1 : MOST_ORDER + 1]
-    return np.asarray(2 * np.abs(spectrum) / error_arcsec.size)
+    spectrum = np.fft.rfft(means)[1 : MOST_ORDER + 1]
+    lowered = np.sinc(np.arange(1, MOST_ORDER + 1) / means.size)
+    return np.asarray(2 * np.abs(spectrum) / (means.size * lowered))
 
 
 def score_turn(track: EdgeTrack) -> TurnScore:
-    """The score of a turn recorded in FINE_BINS bins, of which no edge need be kept.
+    """The score of a turn recorded in parts of half a degree or finer ones; edges may be kept.
 
-    Raises InstrumentError where a bin holds no edge.
+    Raises InstrumentError where a part holds no edge.
     """
-    if track.bin_edges.size != FINE_BINS or not track.bin_edges.all():
+    parts = track.bin_edges.size
+    if not parts or parts % BINS or not track.bin_edges.all():
         raise InstrumentError("the recording does not hold a whole turn")
-    fine = track.bin_error_arcsec()
+    scale = ARCSEC_A_TURN / track.counts_per_rev
     edges = track.bin_edges.reshape(BINS, -1)
-    weighted: Float = fine.reshape(edges.shape) * edges
+    weighted: Float = track.bin_mean_counts.reshape(edges.shape) * edges
     coarse = weighted.sum(axis=1) / edges.sum(axis=1)
+    mean = float(coarse.mean())
+    lowest: Float = track.bin_lowest_counts.reshape(edges.shape).min(axis=1)
+    highest: Float = track.bin_highest_counts.reshape(edges.shape).max(axis=1)
+    single = float("nan")
+    if track.position.size:
+        angle = track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
+        single = float(np.sqrt(np.mean((track.position - angle - mean) ** 2))) * scale
     return TurnScore(
-        error_arcsec=coarse - float(coarse.mean()),
+        error_arcsec=(coarse - mean) * scale,
+        lowest_edge_arcsec=(lowest - mean) * scale,
+        highest_edge_arcsec=(highest - mean) * scale,
         mean_arcsec=0.0,
-        edges_rms_arcsec=float("nan"),
-        every_edge_arcsec=track.extremes_arcsec(),
-        amplitude_arcsec=amplitudes(fine),
+        edges_rms_arcsec=single,
+        amplitude_arcsec=amplitudes(track.bin_mean_counts) * scale,
         edges=track.edges,
     )
 
@@ -107,34 +184,24 @@ def score_turn(track: EdgeTrack) -> TurnScore:
 def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnScore | None]:
     """The score of each turn of travel from the kept edges; None where a turn holds no edge.
 
-    ``travel_turns`` (n,) is the travel at each kept edge: 0 to 1 is the first turn.
+    ``travel_turns`` (n,) is the travel at each kept edge, which never falls: 0 to 1 is the first
+    turn.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
     error_arcsec = position_counts * (ARCSEC_A_TURN / track.counts_per_rev)
-    place = np.floor(np.mod(track.true_angle_rad, TURN_RAD) * (BINS / TURN_RAD)).astype(np.int64)
-    place = np.minimum(place, BINS - 1)
-    turn = np.floor(travel_turns).astype(np.int64)
+    ends = np.searchsorted(travel_turns, np.arange(turns + 1))
     found: list[TurnScore | None] = []
     zero: float | None = None
     for number in range(turns):
-        here = (turn == number) & np.isfinite(error_arcsec)
-        if not here.any():
+        within = slice(ends[number], ends[number + 1])
+        known = np.isfinite(error_arcsec[within])
+        error, angle = error_arcsec[within][known], track.true_angle_rad[within][known]
+        if not error.size:
             found.append(None)
             continue
-        edges = np.bincount(place[here], minlength=BINS)
-        with np.errstate(invalid="ignore"):
-            bins = np.bincount(place[here], error_arcsec[here], BINS) / edges
-        mean = float(np.nanmean(bins))
-        zero = mean if zero is None else zero
-        single = error_arcsec[here] - mean
-        found.append(
-            TurnScore(
-                error_arcsec=bins - mean,
-                mean_arcsec=mean - zero,
-                edges_rms_arcsec=float(np.sqrt(np.mean(single**2))),
-                every_edge_arcsec=(float(single.min()), float(single.max())),
-                amplitude_arcsec=amplitudes(bins - mean),
-                edges=int(here.sum()),
-            )
-        )
+        score = TurnScore.of_edges(angle, error, zero or 0.0)
+        if zero is None:
+            zero = score.mean_arcsec
+            score = replace(score, mean_arcsec=0.0)
+        found.append(score)
     return found

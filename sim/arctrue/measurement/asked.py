@@ -1,4 +1,4 @@
-"""The measurement that a diagnosis asks for: what to do at the table, and whether a run is it.
+"""The measurement that a diagnosis asks for: what to do, and the check that a run satisfies it.
 
 A run that is asked for is the first run of the set with one condition changed; the same holds for
 a reference run. What came is compared with the first run, within the limits below.

@@ -60,6 +60,21 @@ class Contribution:
         """Standard uncertainty of the measurand by this contribution."""
         return abs(self.sensitivity) * self.size_arcsec / self.divisor
 
+    def record(self) -> dict[str, object]:
+        """The line by the names of its columns; no number where the degrees are infinite."""
+        finite = math.isfinite(self.degrees_of_freedom)
+        return {
+            "quantity": self.quantity,
+            "source": self.source,
+            "type": self.evaluation,
+            "distribution": self.distribution,
+            "size_arcsec": self.size_arcsec,
+            "divisor": self.divisor,
+            "sensitivity": self.sensitivity,
+            "u_arcsec": self.u_arcsec,
+            "degrees_of_freedom": self.degrees_of_freedom if finite else None,
+        }
+
 
 @dataclass(frozen=True)
 class Budget:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import BEFORE, house_style
 from arctrue.studies.head_angle.maps import gain_map, sensitivity_map
 from arctrue.units import RAD_PER_ARCSEC
-from arctrue.whole_file import whole_file
 
 PICTURE = "alpha_maps.png"
 _ALPHA_STEP_DEG = 0.25
@@ -153,10 +153,7 @@ def plot_alpha(found: Mapping[str, Any], folder: Path) -> Path:
         bottom.set_xlabel(
             f"α, °; red: {found['alpha_deg']:g}°; black: the best α for the orders that it spans"
         )
-        folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, format="png", dpi=110, metadata={"Software": None})
-    return path
+        return save_picture(figure, path, dots_per_inch=110)
 
 
 def _gain(value: float | None) -> str:

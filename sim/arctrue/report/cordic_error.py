@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.generated.number_formats import CORDIC_ITERATIONS, COSINE_WIDTH, PHASE_WIDTH
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, house_style
 from arctrue.studies.paper.appendix import approximation_bound, cosine_bound
-from arctrue.whole_file import whole_file
 
 SWEEP_BITS = 20
 DEFAULT_FILE = Path("build/reports/cordic_error.png")
@@ -105,9 +105,7 @@ def draw_cordic_error(
         axes.set_ylim(-1.5 * bound, 1.5 * bound)
         axes.ticklabel_format(axis="y", scilimits=(0, 0), useMathText=True)
         axes.legend(loc="upper center", ncols=2)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, dpi=150, metadata={"Software": None})
+        save_picture(figure, path)
     return float(np.abs(error).max())
 
 

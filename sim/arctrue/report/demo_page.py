@@ -39,6 +39,7 @@ def write_demo_page(result: DemoResult, file: Path, second_act: str = "") -> Non
         result=result,
         second_act=second_act,
         settings=result.settings,
+        count=result.settings.arcsec_per_count,
         before=result.before,
         after=result.after,
         pipeline_clocks=sum(unit.measured_clocks for unit in result.latencies),

@@ -1,4 +1,4 @@
-"""How large an effect is in each step of its condition: what the data say beside what it says.
+"""Amplitude of an effect in each bin of its condition: from the data, and as the effect predicts.
 
 The effect's own columns times their coefficients are c, the residual of the whole model r. What
 belongs to the effect is c + r (component plus residual). Over a condition x and a phase φ the wave

@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arctrue.report.log_scale import set_log_y
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
-from arctrue.whole_file import whole_file
 
 PICTURE = "methods.svg"
 SHOWN = ("two_heads_dft", "two_heads_least_squares", "three_heads_least_squares",
@@ -161,10 +161,7 @@ def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
         gains.set_ylabel("noise over that of a head")
         gains.set_title("Noise gain of two, three and four heads (gap: not seen)")
         gains.legend(fontsize=8, ncols=2)
-        folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, format="svg", metadata={"Date": None})
-    return path
+        return save_picture(figure, path)
 
 
 def _span(values: list[float]) -> str:

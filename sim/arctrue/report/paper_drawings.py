@@ -30,11 +30,12 @@ from arctrue.generated.number_formats import (
     POSITION_WIDTH,
 )
 from arctrue.report.log_scale import set_log_y
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
 from arctrue.studies.paper.appendix import approximation_bound, rounding_bound
 from arctrue.table.pins import pin_states
-from arctrue.whole_file import whole_file
 
+_SUPERSCRIPT = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _GATEWARE, _SOFTWARE, _OUTSIDE = "#e4eff7", "#fbeedd", "#f1f3f5"
 
 Box = tuple[float, float, float, float, str, str]
@@ -43,9 +44,9 @@ Arrow = tuple[tuple[float, float], tuple[float, float], str]
 
 
 def _boxes(axes: Axes, boxes: Sequence[Box], arrows: Sequence[Arrow]) -> None:
-    """Boxes and arrows on an empty page, 100 units wide."""
+    """Boxes and arrows on an empty page, 100 units wide, with room for the boxes' outlines."""
     axes.set_axis_off()
-    axes.set_xlim(0, 100)
+    axes.set_xlim(-1, 101)
     for left, bottom, width, height, text, colour in boxes:
         axes.add_patch(
             FancyBboxPatch(
@@ -253,7 +254,7 @@ def _figure_9(axes: Axes) -> None:
             (0, 7, 13, 8, "quadrant fold", _GATEWARE),
             (20, 7, 13, 8, "i = 0\nx, y, z", _GATEWARE),
             (40, 7, 13, 8, "i = 1\n± 2⁻¹", _GATEWARE),
-            (61, 7, 13, 8, f"i = {last}\n± 2⁻ⁱ", _GATEWARE),
+            (61, 7, 13, 8, f"i = {last}\n± 2⁻{str(last).translate(_SUPERSCRIPT)}", _GATEWARE),
             (82, 7, 16, 8, f"rounded once\ns1.{COSINE_WIDTH - 2} × a,\n"
              f"s{AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION}.{AMPLITUDE_FRACTION}", _GATEWARE),
         ],
@@ -318,7 +319,6 @@ def drawing_name(number: str) -> str:
 
 def draw_figures(folder: Path) -> list[Path]:
     """Write all of them; the folder is made."""
-    folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for number, (title, size, draw) in DRAWINGS.items():
         path = folder / drawing_name(number)
@@ -327,7 +327,5 @@ def draw_figures(folder: Path) -> list[Path]:
             axes = figure.subplots()
             axes.set_title(title)
             draw(axes)
-            with whole_file(path) as unfinished:
-                figure.savefig(unfinished, format="svg", metadata={"Date": None})
-        paths.append(path)
+            paths.append(save_picture(figure, path))
     return paths

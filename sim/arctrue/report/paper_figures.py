@@ -77,7 +77,7 @@ def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
     numbers = np.arange(1, amplitude.size + 1)
     orders.bar(numbers, amplitude, color=AFTER, width=0.6)
     orders.axhline(
-        _expected_order_arcsec(published), color=QUIET, linestyle=(0, (4, 3)), linewidth=1
+        expected_order_arcsec(published), color=QUIET, linestyle=(0, (4, 3)), linewidth=1
     )
     orders.set_title(
         "(b) Orders of the corrected error; broken: what u₁ and u₂ of independent faces give",
@@ -90,7 +90,7 @@ def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
     return save_png(figure, folder, figure_11_name(found))
 
 
-def _expected_order_arcsec(published: Mapping[str, Any]) -> float:
+def expected_order_arcsec(published: Mapping[str, Any]) -> float:
     """RMS amplitude of an order that independent errors of the faces of u₁ and u₂ have."""
     budget = published["budget"]
     face_arcsec = np.hypot(budget["polygon_arcsec"], budget["autocollimator_arcsec"])

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from arctrue.whole_file import whole_file
+from arctrue.report.picture_file import save_picture
 
 COLOURS = ("#1f5f99", "#c2571a", "#3a7d44", "#7b4ea3", "#a03050", "#5a6470")
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
@@ -33,7 +33,4 @@ def plain_axes(axes: Axes) -> None:
 
 def save_png(figure: Figure, folder: Path, name: str) -> Path:
     """Write ``folder/name``; the folder is made."""
-    path = folder / name
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished, dpi=_DOTS_PER_INCH)
-    return path
+    return save_picture(figure, folder / name, dots_per_inch=_DOTS_PER_INCH)

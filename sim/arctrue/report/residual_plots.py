@@ -11,6 +11,7 @@ from matplotlib.figure import SubFigure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from arctrue.percent import percent
 from arctrue.report.charts.branches import branches
 from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.report.charts.spectrum import all_spectra
@@ -119,9 +120,9 @@ def _draw_map(axes: Axes, item: ResidualMap) -> None:
     elif unit == "1":
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.margins(x=0.12)
-    share = f"takes {item.share:.1%} of the variance, chance {item.null_share:.1%}"
+    share = f"takes {percent(item.share, 1)} of the variance, chance {percent(item.null_share, 1)}"
     axes.annotate(
-        share if matters else f"less than {LEAST_SHARE:.0%} beyond chance",
+        share if matters else f"less than {percent(LEAST_SHARE)} beyond chance",
         (0.02, 0.97),
         xycoords="axes fraction",
         va="top",

@@ -12,8 +12,8 @@ from arctrue.instrument.revolution import (
     PAPER_BEFORE_ARCSEC,
     RevolutionResult,
 )
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
-from arctrue.whole_file import whole_file
 
 
 def plot_revolution(result: RevolutionResult, file: Path) -> None:
@@ -42,8 +42,4 @@ def plot_revolution(result: RevolutionResult, file: Path) -> None:
         lower.set_xlabel("true angle of the table, °")
         lower.set_xlim(0, 360)
         lower.set_xticks(range(0, 361, 45))
-        # No date in the file: the same run gives the same picture.
-        with whole_file(file) as unfinished:
-            figure.savefig(
-                unfinished, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None
-            )
+        save_picture(figure, file)

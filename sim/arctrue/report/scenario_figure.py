@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from arctrue.instrument.turn_score import BINS, TurnScore
 from arctrue.report.log_scale import set_log_y
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
 from arctrue.studies.scenario.result import ScenarioResult, Turn
-from arctrue.whole_file import whole_file
 
 
 def plot_scenario(result: ScenarioResult, file: Path) -> None:
@@ -25,11 +25,7 @@ def plot_scenario(result: ScenarioResult, file: Path) -> None:
         _warmth(warmth, result)
         _shape(shape, result)
         figure.suptitle(result.scenario.title, x=0.01, ha="left", fontweight="bold")
-        # No date in the file: the same run gives the same picture.
-        with whole_file(file) as unfinished:
-            figure.savefig(
-                unfinished, dpi=150, metadata={"Date": None} if file.suffix == ".svg" else None
-            )
+        save_picture(figure, file)
 
 
 def _rms(found: TurnScore | None) -> float:

@@ -34,9 +34,14 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
             parameters=added.parameters if result.examined.effect else {},
             lanes=result.export.orders,
             curves=(
-                ("head 1, raw", "before", result.raw),
-                ("output, paper’s model", "paper", result.paper),
-                ("output, with the effect", "after", result.corrected),
+                ("head 1, raw", "before", result.raw, result.raw_period),
+                ("output, paper’s model", "paper", result.paper, result.paper_period),
+                (
+                    "output, with the effect",
+                    "after",
+                    result.corrected,
+                    result.corrected_period,
+                ),
             ),
             turn_figure=Markup(chart_svg(turn_figure)),
             period_figure=Markup(chart_svg(signal_period(result))),

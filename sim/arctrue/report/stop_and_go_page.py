@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
-from arctrue.whole_file import whole_file
 
 PICTURE = "stop_and_go.svg"
 
@@ -119,10 +119,7 @@ def plot_stop_and_go(found: Mapping[str, Any], folder: Path) -> Path:
             axes.legend(fontsize=8)
         enlarged.set_xlabel("target, °")
         enlarged.set_xticks(range(0, 361, 45))
-        folder.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as unfinished:
-            figure.savefig(unfinished, format="svg", metadata={"Date": None})
-    return path
+        return save_picture(figure, path)
 
 
 def _span(values: list[float]) -> str:

@@ -1,4 +1,4 @@
-"""The page of a look in the order of the thought: what each section says, for a template.
+"""The text of each section of the page, in the page's order, for a template.
 
 The set, measurement and model, where it fails, the finding, what is missing, ladder, device.
 """
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.percent import percent, probability_percent
 from arctrue.report.charts.chart import URAD_PER_ARCSEC
 from arctrue.report.examined import Examined
 from arctrue.report.ranking import Ranking
@@ -156,7 +157,7 @@ def where_section(examined: Examined, ranking: Ranking | None, view: View) -> di
     keys = [condition.key for condition, _ in conditions]
     return {
         "conditions": [
-            {"key": item.key, "name": item.name, "share": f"{share:.0%}"}
+            {"key": item.key, "name": item.name, "share": percent(share)}
             for item, share in conditions
         ],
         "against": view.against if view.against in keys else keys[0],
@@ -217,8 +218,8 @@ def missing_section(
         "sentences": ranking["sentences"],
         "cards": cards[:shown],
         "others": cards[shown:],
-        "none": _percent(probability.get("none", 0.0)),
-        "unknown": _percent(probability.get("unknown", 0.0)),
+        "none": probability_percent(probability.get("none", 0.0)),
+        "unknown": probability_percent(probability.get("unknown", 0.0)),
         "not_tested": [
             {"names": ", ".join(names), "lacks": lacks} for lacks, names in not_tested.items()
         ],
@@ -247,7 +248,7 @@ def _card(
         "name": name,
         "words": words(name),
         "physics": "" if effect is None else effect.physics,
-        "probability": _percent(diagnosis["probability"].get(name, 0.0)),
+        "probability": probability_percent(diagnosis["probability"].get(name, 0.0)),
         "share": diagnosis["probability"].get(name, 0.0),
         "named": name == diagnosis["named"],
         "in_class": in_class,
@@ -308,14 +309,6 @@ def evidence_in_words(p_value: float, delta_bic: float) -> str:
 def _round(value: float) -> int:
     digits = max(int(math.log10(max(value, 1.0))) - 1, 0)
     return int(round(value / 10**digits) * 10**digits)
-
-
-def _percent(share: float) -> str:
-    if share >= 0.995:
-        return "above 99 %"
-    if share < 0.005:
-        return "below 1 %"
-    return f"{100.0 * share:.0f} %"
 
 
 def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:

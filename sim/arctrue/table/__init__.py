@@ -7,7 +7,6 @@ from arctrue.table.capture import ReferenceRun, SampledRun, measure_with_polygon
 from arctrue.table.causes import (
     DiscEccentricity,
     GraduationHarmonics,
-    GraduationLines,
     PhysicalEffect,
 )
 from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
@@ -29,7 +28,6 @@ __all__ = [
     "CountEdges",
     "DiscEccentricity",
     "GraduationHarmonics",
-    "GraduationLines",
     "Head",
     "Motion",
     "PhysicalEffect",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.table.causes.base import PhysicalEffect
-from arctrue.table.causes.cause import Cause
+from arctrue.table.causes.cause import READING, Cause, refuse_unhonoured
 from arctrue.table.conditions import conditions_of
 from arctrue.table.head import Head
 from arctrue.table.state import TableState
@@ -142,8 +142,10 @@ class RotaryTable:
     ) -> NDArray[np.int64]:
         """What the counter of head 0 or 1 shows, from its index, not wrapped, shape ``(n,)``.
 
-        Noise is added where ``random`` is given.
+        Noise is added where ``random`` is given. Raises UnhonouredCauseError for a cause that acts
+        on more than the reading: a row that is missing, an instrument, noise of its own.
         """
+        refuse_unhonoured(self.effects, READING, "a counter")
         reading = self.reading_rad(head, state) / self.count_rad
         if random is not None and self.noise_rad:
             reading += random.normal(0.0, self.noise_rad / self.count_rad, reading.shape)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import pty
+import re
 import sqlite3
 import threading
 import time
@@ -25,8 +27,10 @@ from arctrue.device import console
 from arctrue.device.console import Turn
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import read_measurement_set
+from arctrue.metrology import trend
 
 COUNTS = counts_of(samples=600)
+ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 
 class Device(threading.Thread):
@@ -42,6 +46,7 @@ class Device(threading.Thread):
         self.with_sensor = False
         self.bad_turns = False
         self.moved_counts = 0
+        self.growing_counts = 0.0
         self.turns = 0
 
     def run(self) -> None:
@@ -59,6 +64,7 @@ class Device(threading.Thread):
             if made.phase == "capture" and not made.core.get("status"):
                 self.turns += 1
                 counts = COUNTS + self.moved_counts * self.turns
+                counts += np.rint(self.growing_counts * self.turns * np.cos(3 * ANGLES)).astype(int)
                 counts[0, 300:] += 10**6 * self.bad_turns
                 made.core.hand_over(counts)
             self.tell(said + made.step())
@@ -145,6 +151,18 @@ def test_a_refused_turn_is_shown(device: Device) -> None:
     done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "2"])
     assert done.exit_code == 0, done.output
     assert "refused  jump" in done.output
+
+
+def test_an_order_that_grows_is_told(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Order 3 by 1″ in every turn; lines of 8 single turns, so that it need not turn for long."""
+    device.growing_counts = 1.0 / 0.0772
+    quick = functools.partial(trend.TrendWatch, block_turns=1)
+    monkeypatch.setattr(trend, "TrendWatch", quick)
+    done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "20"])
+    assert done.exit_code == 0, done.output
+    assert re.search(r"trend: order 3 moves: [4-9](\.\d)?″ in 7 turns", done.output), done.output
+    done = CliRunner().invoke(main, ["monitor", device.port, "--turns", "9", "--trend", "50"])
+    assert "trend" not in done.output
 
 
 def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:

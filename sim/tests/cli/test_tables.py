@@ -125,8 +125,7 @@ def curve() -> SimpleNamespace:
         highest_arcsec=-HUGE / 1e3,
         rms_arcsec=-HUGE / 1e3,
         every_edge_arcsec=(HUGE / 1e3, -HUGE / 1e3),
-        order_arcsec=[1234.5678, 1234.5678],
-        signal_arcsec=[1234.5678],
+        largest_order=120,
         edges_rms_arcsec=1234.5678,
         mean_arcsec=HUGE / 1e3,
         amplitude_arcsec=np.full(40, 1234.5678),
@@ -192,6 +191,9 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         raw=curve(),
         paper=curve(),
         corrected=curve(),
+        raw_period=curve(),
+        paper_period=curve(),
+        corrected_period=curve(),
         fresh_capture_arcsec={"without": 1.0, "with": 0.5},
         reversal_arcsec=None,
         export=SimpleNamespace(left_out=[]),
@@ -202,13 +204,6 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     assert_whole(printed(monkeypatch, hidden.print_result, found))
 
-    counts = SimpleNamespace(
-        lowest_counts=HUGE,
-        highest_counts=-HUGE,
-        rms_counts=-HUGE,
-        amplitude_counts=np.array([-HUGE]),
-        worst_order=120,
-    )
     told = SimpleNamespace(
         number=12,
         result="refused",
@@ -220,8 +215,8 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         settings=SimpleNamespace(
             arcsec_per_count=20.0, peak_limit_counts=2.0, order_limit_counts=1.0
         ),
-        before=counts,
-        after=counts,
+        before=curve(),
+        after=curve(),
         pin_to_pin_clocks=40,
         turns=[told],
         passed=True,

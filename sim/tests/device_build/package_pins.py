@@ -7,12 +7,14 @@ from __future__ import annotations
 
 FIRST_PMOD_PINS = ("Y18", "Y19", "Y16", "Y17", "U18", "U19", "W18", "W19")
 SECOND_PMOD_PINS = ("W14", "Y14", "T11", "T10", "V16", "W16", "V12", "W13")
+I2C_PINS = {"i2c_scl": "P16", "i2c_sda": "P15"}
+"""SCL and SDA of the Arduino (ChipKit) header."""
 LEDS = ("R14", "P14", "N16", "M14")
 OSCILLATOR = "H16"
 
 BANKS = {
     **dict.fromkeys((*FIRST_PMOD_PINS, *SECOND_PMOD_PINS), 34),
-    **dict.fromkeys(LEDS[:2], 34),
+    **dict.fromkeys((*LEDS[:2], *I2C_PINS.values()), 34),
     **dict.fromkeys((*LEDS[2:], OSCILLATOR), 35),
 }
 

@@ -23,7 +23,7 @@ library ieee;
   use ieee.numeric_std.all;
 
 entity small_zynq_top is
-  port (led_alive, led_written : out std_ulogic);
+  port (led_alive, led_written : out std_ulogic; scl, sda : inout std_logic);
 end entity small_zynq_top;
 
 architecture rtl of small_zynq_top is
@@ -38,7 +38,7 @@ architecture rtl of small_zynq_top is
     return contents;
   end function squares;
   signal memory : memory_type := squares;
-  signal clock, reset : std_ulogic;
+  signal clock, reset, scl_low, sda_low : std_ulogic;
   signal awvalid, wvalid, bvalid, arvalid, rvalid : std_ulogic;
   signal awaddr, araddr : std_ulogic_vector(17 downto 0);
   signal wdata, rdata, word : std_ulogic_vector(31 downto 0);
@@ -49,8 +49,11 @@ architecture rtl of small_zynq_top is
   signal sum : signed(47 downto 0) := (others => '0');
   signal delayed : std_ulogic_vector(31 downto 0) := (others => '0');
 begin
+  scl <= '0' when scl_low = '1' else 'Z';
+  sda <= '0' when sda_low = '1' else 'Z';
   processor : entity work.zynq_processor
     port map (
+      scl => scl, scl_low => scl_low, sda => sda, sda_low => sda_low,
       clock => clock, reset => reset, interrupt => delayed(31),
       m_axil_awvalid => awvalid, m_axil_awready => '1', m_axil_awaddr => awaddr,
       m_axil_wvalid => wvalid, m_axil_wready => '1', m_axil_wdata => wdata, m_axil_wstrb => open,
@@ -89,7 +92,12 @@ end architecture rtl;
 PINS = "".join(
     f"set_property LOC {pin} [get_ports {port}]\n"
     f"set_property IOSTANDARD LVCMOS33 [get_ports {port}]\n"
-    for port, pin in {"led_alive": "R14", "led_written": "P14"}.items()
+    for port, pin in {
+        "led_alive": "R14",
+        "led_written": "P14",
+        "scl": "P16",
+        "sda": "P15",
+    }.items()
 )
 
 

@@ -15,6 +15,7 @@ from scripts.netlist import ROOT
 from sim.tests.device_build.package_pins import (
     BANKS,
     FIRST_PMOD,
+    I2C_PINS,
     LEDS,
     OSCILLATOR,
     SECOND_PMOD,
@@ -54,9 +55,9 @@ def test_a_second_board_gives_what_the_first_takes() -> None:
 def test_ports_are_read_from_the_vhdl() -> None:
     text = (ROOT / "rtl" / "top" / f"{TOP}.vhd").read_text(encoding="utf-8")
     clause = text[text.index("  port (") : text.index(f"end entity {TOP}")]
-    assert ports_of(TOP) == re.findall(r"^ +(\w+) +: +(?:in|out) ", clause, re.MULTILINE)
-    assert len(ports_of(TOP)) == 6 + 3 + 6 + 4
-    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 6 + 4
+    assert ports_of(TOP) == re.findall(r"^ +(\w+) +: +(?:in|out|inout) ", clause, re.MULTILINE)
+    assert len(ports_of(TOP)) == 6 + 3 + 6 + 2 + 4
+    assert len(ports_of(PAIRS)) == 2 * (6 + 3) + 6 + 2 + 4
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
@@ -75,13 +76,14 @@ def test_every_port_has_a_pin_of_the_package(board: str) -> None:
 @pytest.mark.parametrize(
     "path", [*(CONSTRAINTS / f"{name}.xdc" for name in DEVICE_BOARDS), TEMPLATE]
 )
-def test_an_open_input_is_pulled_low(path: Path) -> None:
+def test_an_open_input_is_pulled_low_and_the_bus_high(path: Path) -> None:
     """In the file that both flows read; nothing else is pulled."""
     pulled = {
         port: given["PULLTYPE"][0] for port, given in read_pins(path).items() if "PULLTYPE" in given
     }
     inputs = [*ports_of(TOP)[:6], "sync_in", "probe_in"]
-    assert pulled == dict.fromkeys(inputs, "PULLDOWN")
+    bus = dict.fromkeys(("i2c_scl", "i2c_sda"), "PULLUP")
+    assert pulled == dict.fromkeys(inputs, "PULLDOWN") | bus
 
 
 @pytest.mark.parametrize("board", DEVICE_BOARDS)
@@ -96,6 +98,7 @@ def test_signals_are_where_the_page_says(board: str) -> None:
         assert {pins[f"{signal}_a"], pins[f"{signal}_b"]} not in coupled
     leds = [pins[f"led_{name}"] for name in ("alive", "capture", "fault", "compensation")]
     assert tuple(leds) == LEDS
+    assert {port: pins[port] for port in I2C_PINS} == I2C_PINS
     page = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
     for port, pin in pins.items():
         assert re.search(rf"^\| `{port}` \|.*\| {pin} \|", page, re.MULTILINE), (port, pin)

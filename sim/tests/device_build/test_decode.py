@@ -10,7 +10,7 @@ import pytest
 from scripts import bitstream_verify
 from scripts.bitstream_blocks import dsp, ram_half
 from scripts.bitstream_database import Chip
-from scripts.bitstream_equality import Compared, ports_of
+from scripts.bitstream_equality import Compared, direct_tristates, ports_of
 from scripts.bitstream_features import Features
 from scripts.bitstream_routes import Routes, Source
 from scripts.bitstream_slices import Slice, Text
@@ -173,7 +173,10 @@ def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
 def test_ports_of_the_processor_turn_round() -> None:
     """What leaves the PS7 enters the design."""
     module = {
-        "ports": {"led": {"direction": "output", "bits": [2]}},
+        "ports": {
+            "led": {"direction": "output", "bits": [2]},
+            "sda": {"direction": "inout", "bits": [6]},
+        },
         "cells": {
             "ps7": {
                 "type": "PS7",
@@ -182,11 +185,13 @@ def test_ports_of_the_processor_turn_round() -> None:
             }
         },
     }
-    lines = {port.name: (port.is_input, port.lines()) for port in ports_of(module)}
+    lines = {(port.name, port.is_input): port.lines() for port in ports_of(module)}
     assert lines == {
-        "FCLKCLK": (True, ["FCLKCLK0", "FCLKCLK1"]),
-        "led": (False, ["led"]),
-        "MAXIGP0RVALID": (False, ["MAXIGP0RVALID"]),
+        ("FCLKCLK", True): ["FCLKCLK0", "FCLKCLK1"],
+        ("led", False): ["led"],
+        ("sda", True): ["sda"],
+        ("sda", False): ["sda"],
+        ("MAXIGP0RVALID", False): ["MAXIGP0RVALID"],
     }
 
 
@@ -208,3 +213,17 @@ def test_a_bitstream_that_is_not_there_is_told(
 ) -> None:
     assert bitstream_verify.main(["--folder", str(tmp_path)]) == 2
     assert "arctrue.bit is missing: make bitstream FLOW=open" in capsys.readouterr().err
+
+
+def test_a_wire_is_left_or_pulled_low_at_the_port_itself() -> None:
+    """As GHDL writes it; a plain assignment stays as it is."""
+    written = (
+        "  assign scl = n2_oport; //(module output)\n"
+        "  assign n2_oport = n103_o; // (inout - port)\n"
+        "  assign n2_o = scl; // (inout - read)\n"
+        "  assign n103_o = scl_low ? 1'b0 : 1'bz;\n"
+        "  assign led = n1_o; //(module output)\n"
+    )
+    lines = direct_tristates(written).splitlines()
+    assert lines[0] == "  assign scl = scl_low ? 1'b0 : 1'bz; //(module output)"
+    assert lines[1:] == written.splitlines()[1:]

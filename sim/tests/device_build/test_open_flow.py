@@ -272,6 +272,7 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
     cells = json.loads(netlist.read_text(encoding="utf-8"))["modules"]["small_zynq_top"]["cells"]
     kinds = [cell["type"] for cell in cells.values()]
     assert kinds.count("OBUF") == 2
+    assert kinds.count("IOBUF") == 2
     assert [kind for kind in kinds if kind.startswith("$")] == []
     (ps7,) = (cell["connections"] for cell in cells.values() if cell["type"] == "PS7")
     (buffer,) = (cell["connections"] for cell in cells.values() if cell["type"] == "BUFG")

@@ -15,6 +15,7 @@ from scripts.bitstream_features import Bits, bits_of_bitstream, bits_of_frames
 from scripts.bitstream_file import check_bitstream
 from scripts.bitstream_job import Job
 from scripts.bitstream_open import OpenTools, Routed, place_and_route, write_frames
+from scripts.bitstream_tristates import add_straight_enables
 from scripts.bitstream_verify import BITREAD, Design, decode, faults_of
 from scripts.fasm_frames import frames_of
 from scripts.netlist import ToolError
@@ -113,14 +114,29 @@ def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_pa
     assert compared.figures["clocks"] == CLOCKS
     assert compared.figures["blocks"] == compared.figures["moved_blocks"] == 2
     # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
-    # clock and LEDs; what else goes to the PS7 is constant.
-    assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2
+    # clock and LEDs, the two wires of I2C and their levels; what else goes to the PS7 is constant.
+    assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2 + 4
 
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_without_tie_offs_it_computes_something_else(made: Made, tmp_path: Path) -> None:
+    fasm = tmp_path / "untied.fasm"
+    shutil.copyfile(made.routed.fasm, fasm)
+    add_straight_enables(fasm)
     frames = tmp_path / "untied.frames"
-    frames_of(made.routed.fasm, made.chip).write(frames)
+    frames_of(fasm, made.chip).write(frames)
     compared = made.compared(bits_of_frames(frames), tmp_path)
     assert not compared.is_equal
     assert any("MAXIGP0RDATA" in line for line in compared.differences)
+
+
+@pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
+def test_as_nextpnr_leaves_it_a_wire_is_pulled_where_it_must_not(
+    made: Made, tmp_path: Path
+) -> None:
+    """The first differences are those of the two wires, before any word has been multiplied."""
+    frames = tmp_path / "inverted.frames"
+    frames_of(made.routed.fasm, made.chip).write(frames)
+    compared = made.compared(bits_of_frames(frames), tmp_path)
+    wires = ("scl", "sda", "EMIOI2C0SCLI", "EMIOI2C0SDAI")
+    assert {line.split(": ", 1)[1].split()[0] for line in compared.differences[:4]} <= set(wires)

@@ -93,18 +93,25 @@ class Scene:
         motion: Motion | None = None,
         parameters: Mapping[str, float] | None = None,
         *faults: PinFault,
+        flash: bytes | None = None,
     ) -> None:
-        """``faults`` are there from the beginning; the table may be too fast for the pins."""
+        """``faults`` are there from the beginning; the table may be too fast for the pins.
+
+        ``flash``: of a board that was calibrated before; no parameter is typed then.
+        """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz)
         self.instrument.attach(table(), motion or steady(), may_jump=True)
         self.instrument.disturb(*faults)
         firmware = self.instrument.firmware
         values = {**PARAMETERS, **(parameters or {})}
-        for name, value in values.items():
-            firmware.set(name, value)
         self._ramp_counts_a_clock = values["ramp_arcsec_s"] / ramp_arcsec_s(2.0**35, COUNTS)
-        firmware.start()
+        if flash is None:
+            for name, value in values.items():
+                firmware.set(name, value)
+            firmware.start()
+        else:
+            firmware.power_on(flash)
         self.instrument.write("following_limit", FOLLOWING_LIMIT_COUNTS)
         self._zeros = Zeros(0.0, 0.0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from sim.tests.faults.conftest import MakeScene
 from sim.tests.faults.setting import (
@@ -10,9 +11,15 @@ from sim.tests.faults.setting import (
     FOLLOWING_LIMIT_COUNTS,
     MINIMUM_EDGE_SPACING_CLOCKS,
     OUTPUT_SPACING_CLOCKS,
+    RUN_UP_S,
+    SPEED_RAD_S,
+    START_RAD,
     TURN_RAD,
+    TURN_S,
     legs,
 )
+
+from arctrue.table import Motion
 
 HYSTERESIS_COUNTS = 1
 """On a reversal the output holds its first count back."""
@@ -79,3 +86,17 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     # The refused turn has cleared the flags of the heads, and the output stands as before.
     assert (scene.compare().edges == 0) == output_fault
     scene.recovers(refers=output_fault)
+
+
+def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:
+    """±15 % five times a turn: refused at equal times, and used at equal angles from then on.
+
+    The bound of the clean comparison is that of a steady table.
+    """
+    times = np.arange(0.0, 12.0 * TURN_S, TURN_S / 200.0) + RUN_UP_S
+    speeds = SPEED_RAD_S * (1.0 + 0.15 * np.sin(5.0 * 2.0 * np.pi * times / TURN_S))
+    motion = Motion((0.0, *times.tolist()), (0.0, *speeds.tolist()), START_RAD)
+    swinging = make_scene(motion)
+    swinging.calibrate(flag_reason="wrong_step")
+    assert "samples equal_angles" in swinging.firmware.send("status").splitlines()
+    assert set(swinging.reasons(2)) <= {"none", "not_better"}

@@ -1,7 +1,8 @@
 """The firmware's C sources as a shared library on this machine, called through cffi.
 
 With ``ARCTRUE_SANITIZE=address`` AddressSanitizer is built in as well; the process then needs it
-preloaded, see test_sanitizers.py. UBSan is always there, and ends the process.
+preloaded, see test_sanitizers.py. UBSan is always there, and ends the process. With
+``ARCTRUE_COVERAGE=FOLDER`` the lines that are run are counted there, scripts/firmware_coverage.py.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ FIRMWARE = ROOT / "firmware"
 FOLDERS = ("calibration", "application", "console", "zynq")
 GENERATED = ROOT / "build" / "generated" / "c"
 BUILT = ROOT / "build" / "firmware" / "host"
+COVERAGE = "ARCTRUE_COVERAGE"
 FLAGS = (
     *("-std=c11", "-O1", "-g", "-fPIC", "-shared", "-Wall", "-Wextra", "-Wconversion", "-Werror"),
     *("-fsanitize=undefined", "-fno-sanitize-recover=all"),
@@ -36,7 +38,9 @@ def flags() -> list[str]:
     """How they are compiled here."""
     includes = [f"-I{FIRMWARE / folder}" for folder in FOLDERS] + [f"-I{GENERATED}"]
     asked = os.environ.get("ARCTRUE_SANITIZE")
-    return [*FLAGS, *includes, *([f"-fsanitize={asked}"] if asked else [])]
+    sanitize = [f"-fsanitize={asked}"] if asked else []
+    coverage = ["--coverage", "-fprofile-update=atomic"] if os.environ.get(COVERAGE) else []
+    return [*FLAGS, *includes, *sanitize, *coverage]
 
 
 @functools.cache
@@ -46,9 +50,10 @@ def shared_library() -> Path:
     headers = [path for folder in FOLDERS for path in (FIRMWARE / folder).glob("*.h")]
     for path in sorted([*sources(), *headers, *GENERATED.glob("*.h")]):
         digest.update(path.read_bytes())
-    library = BUILT / f"firmware-{digest.hexdigest()[:16]}.so"
+    folder = Path(os.environ.get(COVERAGE) or BUILT)
+    library = folder / f"firmware-{digest.hexdigest()[:16]}.so"
     if not library.exists():
-        BUILT.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         made = library.with_suffix(f".{os.getpid()}")
         command = ["gcc", *flags(), *map(str, sources()), "-o", str(made), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -463,6 +463,46 @@ def test_orders_that_are_no_longer_judged_are_no_longer_applied(running: Firmwar
     assert running.turn(turn(seed=6, noise=0.25))["reason"] == "not_better"
 
 
+def capture_mode(core: ModelCore) -> int:
+    return core.get("control") >> 3 & 3
+
+
+def test_a_swinging_speed_is_sampled_at_equal_angles(running: Firmware) -> None:
+    """±19 % of the speed, once a turn: refused at equal times, used at equal angles."""
+    random = np.random.default_rng(5)
+    part = np.linspace(0.0, 1.01, SAMPLES)
+    theta = 2.0 * np.pi * (part + 0.03 * np.sin(2.0 * np.pi * part))
+    running.core.writes.clear()
+    told = running.turn(DISC.heads(theta, 0.1, random))
+    assert (told["result"], told["reason"]) == ("refused", "wrong_step")
+    # What was captured of the next turn by then was sampled at equal times: it is discarded.
+    orders = [word for offset, word in running.core.writes if offset == address("control")]
+    assert [bool(word & bit("control", "capture_enable")) for word in orders[-2:]] == [False, True]
+    assert capture_mode(running.core) == 1
+    assert "samples equal_angles" in running.send("status").splitlines()
+    step = running.core.get("angle_step")
+    assert COUNTS % step == 0
+    assert 12288 / 2 - 1 <= COUNTS / step <= 12288
+    reading = np.arange(3, COUNTS // step + 6) * step
+    theta = DISC.true_angle(reading * 2.0 * np.pi / COUNTS)
+    told = running.turn(DISC.heads(theta, 0.1, random))
+    assert told["result"] == "applied"
+    found = {int(n): (amplitude, phase) for n, amplitude, phase, *_ in told["harmonics"]}
+    for order, (amplitude, phase) in DISC.orders.items():
+        value = found[order][0] * np.exp(1j * found[order][1])
+        # Four times the standard uncertainty that the noise of a turn leaves at the weakest order.
+        assert abs(value - amplitude * np.exp(1j * phase)) < 0.1 + 2e-3 * amplitude, order
+
+
+@pytest.mark.parametrize("order", ["dump", "rearm"])
+def test_equal_times_come_back(running: Firmware, order: str) -> None:
+    """Rows of a dump have times; and the next start knows nothing of the speed."""
+    running.application.by_angle = True
+    running.send(order)
+    assert capture_mode(running.core) == 0
+    assert "samples equal_times" in running.send("status").splitlines()
+
+
 def test_a_stuck_capture_ends_in_the_safe_state(running: Firmware) -> None:
     running.turn(turn())
     position = running.core.get("snapshot.head1_position")
@@ -470,7 +510,15 @@ def test_a_stuck_capture_ends_in_the_safe_state(running: Firmware) -> None:
     running.step()
     assert controls(running.core)["compensate"]
     running.core.set("snapshot.head1_position", position + 5 * COUNTS)
-    assert '"stuck_capture"' in running.step()
+    (line,) = running.step().splitlines()
+    told = json.loads(line)
+    assert told == {
+        "turn": 1,
+        "result": "alarm",
+        "reason": "none",
+        "swaps": 1,
+        "alarms": ["stuck_capture"],
+    }
     assert controls(running.core) == {
         "compensate": False,
         "output_enable": True,

@@ -15,7 +15,7 @@ from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware, ModelCore
 from sim.tests.firmware.test_application import turn
 
-COMMANDS = ("help", "status", "show harmonics", "show parameters", "dump", "freeze on")
+COMMANDS = ("help", "status", "version", "show harmonics", "show parameters", "dump", "freeze on")
 
 
 @pytest.fixture
@@ -32,6 +32,40 @@ def test_every_command_answers(running: Firmware, command: str) -> None:
     answer = running.send(command)
     assert answer.endswith("\r\n")
     assert answer.splitlines()[-1].startswith("ok")
+
+
+def test_version_tells_firmware_gateware_and_chip(running: Firmware) -> None:
+    """Words of the registers as the map says, and no others."""
+    core, (ffi, _) = running.core, firmware()
+    core.set("version", 3 << 16 | 21 << 8 | 7)
+    core.set("pipeline", 30 << 8 | 8)
+    core.set("chip_dna_low", 0x89ABCDEF)
+    names = [ffi.new("char[]", word) for word in (b"1.2.3", b"0123456789ab")]
+    running.console.firmware, running.console.build = names
+    told = running.send("version").splitlines()
+    assert told == [
+        "firmware 1.2.3",
+        "build 0123456789ab",
+        "gateware 3.21.7",
+        "lanes 32",
+        "fold 8",
+        "capture_depth 12288",
+        "clock_hz 100000000",
+        "dna unknown",
+        "ok",
+    ]
+    core.set("chip_dna_high", 1 << 31 | 0x1234567)
+    assert "dna 0x0123456789ABCDEF" in running.send("version").splitlines()
+
+
+def test_version_without_a_core() -> None:
+    idle = Firmware(ModelCore())
+    assert idle.send("version").splitlines() == [
+        "firmware unknown",
+        "build unknown",
+        "gateware none",
+        "ok",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from scripts.image import ImageError, boot_image, fabric_image, flash_image, program_of
+from scripts.image import ImageError, boot_image, fabric_image, flash_image, flash_map, program_of
 from sim.tests.firmware.emulator import build
 from sim.tests.firmware.library import ROOT, firmware
 from sim.tests.firmware.zynq_model import ZynqModel
@@ -55,7 +55,7 @@ def bit_file(body: bytes) -> bytes:
 def test_what_the_boot_rom_loads_starts_and_speaks(tmp_path: Path) -> None:
     elf = build()
     program, entry = program_of(elf)
-    load, body, start = boot_rom(flash_image(program, entry, None))
+    load, body, start = boot_rom(flash_image(program, entry, None)[: flash_map()["GOLDEN"]])
     assert body.startswith(program)
     (tmp_path / "memory.bin").write_bytes(body)
     memory = f"loader,file={tmp_path}/memory.bin,addr={load:#x},force-raw=on"

@@ -102,3 +102,26 @@ def test_noise_has_the_size_and_the_whiteness_that_it_says() -> None:
 def test_noise_refuses_what_is_none() -> None:
     with pytest.raises(ValueError, match="correlation time above 0"):
         ReadingNoise(1e-6, 0.0)
+
+
+def test_noise_of_a_long_run_never_repeats_and_has_no_seams() -> None:
+    knots, step_s, rms = 1 << 18, 1e-3, 1e-6
+    none = np.zeros(2000)
+
+    def read(noise: ReadingNoise, time_s: np.ndarray) -> np.ndarray:
+        return np.asarray(noise.signal_error_rad(0, none, TableState(time_s, none, none)))
+
+    noise = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
+    time_s = 5 * step_s * np.arange(2000)
+    pieces = [read(noise, time_s + block * knots * step_s) for block in range(6)]
+    found = np.corrcoef(pieces)
+    # Independent pieces of 2,000 independent readings: five standard deviations of 1/√2000.
+    assert np.abs(found - np.eye(6)).max() < 5 / np.sqrt(2000)
+    # Any order of the questions, and a fresh start, give the same.
+    again = ReadingNoise(rms_rad=rms, correlation_s=step_s, seed=4)
+    np.testing.assert_array_equal(read(again, time_s + 5 * knots * step_s), pieces[5])
+    np.testing.assert_array_equal(read(noise, time_s), pieces[0])
+    # A cubic B-spline of normal numbers changes by at most 2·rms·√(315/151)·5 a knot (5 sigma).
+    seam_s = knots * step_s + np.linspace(-2 * step_s, 2 * step_s, 2000)
+    most = 2 * rms * np.sqrt(315 / 151) * 5 * (seam_s[1] - seam_s[0]) / step_s
+    assert np.abs(np.diff(read(noise, seam_s))).max() < most

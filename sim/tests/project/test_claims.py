@@ -45,3 +45,15 @@ def test_what_cannot_be_shown_is_not_said() -> None:
     for path in [*texts, ROOT / "README.md"]:
         text = " ".join(path.read_text(encoding="utf-8").split())
         assert not [claim for claim in TAKEN_BACK if claim in text], path
+
+
+def test_a_figure_of_before_carries_the_commit_that_makes_it() -> None:
+    """What this tree cannot make again says where it can be made."""
+    found = []
+    for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"]:
+        text = " ".join(path.read_text(encoding="utf-8").split())
+        figures = re.findall(r"\([\d.,]+ (?:[^()]*? )?before\b[^()]*\)", text)
+        found += [(path, said) for said in figures]
+    assert found
+    for path, said in found:
+        assert re.search(r"`[0-9a-f]{7}(~1)?`", said), f"{path}: {said}"

@@ -28,6 +28,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTIL
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
+    "arctrue flash": ("needs a device", "sim/tests/cli/test_flash.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
@@ -35,6 +36,7 @@ ELSEWHERE = {
         "two minutes",
         "sim/tests/studies/error_budget/test_error_budget.py",
     ),
+    "arctrue long-run": (INSTRUMENT, "sim/tests/studies/long_run/test_long_run.py"),
     "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
@@ -45,6 +47,8 @@ ELSEWHERE = {
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
+    "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
+    "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
     "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
@@ -57,6 +61,7 @@ TARGETS = {
     "site": ("built there", "sim/tests/project/test_site.py"),
     "synth": ("an hour; its parts there", "sim/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
+    "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
     "verify-bitstream": ("needs a routed chip; its parts there", "sim/tests/device_build"),
 }
 """Targets of make in the documents: why they are not run here, and what tests them."""
@@ -102,7 +107,7 @@ def test_a_documented_command_has_these_words_and_options(page: str, line: str) 
         pytest.skip("the example of a wrong name: it is run below")
     words = shlex.split(line)[1:]
     command: click.Command = main
-    context = click.Context(main, info_name="arctrue")
+    context = click.Context(main, info_name="arctrue", **main.context_settings)
     while isinstance(command, click.Group) and words and not words[0].startswith("-"):
         below = command.get_command(context, words[0])
         assert below is not None, f"{page}: {line}"
@@ -179,10 +184,10 @@ PICTURES = {
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
     "hidden_effect.svg": "Makefile",
+    "long_run.svg": "docs/long-run.md",
     "methods.svg": "docs/methods.md",
     "page.png": "scripts/page_screenshot.py",
-    "paper_fig_11.png": "docs/paper-experiment.md",
-    "paper_fig_11_x64.png": "docs/paper.md",
+    "paper_fig_11.png": "docs/paper.md",
     **{
         f"paper_fig_{number}.svg": "docs/paper.md"
         for number in ("1", "3", "4", "5", "6", "7", "8", "9", "a1", "a2")
@@ -214,5 +219,5 @@ def test_every_picture_is_made_by_a_script_or_a_command() -> None:
         if place.endswith(".md"):
             assert re.search(r"arctrue [\w-]+ [^`\n]*docs/images", text), f"{place}: {name}"
         else:
-            stem = re.sub(r"(?<=paper_fig_)(?!11)\w+$|(?<=_x)\d+$", "", Path(name).stem)
+            stem = re.sub(r"(?<=paper_fig_)(?!11)\w+$", "", Path(name).stem)
             assert stem in text, f"{place}: {name}"

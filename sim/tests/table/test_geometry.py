@@ -8,7 +8,6 @@ from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
     GraduationHarmonics,
-    GraduationLines,
     Head,
     PhysicalEffect,
     RotaryTable,
@@ -77,17 +76,15 @@ def test_second_order_is_the_known_one() -> None:
 
 def test_both_heads_see_one_error_function_alpha_apart() -> None:
     # R₁ = θ + ε(θ) and R₂ = θ + α + ε(θ + α): so R₂(θ) is R₁(θ + α).
-    random = np.random.default_rng(1)
     table = RotaryTable(
         two_heads(),
         (
             DiscEccentricity(40e-6, 2.0),
             GraduationHarmonics((2, 5, 11), (4 * ARCSEC, ARCSEC, ARCSEC), (0.1, 2.0, 4.0)),
-            GraduationLines(random.normal(0, ARCSEC, 16384), lines_seen=40),
+            GraduationBump(3 * ARCSEC, 1.0, 0.01),
         ),
     )
     ahead = TableState.at_rest(ANGLES + HEAD_SEPARATION_RAD)
-    # interpolation between lines has slopes of 1″ a line: 1e-12 rad of angle moves it by less
     np.testing.assert_allclose(
         table.reading_rad(1, STATE), table.reading_rad(0, ahead), rtol=0, atol=1e-11
     )
@@ -129,17 +126,6 @@ def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
     both = change(tiny * (1 + 1j), 1) - alpha - change(tiny * (1 + 1j), 0)
     expected = tiny / DISC_RADIUS_M * (np.sin(alpha) + np.cos(alpha) - 1)
     assert both == pytest.approx(expected, rel=1e-5)
-
-
-def test_line_errors_are_read_at_their_lines() -> None:
-    errors = np.array([1.0, 4.0, -2.0, 0.0]) * ARCSEC
-    table = RotaryTable(two_heads(), (GraduationLines(errors),), counts_per_rev=1 << 24)
-    at_lines = TableState.at_rest(np.arange(8) * (np.pi / 2))
-    read = table.reading_rad(0, at_lines) - at_lines.angle_rad
-    np.testing.assert_allclose(read - read[0], np.tile(errors - errors[0], 2), atol=1e-13)
-    seen = GraduationLines(errors, lines_seen=3).seen_errors_rad()
-    np.testing.assert_allclose(seen[1], errors[:3].mean())
-    np.testing.assert_allclose(seen[0], errors[[3, 0, 1]].mean())
 
 
 def test_index_of_each_head_is_the_mark_on_the_disc() -> None:

@@ -15,7 +15,7 @@ from sim.tests.workbench.small_sets import (
 )
 
 from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
-from arctrue.workbench.diagnose.parts import ALWAYS, ProductOfParts
+from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.detectable import needed_gain

@@ -195,7 +195,7 @@ def test_run_offsets_that_are_not_written_out_sum_like_columns() -> None:
     gram, moment = np.zeros((shared + runs,) * 2), np.zeros(shared + runs)
     for block in (slice(0, 123), slice(123, 123), slice(123, rows)):
         inside = WhitenedRows(columns[block], ones[block], run[block], runs)
-        gram += inside.gram()
+        gram += inside.gram
         moment += inside.moment(measured[block])
     np.testing.assert_allclose(gram, design.T @ design, atol=1e-9)
     np.testing.assert_allclose(moment, design.T @ measured, atol=1e-9)

@@ -6,6 +6,7 @@ import _thread
 import contextlib
 import re
 import signal
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from arctrue.measurement import write_measurement_set
 from arctrue.workbench.effects.base import Effect, FitContext
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import from_folder
-from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
+from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -105,19 +106,31 @@ def test_a_fault_of_columns_is_named(
 ENDLESS = {
     "while True: pass": "capture_columns, line 13",
     "[0 for _ in iter(int, 1)]": "capture_columns, line 13",
-    # A bare except takes every error; it is raised again until it comes outside of it.
-    "while True:\n            try: rows.run.sum()\n            except: pass": "line 1[345]",
+    # A bare except takes every error that is sent to end the loop.
+    "import threading\n        while not threading.end_of_test.is_set():\n"
+    "            try: rows.run.sum()\n            except: pass": "capture_columns, line 1[4567]",
+    # No error comes to a thread that waits.
+    "import threading; threading.end_of_test.wait()": "capture_columns, line 13",
 }
 
 
 @pytest.mark.parametrize(("columns", "place"), ENDLESS.items())
 def test_a_loop_without_an_end_is_ended_and_named(
-    tmp_path: Path, observations: Observations, columns: str, place: str
+    tmp_path: Path,
+    observations: Observations,
+    monkeypatch: pytest.MonkeyPatch,
+    columns: str,
+    place: str,
 ) -> None:
+    end_of_test = threading.Event()
+    monkeypatch.setattr(threading, "end_of_test", end_of_test, raising=False)
     effect = _effect(tmp_path, columns=columns, declared="longest_call_s = 0.2")
     said = f"{re.escape(str(tmp_path / 'mine.py'))}: .*{place}: took longer than 0.2 s"
-    with pytest.raises(EffectFileError, match=said):
-        _columns(effect, observations)
+    try:
+        with pytest.raises(EffectFileError, match=said):
+            _columns(effect, observations)
+    finally:
+        end_of_test.set()
 
 
 def test_a_loop_is_ended_in_any_thread(tmp_path: Path, observations: Observations) -> None:
@@ -148,27 +161,38 @@ def test_no_error_comes_after_the_call(tmp_path: Path, observations: Observation
 
 
 def test_limits_within_each_other_name_the_one_that_is_over() -> None:
-    outer, inner = TimeLimit(30.0), TimeLimit(0.1)
+    def inner() -> None:
+        with pytest.raises(TookTooLongError, match=r"longer than 0\.1 s"):
+            call_within(0.1, threading.Event().wait)
+
+    call_within(30.0, inner)
+
+
+def test_the_thread_of_a_loop_that_was_left_ends() -> None:
+    before = set(threading.enumerate())
 
     def endless() -> None:
-        with outer, inner:
-            while True:
-                pass
+        while True:
+            pass
 
     with pytest.raises(TookTooLongError):
-        endless()
-    assert inner.over
-    assert not outer.over
+        call_within(0.1, endless)
+    for thread in set(threading.enumerate()) - before:
+        thread.join(60.0)
+        assert not thread.is_alive()
+
+
+def test_settings_of_numpy_hold_within_the_call() -> None:
+    with np.errstate(divide="raise"), pytest.raises(FloatingPointError):
+        call_within(30.0, lambda: np.ones(1) / np.zeros(1))
 
 
 def test_ctrl_c_within_an_effect_is_no_fault_of_it(
     tmp_path: Path, observations: Observations, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    effect = _effect(
-        tmp_path, columns="import _thread\n        for _ in iter(_thread.stop, 1): pass"
-    )
-    # The same signal as Ctrl-C, while the loop of the effect runs.
-    monkeypatch.setattr(_thread, "stop", _thread.interrupt_main, raising=False)
+    effect = _effect(tmp_path, columns="import _thread; _thread.ctrl_c()\n        while True: pass")
+    # The same signal as Ctrl-C, while the effect runs.
+    monkeypatch.setattr(_thread, "ctrl_c", _thread.interrupt_main, raising=False)
     # A run of tests that a shell started in the background ignores SIGINT, which its tests inherit.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -201,7 +225,10 @@ def test_a_wrong_answer_is_named(
     [
         ("name = 'Ä b'", "Mine.name: expected small letters"),
         ("physics = None", "Mine.physics: expected a text"),
-        ("compensation = 'much'", "Mine.compensation: expected 'lanes' or 'offset' or 'none'"),
+        (
+            "compensation = 'much'",
+            "Mine.compensation: expected 'lanes' or 'offset' or 'none' or 'reference'",
+        ),
         ("search = 'order'", "Mine.search: expected a tuple of SearchParameter"),
         ("search_kind = 'luck'", "Mine.search_kind: expected 'grid' or 'disc_order'"),
         ("search_kind = 'frequency'", "expected frequency for search_kind 'frequency'"),

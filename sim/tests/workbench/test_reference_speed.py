@@ -63,3 +63,23 @@ def test_a_hurried_hand_is_no_speed() -> None:
     """Stops of three to seven seconds: the times do not follow the distances."""
     passes = [_stops(FACES), _stops(FACES, 2.5), _stops(FACES)]
     assert reference_speed(_reference(passes, jitter_s=1.0)) is None
+
+
+def test_a_ramp_that_a_clock_sampled_is_on_the_move() -> None:
+    """Up to 40°/s and down again in a minute, ten rows a second: up to 4° between rows."""
+    time = np.arange(0.0, 60.0, 0.1)
+    wanted = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
+    angle = np.cumsum(wanted) * 0.1
+    speed = reference_speed(_reference([(angle, time)]))
+    assert speed is not None
+    # The slope over 65 rows is exact but where it takes in the top or the end: 32 rows a side.
+    away = np.abs(np.degrees(speed) - wanted)
+    inner = (np.abs(time - 30.0) > 3.3) & (time > 3.3) & (time < 56.7)
+    assert away[inner].max() < 0.1
+    assert away.max() < 40.0 / 30.0 * 3.3
+
+
+def test_stations_at_unequal_distances_stand_still() -> None:
+    """Stars from east to west, a minute each: the ways are as unlike as the stars' places."""
+    stars = np.sort(np.random.default_rng(5).uniform(0.0, 360.0, 60))
+    assert reference_speed(_reference([(stars, np.arange(60) * 60.0)])) is None

@@ -10,6 +10,7 @@ import numpy as np
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
+from arctrue.importing.readers.unpacked_size import refuse_above_limit
 from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
@@ -23,7 +24,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     """The datasets of one group as columns; a table (compound or two-dimensional) by itself.
 
     ``settings.group`` names the group or the dataset; asked where several hold data. Raises
-    MeasurementError for a damaged file or an unknown group, ValueError without h5py.
+    MeasurementError for a damaged file, an unknown group or more than the limit, ValueError
+    without h5py.
     """
     try:
         import h5py  # type: ignore[import-not-found,import-untyped,unused-ignore]
@@ -43,6 +45,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
 
             file.visititems(visit)
             group = _group(path, settings.group.strip("/"), list(found), choices)
+            refuse_above_limit(path, sum(item.nbytes for item in found[group].values()))
             arrays = {name: np.asarray(item[()]) for name, item in found[group].items()}
     except OSError as error:
         raise MeasurementError("format", path, f"cannot be read as HDF5: {error}") from error

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
 from arctrue.importing.choices import Choices
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
+from arctrue.importing.readers.unpacked_size import refuse_above_limit
 from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
+
+MAGIC = np.lib.format.MAGIC_PREFIX
 
 
 def recognises(path: Path, head: bytes) -> bool:
     """True for the magic of .npy, and for a .npz archive."""
-    return head.startswith(b"\x93NUMPY") or (
+    return head.startswith(MAGIC) or (
         head.startswith(b"PK\x03\x04") and path.suffix.lower() == ".npz"
     )
 
@@ -25,9 +30,10 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     """Columns of an array (rows, columns), of a structured array, or the arrays of an archive.
 
     Raises MeasurementError for a damaged file, pickled objects (never unpickled) and arrays that
-    are no columns.
+    are no columns or unpack to more than the limit.
     """
     try:
+        refuse_above_limit(path, _unpacked_bytes(path))
         loaded = np.load(path, allow_pickle=False)
         if isinstance(loaded, np.ndarray):
             return recording_of(path, "numpy", {"": loaded})
@@ -37,3 +43,31 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
         raise
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         raise MeasurementError("format", path, f"cannot be read as NumPy: {error}") from error
+
+
+def _unpacked_bytes(path: Path) -> int:
+    """Of all arrays, by their headers: numpy takes this memory before it reads a value."""
+    if not zipfile.is_zipfile(path):
+        with path.open("rb") as file:
+            return _array_bytes(file)
+    total = 0
+    with zipfile.ZipFile(path) as archive:
+        for item in archive.infolist():
+            with archive.open(item) as file:
+                total += max(item.file_size, _array_bytes(file))
+    return total
+
+
+def _array_bytes(file: IO[bytes]) -> int:
+    """What the header tells; 0 where there is no header, which numpy refuses."""
+    if file.read(len(MAGIC)) != MAGIC:
+        return 0
+    file.seek(0)
+    version = np.lib.format.read_magic(file)
+    read_header = (
+        np.lib.format.read_array_header_1_0
+        if version == (1, 0)
+        else np.lib.format.read_array_header_2_0
+    )
+    shape, _, dtype = read_header(file)
+    return math.prod(shape) * dtype.itemsize

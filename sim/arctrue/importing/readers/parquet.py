@@ -11,6 +11,7 @@ import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
 from arctrue.importing.choices import Choices
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
+from arctrue.importing.readers.unpacked_size import refuse_above_limit
 from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
@@ -21,8 +22,14 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
-    """The columns of the table. Raises MeasurementError for a damaged file."""
+    """The columns of the table.
+
+    Raises MeasurementError for a damaged file or one above the limit.
+    """
     try:
+        told = pa_parquet.read_metadata(path)
+        # A column of one value takes a few bytes in the file, and eight for each row here.
+        refuse_above_limit(path, told.num_rows * told.num_columns * 8)
         table = pa_parquet.read_table(path)
         arrays = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:

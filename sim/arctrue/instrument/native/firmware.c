@@ -27,7 +27,39 @@ struct processor {
     int thermometer_answers;
     double thermometer_c;
     struct capture_copy copy;
+    struct save save;
+    /* Two records, each in a sector of its own; outlives the power. */
+    uint32_t flash[2][SAVED_WORDS_MOST];
 };
+
+static uint32_t flash_open(void *context) {
+    const struct processor *processor = context;
+    return sizeof processor->flash[0];
+}
+
+static bool flash_read(void *context, uint32_t address, uint32_t *words, uint32_t number) {
+    const struct processor *processor = context;
+    memcpy(words, &processor->flash[0][0] + address / sizeof *words, number * sizeof *words);
+    return true;
+}
+
+static bool flash_erase(void *context, uint32_t address) {
+    struct processor *processor = context;
+    memset(&processor->flash[0][0] + address / sizeof(uint32_t), 0xFF, sizeof processor->flash[0]);
+    return true;
+}
+
+static bool flash_program(void *context, uint32_t address, const uint32_t *words,
+                          uint32_t number) {
+    struct processor *processor = context;
+    memcpy(&processor->flash[0][0] + address / sizeof *words, words, number * sizeof *words);
+    return true;
+}
+
+static enum flash_activity flash_activity(void *context) {
+    (void)context;
+    return FLASH_IDLE;
+}
 
 static bool read_thermometer(void *context, double *celsius) {
     const struct processor *processor = context;
@@ -62,6 +94,10 @@ static void prepare(struct processor *processor, const struct core_access *core,
     application_use_copy(&processor->application, &processor->copy);
     console_prepare(&processor->console, &processor->application, &processor->sink);
     application_keep_settings(&processor->application, &processor->kept, settle);
+    const struct flash_access flash = {flash_open,    flash_read,     flash_erase,
+                                       flash_program, flash_activity, processor};
+    save_prepare(&processor->save, &flash, 0, sizeof processor->flash[0]);
+    application_use_flash(&processor->application, &processor->save);
     application_recover(&processor->application, after_fault != 0);
 }
 
@@ -76,9 +112,26 @@ EXPORTED struct processor *firmware_new(void *bus) {
         };
         processor->sink.put = put;
         processor->sink.context = processor;
+        memset(processor->flash, 0xFF, sizeof processor->flash);
         prepare(processor, &core, 0);
     }
     return processor;
+}
+
+/* What `save` keeps, to be carried to another one, and its bytes. */
+EXPORTED void *firmware_flash(struct processor *processor) {
+    return processor->flash;
+}
+
+EXPORTED uint32_t firmware_flash_bytes(void) {
+    return sizeof(uint32_t[2][SAVED_WORDS_MOST]);
+}
+
+/* As main() does, with what is in the flash. */
+EXPORTED void firmware_power_on(struct processor *processor) {
+    struct core_access core = processor->application.core;
+    prepare(processor, &core, 0);
+    application_begin(&processor->application);
 }
 
 /* The program begins anew after a fault: of its memory the operator's settings alone are left. */

@@ -1,4 +1,4 @@
-"""An effect over its condition: what the data say beside what the effect says."""
+"""Amplitude of an effect over its condition: from the data, and as the effect predicts."""
 
 from __future__ import annotations
 

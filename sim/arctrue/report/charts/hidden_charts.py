@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.report.charts.chart import ARCSEC, Axis, Band, Chart, Curve, Dash, Panel, angle_axis
 from arctrue.report.svg import AFTER, BEFORE
 from arctrue.studies.hidden_effect.experiment import HiddenResult
-from arctrue.studies.hidden_effect.score import SignalScore
 
 PAPER = "#d0932b"
 _NAMES = ("raw", "paper's model", "with the effect")
@@ -27,9 +27,9 @@ def three_curves(result: HiddenResult) -> Chart:
     x, y = angle_axis("true angle of the table"), Axis("error", ARCSEC)
     return Chart(
         "three_curves",
-        f"Error of the output over a turn: {result.raw.rms_arcsec:.1f}″ RMS raw, "
-        f"{result.paper.rms_arcsec:.3f}″ with the paper's model, "
-        f"{result.corrected.rms_arcsec:.3f}″ with the effect.",
+        f"Error of the output over a turn: {result.raw.edges_rms_arcsec:.1f}″ RMS raw, "
+        f"{result.paper.edges_rms_arcsec:.3f}″ with the paper's model, "
+        f"{result.corrected.edges_rms_arcsec:.3f}″ with the effect.",
         [
             Panel(x, y, bands, "Output against the true angle, every edge"),
             Panel(x, y, bands[1:], "The two corrected turns, enlarged"),
@@ -37,11 +37,11 @@ def three_curves(result: HiddenResult) -> Chart:
     )
 
 
-def _band(curve: SignalScore, colour: str, name: str) -> Band:
+def _band(curve: TurnScore, colour: str, name: str) -> Band:
     return Band(
         np.rad2deg(curve.angle_rad),
-        curve.bin_lowest_arcsec,
-        curve.bin_highest_arcsec,
+        curve.lowest_edge_arcsec,
+        curve.highest_edge_arcsec,
         name,
         colour,
         opacity=1.0,
@@ -52,14 +52,14 @@ def signal_period(result: HiddenResult) -> Chart:
     """Mean error over one period of the signal, the slow errors removed."""
     curves = []
     for curve, colour, name in (
-        (result.raw, BEFORE, _NAMES[0]),
-        (result.paper, PAPER, _NAMES[1]),
-        (result.corrected, AFTER, _NAMES[2]),
+        (result.raw_period, BEFORE, _NAMES[0]),
+        (result.paper_period, PAPER, _NAMES[1]),
+        (result.corrected_period, AFTER, _NAMES[2]),
     ):
-        bins = curve.phase_arcsec.size
+        bins = curve.mean_arcsec.size
         middle_deg = (np.arange(bins) + 0.5) * (360 / bins)
         dash: Dash = "dash" if name == _NAMES[0] else "solid"
-        curves.append(Curve(middle_deg, curve.phase_arcsec, name, colour, dash=dash))
+        curves.append(Curve(middle_deg, curve.mean_arcsec, name, colour, dash=dash))
     title = "Mean error over a period of the grating, slow errors removed"
     panel = Panel(angle_axis("electrical phase of head 1"), Axis("error", ARCSEC), curves, title)
     return Chart("signal_period", f"{title}.", [panel], panel_height=2.8)

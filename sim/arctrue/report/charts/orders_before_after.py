@@ -15,17 +15,17 @@ _FLOOR_COUNTS = 1e-3
 
 def orders_before_after(result: DemoResult) -> Chart:
     """Bars side by side on a logarithmic axis, with the limit of one order."""
-    limit = result.settings.order_limit_counts
+    limit, count = result.settings.order_limit_counts, result.settings.arcsec_per_count
     layers: list[Layer] = []
     for turn, shift, colour, name in (
         (result.before, -0.2, BEFORE, "before"),
         (result.after, 0.2, AFTER, "after"),
     ):
-        shown = turn.order <= _ORDERS
+        amplitude_counts = turn.amplitude_arcsec[:_ORDERS] / count
         layers.append(
             Bars(
-                turn.order[shown] + shift,
-                np.maximum(turn.amplitude_counts[shown], _FLOOR_COUNTS) - _FLOOR_COUNTS,
+                np.arange(1, _ORDERS + 1) + shift,
+                np.maximum(amplitude_counts, _FLOOR_COUNTS) - _FLOOR_COUNTS,
                 name,
                 colour,
                 base=_FLOOR_COUNTS,
@@ -38,7 +38,7 @@ def orders_before_after(result: DemoResult) -> Chart:
         reach=(0.4, _ORDERS + 0.6),
         ticks=[(float(order), str(order)) for order in range(1, _ORDERS + 1)],
     )
-    top = 2.0 * float(result.before.amplitude_counts.max())
+    top = 2.0 * float(result.before.amplitude_arcsec.max()) / count
     y = Axis("amplitude", "counts", logarithmic=True, reach=(_FLOOR_COUNTS, top))
     words = f"Amplitude of orders 1 to {_ORDERS}, before and after."
     return Chart(

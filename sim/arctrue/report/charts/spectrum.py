@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.percent import percent
 from arctrue.report.charts.chart import (
     ARCSEC,
     CHANNEL_COLOUR,
@@ -88,7 +89,7 @@ def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:
         Curve(
             places[shown],
             chance[shown],
-            f"noise alone: {CHANCE_P:.0%} of sets",
+            f"noise alone: {percent(CHANCE_P)} of sets",
             QUIET,
             dash="dash",
             width=1.2,

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.frozen import folder_digest, set_name
+from arctrue.studies.benchmark.digests import folder_digest, set_name
+from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
-from arctrue.studies.benchmark.plan import TIERS, Plan, read_plan
+from arctrue.studies.benchmark.plan import FILE, TIERS, Plan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
-from arctrue.studies.campaign import read_results
+from arctrue.studies.campaign import Result, read_results
+from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 
 VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
@@ -45,6 +48,14 @@ def write_sets(
 def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -> dict[str, Any]:
     """The score of one subject's results; with ``answers``, of those in the file in their place.
 
+    Raises what judged_sets raises.
+    """
+    return scored(judged_sets(folders, subject, answers))
+
+
+def judged_sets(folders: Sequence[Path], subject: str, answers: Path | None) -> list[Judged]:
+    """Every set of one subject's results with truth and answer, in the order of the plan.
+
     Raises PlanError where the sets of a drawn seed are scored by another state of the scoring, and
     AnswersError for a file of answers that is not as it should be.
     """
@@ -52,20 +63,24 @@ def score_folders(folders: Sequence[Path], subject: str, answers: Path | None) -
     if TIERS[plan.tier].seed is None:
         plan.check()
     results = read_results([folder / subject for folder in folders])
+    _check_plan(folders[0], plan, subject)
     sets = judged((item.task, item.result) for item in results)
     if answers is not None:
         sets = _answered(sets, answers)
     order = {json.dumps(task, sort_keys=True): at for at, task in enumerate(plan.tasks(subject))}
     sets.sort(key=lambda item: order.get(json.dumps(item.task, sort_keys=True), len(order)))
-    return scored(sets)
+    return sets
 
 
 def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     """The scores of every subject of which ``folder`` has results, over the sets that all have.
 
-    Each with the state of the code (``source``) that made its answers.
+    Each with the ``header`` of the campaign that made its answers: a subject's answers are of one
+    state of what they depend on (see sources_of), and those of two subjects may differ in it.
 
-    Raises PlanError where there is no plan, AnswersError where there are no results.
+    Raises PlanError where there is no plan, AnswersError where there are no results, or where
+    subjects were asked about other sets (also than the frozen ones) or calculated with other
+    libraries.
     """
     plan = read_plan(folder)
     results = {
@@ -75,21 +90,56 @@ def score_beside(folder: Path) -> dict[str, dict[str, Any]]:
     }
     if not results:
         raise AnswersError(f"{folder}: no subject has answered yet: first arctrue benchmark run")
-    headers = {name: read_header(folder / name) for name in results}
-    plans = [header.get("plan") for header in headers.values()]
-    if any(other != plans[0] for other in plans):
-        raise AnswersError(f"{folder}: its subjects were asked about sets of two generators")
+    headers = {name: _check_plan(folder, plan, name) for name in results}
+    first, *others = (
+        (name, {library: header["code"].get(library) for library in LIBRARIES})
+        for name, header in headers.items()
+    )
+    for name, libraries in others:
+        if libraries != first[1]:
+            raise AnswersError(
+                f"{folder}: {first[0]} calculated with {first[1]}, {name} with {libraries}: "
+                "results of two states are not mixed; run one of them again in a new folder"
+            )
+    if is_public(plan):
+        for name, items in results.items():
+            _check_frozen(folder / name, items)
     common = set.intersection(*(set(items) for items in results.values()))
-    order = [set_name(task) for task in plan.tasks("")]
+    order = [key for task in plan.tasks("") if (key := set_name(task)) in common]
+    if not order:
+        raise AnswersError(f"{folder}: there is no set yet that {', '.join(results)} have answered")
+    # One truth for all: the generator may have been worked on between two of them.
+    truth = {key: item.result["truth"] for key, item in results[first[0]].items()}
     return {
         name: {
             **scored(
-                judged((items[key].task, items[key].result) for key in order if key in common)
+                [Judged(items[key].task, truth[key], items[key].result["answer"]) for key in order]
             ),
-            "source": headers[name]["code"]["arctrue"],
+            "header": headers[name],
         }
         for name, items in results.items()
     }
+
+
+def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
+    """Raise AnswersError where a set was not the frozen one."""
+    other = differing({key: item.result.get("set", "") for key, item in results.items()})
+    if other:
+        raise AnswersError(
+            f"{folder}: {len(other)} of {len(results)} answers are to other sets than the frozen "
+            f"ones, the first is {other[0]}: results of two states are not mixed"
+        )
+
+
+def _check_plan(folder: Path, plan: Plan, subject: str) -> dict[str, Any]:
+    """The header of a subject's results. Raises AnswersError where they are of another plan."""
+    header = read_header(folder / subject)
+    if header.get("plan") != asdict(plan):
+        raise AnswersError(
+            f"{folder / subject} has answers to the sets of another plan than "
+            f"{folder / FILE}: results of two states are not mixed"
+        )
+    return header
 
 
 def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:

@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.digests import folder_digest
 from arctrue.studies.benchmark.plan import TIERS, Plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.campaign import Task
-from arctrue.studies.campaign.task import digest
-from arctrue.studies.simulate.truth import fingerprint
 
 TIER = "public"
 FILE = Path(__file__).with_name("public_sets.json")
-
-
-def set_name(task: Task) -> str:
-    """The name of a set's folder: it tells nothing of what is in it."""
-    return digest({name: value for name, value in task.items() if name != "subject"})[:12]
-
-
-def folder_digest(folder: Path) -> str:
-    """The first 16 hex digits of SHA-256 over the names and digests of a set's files."""
-    files = sorted(fingerprint(folder).items())
-    return hashlib.sha256(
-        "".join(f"{name} {found}\n" for name, found in files).encode()
-    ).hexdigest()[:16]
 
 
 def task_digest(task: Task) -> str:

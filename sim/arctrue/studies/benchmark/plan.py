@@ -9,10 +9,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
-from arctrue.studies.campaign import Campaign, Task
+from arctrue.studies.benchmark.cases import case_tasks, kept_cases
+from arctrue.studies.benchmark.subject import SUBJECTS
+from arctrue.studies.benchmark.tasks import set_tasks
+from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
+from arctrue.studies.campaign import Campaign, Sources, Task
 from arctrue.whole_file import write_whole_text
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -21,15 +22,13 @@ GENERATOR = (
     "studies/simulate",
     "studies/benchmark/worlds.py",
     "studies/benchmark/sets.py",
-    "studies/benchmark/plan.py",
+    "studies/benchmark/tasks.py",
 )
 SCORING = tuple(
     f"studies/benchmark/{name}.py" for name in ("oracle", "outcome", "intervals", "score")
 )
 FILE = "plan.json"
-SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
-"""Of the sets of each world. Of 6,600 sets: 308 with nothing a world, 2,640 with one cause of the
-catalogue, 1,188 with what is in none, 924 with two or three."""
+WORK = "arctrue.studies.benchmark.work:run_set"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +40,18 @@ class Tier:
     """A run."""
     seed: int | None
     """None: drawn when the plan is made, after everything else is fixed."""
+    frozen: bool = False
+    """Its sets are told by their digests, whatever code makes them."""
 
 
+CASES = "cases"
+"""The tier of the sets on which the diagnosis failed once."""
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
-    "public": Tier(200, SAMPLES_A_RUN, 3),
+    "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
     "sealed": Tier(6_600, SAMPLES_A_RUN, None),
+    CASES: Tier(len(kept_cases()), SAMPLES_A_RUN, 0),
 }
 
 
@@ -70,39 +74,29 @@ class Plan:
 
     def tasks(self, subject: str) -> list[Task]:
         """Every set as a task, worlds in turn."""
-        found: list[Task] = []
-        by_world = {
-            world: _contents(self.sets // len(WORLDS) + (place < self.sets % len(WORLDS)))
-            for place, world in enumerate(WORLDS)
-        }
-        longest = max(len(contents) for contents in by_world.values())
-        for number in range(longest):
-            for world, contents in by_world.items():
-                if number < len(contents):
-                    entropy = np.random.SeedSequence([self.seed, len(found)])
-                    high, low = entropy.generate_state(2, np.uint32)
-                    found.append(
-                        {
-                            "world": world,
-                            "content": contents[number],
-                            # 53 bits: a whole number in every reader of JSON.
-                            "seed": (int(high) >> 11) * 2**32 + int(low),
-                            "samples": self.samples,
-                            "subject": subject,
-                        }
-                    )
-        return found
+        if self.tier == CASES:
+            return case_tasks(subject)
+        return set_tasks(self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
         """The campaign of one subject. Raises PlanError where the code is another than sealed."""
         self.check()
-        work = "arctrue.studies.benchmark.work:run_set"
         facts = {"plan": asdict(self), "subject": subject}
-        return Campaign(work, self.tasks(subject), folder / subject, facts)
+        sources = sources_of(subject)
+        return Campaign(WORK, self.tasks(subject), folder / subject, facts, sources=sources)
 
     def check(self) -> None:
-        """Raise PlanError where generator or scoring are not those that the plan was made with."""
-        for what, files in (("generator", GENERATOR), ("scoring", SCORING)):
+        """Raise PlanError where the code is not that with which the plan was made.
+
+        That is the generator and, where the seed was drawn, the scoring too: a tier with a seed
+        that everybody knows may be scored anew. Frozen sets are known by their digests.
+        """
+        sealed: list[tuple[str, tuple[str, ...]]] = []
+        if not TIERS[self.tier].frozen:
+            sealed.append(("generator", GENERATOR))
+        if TIERS[self.tier].seed is None:
+            sealed.append(("scoring", SCORING))
+        for what, files in sealed:
             if getattr(self, what) != files_digest(files):
                 raise PlanError(
                     f"the {what} has changed since the plan was made "
@@ -110,16 +104,10 @@ class Plan:
                 )
 
 
-def _contents(number: int) -> list[str]:
-    """``number`` contents in their shares, spread evenly (largest remainder at every step)."""
-    found: list[str] = []
-    given = dict.fromkeys(CONTENTS, 0)
-    for step in range(1, number + 1):
-        owed = {content: SHARES[content] * step - given[content] for content in CONTENTS}
-        content = max(owed, key=owed.__getitem__)
-        given[content] += 1
-        found.append(content)
-    return found
+def sources_of(subject: str) -> Sources:
+    """What the answers of a subject to given sets depend on: a rival's not on the diagnosis."""
+    who = SUBJECTS[subject]
+    return Sources(() if who.whole_package else (who.module,), who.libraries)
 
 
 def files_digest(names: tuple[str, ...]) -> str:

@@ -81,7 +81,11 @@ SCORES = (
         at_most=0.01,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
-    Score("not good where nothing is", _nothing, lambda item: item.outcome not in GOOD),
+    Score(
+        "neither adequate nor cannot tell where nothing is",
+        _nothing,
+        lambda item: item.outcome not in GOOD,
+    ),
     Score(
         "right first, of what the oracle sees of the catalogue",
         _catalogue,
@@ -156,7 +160,7 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
             for world in worlds
         },
         "confusion": confusion(sets),
-        "failures": [failure(item) for item in sets if item.outcome not in GOOD],
+        "failures": [failure(item) for item in sets if is_failure(item)],
     }
 
 
@@ -177,15 +181,19 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
     if not pairs:
         return None
     bins = reliability([pair[0] for pair in pairs], [pair[1] for pair in pairs])
-    truth = [item.probability_of_truth() for item in sets if _visible(item)]
-    given = [value for value in truth if value is not None]
     return {
-        "mean_of_truth_where_visible": float(np.mean(given)) if given else None,
+        "mean_of_truth_where_visible": _mean_of_truth(filter(_visible, sets)),
+        "mean_of_truth_of_catalogue": _mean_of_truth(filter(_catalogue, sets)),
         "expected_calibration_error": expected_calibration_error(bins),
         "reliability": [
             {"mean_probability": item.mean_probability, **item.right.data()} for item in bins
         ],
     }
+
+
+def _mean_of_truth(sets: Iterable[Judged]) -> float | None:
+    given = [value for item in sets if (value := item.probability_of_truth()) is not None]
+    return float(np.mean(given)) if given else None
 
 
 def held_out(sets: Sequence[Judged]) -> dict[str, float] | None:
@@ -252,6 +260,11 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
     return {truth: dict(found[truth].most_common()) for truth in sorted(found)}
 
 
+def is_failure(item: Judged) -> bool:
+    """The outcome is none that a set should come to, or a second name is said that is not there."""
+    return item.outcome not in GOOD or item.second_name is not None
+
+
 def failure(item: Judged) -> dict[str, Any]:
     """One set that is not as it should be, with the command that makes it again."""
     return {
@@ -264,6 +277,7 @@ def failure(item: Judged) -> dict[str, Any]:
         ],
         "outcome": item.outcome,
         "said": item.said,
+        "second_name": item.second_name,
         "error": item.answer.get("error"),
         "command": item.command(),
     }

@@ -3,78 +3,49 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arctrue.measurement import MeasurementSet, read_measurement_set
-from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.workbench.diagnose.report import diagnosis_data
-from arctrue.workbench.effects.registry import catalogue
-from arctrue.workbench.model.growth import settle
-from arctrue.workbench.model.model import default_model
-from arctrue.workbench.observations import Observations
-from arctrue.workbench.observations.build import observations_of
-
 Answer = dict[str, Any]
-Subject = Callable[[Path], Answer]
-MATTERS_COUNTS = 0.5
+Answering = Callable[[Path], Answer]
+PEERS = "arctrue.studies.benchmark.peers"
 
 
-def diagnosed(
-    measurement: MeasurementSet, matters_counts: float = MATTERS_COUNTS
-) -> tuple[Observations, Diagnosis]:
-    """Rows of a set and what the diagnosis of the default model says of them."""
-    observations = observations_of(measurement)
-    effects = catalogue([])
-    terms = settle(default_model(), observations, effects)
-    return observations, diagnose(observations, terms, effects, matters_counts=matters_counts)
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """Who answers, and what the answers depend on."""
 
-
-def arctrue(folder: Path) -> Answer:
-    """The diagnosis of this project, from the folder alone."""
-    _, found = diagnosed(read_measurement_set(folder))
-    return answer_of(diagnosis_data(found, default_model().names()))
-
-
-def answer_of(data: Mapping[str, Any]) -> Answer:
-    """What is scored of ``diagnose --json``, schema 1 or 2, in plain JSON."""
-    candidates = list(data.get("candidates", []))
-    first = next((item for item in candidates if item["effect"] == data.get("named")), None)
-    before = candidates[0]["heldout_before_arcsec"] if candidates else {}
-    probability = data.get("probability")
-    return {
-        "verdict": data["verdict"],
-        "named": data.get("named"),
-        "class": list(data.get("class") or []),
-        "parts": list(data.get("parts") or []),
-        "beside": list(data.get("beside") or []),
-        "probability": None
-        if probability is None
-        else {name: round(float(value), 6) for name, value in probability.items()},
-        "held_out_arcsec": _rounded(first["heldout_after_arcsec"] if first else before),
-    }
-
-
-def _rounded(values: Mapping[str, float]) -> dict[str, float]:
-    # Seven digits: the last bits of a sum may differ between processors.
-    return {name: float(f"{value:.7g}") for name, value in values.items()}
+    module: str
+    """Imported when it is asked."""
+    function: str
+    whole_package: bool = False
+    """Its answers depend on more of the package than what the module imports by statements."""
+    libraries: tuple[str, ...] = ()
+    """That calculate, beside those of every result."""
 
 
 SUBJECTS = {
-    "arctrue": f"{__name__}:arctrue",
-    "stepwise_bic": "arctrue.studies.benchmark.peers.stepwise_bic:stepwise_bic",
-    "periodogram_rule": "arctrue.studies.benchmark.peers.periodogram_rule:periodogram_rule",
-    "gaussian_process": "arctrue.studies.benchmark.peers.gaussian_process:gaussian_process",
+    "arctrue": Subject(
+        # The catalogue of effects is found by the names of its files.
+        "arctrue.studies.benchmark.diagnosis",
+        "arctrue",
+        whole_package=True,
+    ),
+    "stepwise_bic": Subject(f"{PEERS}.stepwise_bic", "stepwise_bic"),
+    "periodogram_rule": Subject(f"{PEERS}.periodogram_rule", "periodogram_rule"),
+    "gaussian_process": Subject(
+        f"{PEERS}.gaussian_process", "gaussian_process", libraries=("scikit-learn",)
+    ),
 }
-"""``module:function`` by name; imported where they are asked."""
 
 
-def find_subject(name: str) -> Subject:
+def find_subject(name: str) -> Answering:
     """The function of a subject.
 
     Raises KeyError for a name that is none, ValueError where a library that it needs is missing.
     """
-    module, _, function = SUBJECTS[name].partition(":")
-    found: Subject = getattr(importlib.import_module(module), function)
+    subject = SUBJECTS[name]
+    found: Answering = getattr(importlib.import_module(subject.module), subject.function)
     return found

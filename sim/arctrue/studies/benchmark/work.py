@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
+from arctrue.studies.benchmark.digests import folder_digest
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import Answer, find_subject
 
 
 def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
-    """Truth and answer of the set of one task (see make_set) by its ``subject``.
+    """Truth, digest and answer of the set of one task (see make_set) by its ``subject``.
 
     A subject that fails gives the verdict ``error`` with the exception, which is scored as a miss.
     """
@@ -21,8 +22,9 @@ def run_set(task: Mapping[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "set"
         write_measurement_set(folder, made.measurement)
+        found = folder_digest(folder)
         try:
             answer: Answer = find_subject(task["subject"])(folder)
         except Exception as error:
             answer = {"verdict": "error", "error": f"{type(error).__name__}: {error}"}
-    return {"truth": made.truth, "answer": answer}
+    return {"truth": made.truth, "set": found, "answer": answer}

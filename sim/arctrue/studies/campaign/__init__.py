@@ -6,7 +6,7 @@ campaign can be stopped, resumed, split and merged, and says the same whoever co
 """
 
 from arctrue.studies.campaign.campaign import Campaign, CampaignError, Interrupted, Speed
-from arctrue.studies.campaign.code_state import code_state
+from arctrue.studies.campaign.code_state import Sources
 from arctrue.studies.campaign.store import Result, Store, StoreError, read_results
 from arctrue.studies.campaign.task import Task, task_key
 
@@ -15,11 +15,11 @@ __all__ = [
     "CampaignError",
     "Interrupted",
     "Result",
+    "Sources",
     "Speed",
     "Store",
     "StoreError",
     "Task",
-    "code_state",
     "read_results",
     "task_key",
 ]

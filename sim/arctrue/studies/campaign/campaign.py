@@ -12,16 +12,19 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from arctrue.studies.campaign.code_state import code_state
-from arctrue.studies.campaign.store import Store
-from arctrue.studies.campaign.task import Task, digest, do_batch, task_key
+from arctrue.studies.campaign.code_state import WHOLE_PACKAGE, Sources, commit
+from arctrue.studies.campaign.store import COMMIT, Store
+from arctrue.studies.campaign.task import OtherCodeError, Task, digest, do_batch, task_key
 
 Batch = Sequence[Task]
-Done = tuple[Batch, list[tuple[Mapping[str, Any], float]]]
+Results = list[tuple[Mapping[str, Any], float]]
+Done = tuple[Batch, Results]
+DoBatch = Callable[[Batch], Results]
 MOST_BROKEN_POOLS = 3
 """In a row, without a result between them: then a task itself kills its worker."""
 
@@ -74,14 +77,17 @@ class Campaign:
     """What else the header says; a run with other facts does not go into the same folder."""
     batch: int = 1
     """Tasks that a worker takes at once: more for tasks that are short beside a message."""
+    sources: Sources = WHOLE_PACKAGE
+    """What the results depend on."""
 
     def header(self) -> dict[str, Any]:
-        """Work, tasks, state of the code, and the facts."""
+        """Work, tasks, state and commit of the code, and the facts."""
         return {
             "work": self.work,
             "tasks": len(self.tasks),
             "tasks_digest": digest([task_key(task) for task in self.tasks]),
-            "code": code_state(),
+            "code": self.sources.state(),
+            COMMIT: commit(),
             **self.facts,
         }
 
@@ -97,8 +103,8 @@ class Campaign:
 
         ``scheduler``: the address of a Dask scheduler in place of a pool of ``workers``
         processes. ``shard`` (i, n): every n-th task from the i-th, 1 ≤ i ≤ n. Raises Interrupted
-        after Ctrl-C, CampaignError when workers die again and again, StoreError for a folder of
-        another campaign.
+        after Ctrl-C, CampaignError when workers die again and again or have other code, StoreError
+        for a folder of another campaign.
         """
         mine = list(self.tasks)
         name = ""
@@ -108,21 +114,23 @@ class Campaign:
                 raise ValueError(f"a shard is 1/n … n/n, found {place}/{number}")
             mine = mine[place - 1 :: number]
             name = f"-{place}-of-{number}"
-        with Store(self.folder, self.header(), name) as store:
+        header = self.header()
+        with Store(self.folder, header, name) as store:
             left = [task for task in mine if task_key(task) not in store.done]
             batches = [left[at : at + self.batch] for at in range(0, len(left), self.batch)]
             done_before, begin = len(mine) - len(left), time.monotonic()
             done = done_before
             if progress is not None:
                 progress(Speed(done, len(mine), 0.0))
+            do = partial(do_batch, self.work, sources=self.sources, code=header["code"])
             with _interrupts() as stopping:
                 if scheduler is None:
-                    finished = pool(self.work, batches, workers or os.cpu_count() or 1, stopping)
+                    finished = pool(do, batches, workers or os.cpu_count() or 1, stopping)
                 else:
                     from arctrue.studies.campaign.dask_cluster import cluster
 
-                    finished = cluster(self.work, batches, scheduler, stopping)
-                for tasks, results in finished:
+                    finished = cluster(do, batches, scheduler, stopping)
+                for tasks, results in _of_one_state(finished):
                     for task, (result, seconds) in zip(tasks, results, strict=True):
                         store.add(task, result, seconds)
                         done += 1
@@ -134,8 +142,15 @@ class Campaign:
             return done
 
 
+def _of_one_state(finished: Iterator[Done]) -> Iterator[Done]:
+    try:
+        yield from finished
+    except OtherCodeError as error:
+        raise CampaignError(f"{error}; results so far are kept") from error
+
+
 def pool(
-    work: str, batches: Sequence[Batch], workers: int, stopping: Callable[[], bool]
+    do: DoBatch, batches: Sequence[Batch], workers: int, stopping: Callable[[], bool]
 ) -> Iterator[Done]:
     """Batches as they are finished by processes of this machine.
 
@@ -154,7 +169,7 @@ def pool(
             initargs=(os.getpid(),),
         )
         waiting = iter(list(left))
-        running: dict[Future[list[tuple[Mapping[str, Any], float]]], int] = {}
+        running: dict[Future[Results], int] = {}
         try:
             while True:
                 # Few are handed out ahead, so that a stop waits for few.
@@ -162,7 +177,7 @@ def pool(
                     number = next(waiting, None)
                     if number is None:
                         break
-                    running[executor.submit(do_batch, work, left[number])] = number
+                    running[executor.submit(do, left[number])] = number
                 if not running:
                     break
                 finished, _ = wait(running, STOP_POLL_S, FIRST_COMPLETED)

@@ -1,22 +1,94 @@
-"""Which state of the code makes a result: every source file and the numerical libraries."""
+"""Which state of the code makes a result: its source files and the numerical libraries."""
 
 from __future__ import annotations
 
+import ast
 import hashlib
+import subprocess
+from collections.abc import Iterable
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[2]
 LIBRARIES = ("numpy", "scipy", "pyarrow")
+GIT_S = 10.0
 
 
-def code_state(package: Path = PACKAGE) -> dict[str, str]:
-    """SHA-256 over all Python files of the package, and the versions of what it calculates with."""
-    whole = hashlib.sha256()
-    for file in sorted(package.rglob("*.py")):
-        whole.update(str(file.relative_to(package)).encode() + b"\0")
-        whole.update(hashlib.sha256(file.read_bytes()).digest())
-    return {
-        "arctrue": whole.hexdigest()[:16],
-        **{name: metadata.version(name) for name in LIBRARIES},
-    }
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What a result depends on."""
+
+    modules: tuple[str, ...] = ()
+    """These and all that they import from the package; empty: the whole package."""
+    libraries: tuple[str, ...] = ()
+    """That calculate, beside LIBRARIES."""
+
+    def state(self, package: Path = PACKAGE) -> dict[str, str]:
+        """SHA-256 over the Python files, and the versions of the libraries."""
+        whole = hashlib.sha256()
+        files = (
+            import_closure(self.modules, package) if self.modules else sorted(package.rglob("*.py"))
+        )
+        for file in files:
+            whole.update(str(file.relative_to(package)).encode() + b"\0")
+            whole.update(hashlib.sha256(file.read_bytes()).digest())
+        return {
+            "arctrue": whole.hexdigest()[:16],
+            **{name: metadata.version(name) for name in (*LIBRARIES, *self.libraries)},
+        }
+
+
+WHOLE_PACKAGE = Sources()
+
+
+def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path]:
+    """Files of the package that these modules import, directly or not, and their own; sorted.
+
+    Read from the import statements wherever they stand in a file; a module that is imported by a
+    name in a string is not seen. Raises ModuleNotFoundError for a module that is not there.
+    """
+    waiting, found = list(modules), set[Path]()
+    for name in waiting:
+        if _file(name, package) is None:
+            raise ModuleNotFoundError(name)
+    while waiting:
+        name = waiting.pop()
+        file = _file(name, package)
+        if file is None or file in found:
+            continue
+        found.add(file)
+        # Python runs the __init__ of every package on the way first.
+        waiting.append(name.rpartition(".")[0])
+        waiting += _imports(file, package.name)
+    return sorted(found)
+
+
+def _file(module: str, package: Path) -> Path | None:
+    place = package.parent.joinpath(*module.split("."))
+    if module.split(".")[0] != package.name:
+        return None
+    return next(
+        (file for file in (place.with_suffix(".py"), place / "__init__.py") if file.is_file()), None
+    )
+
+
+def _imports(file: Path, root: str) -> list[str]:
+    found = []
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [item.name for item in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            # A name that is imported from a package may be a module of it.
+            found += [node.module, *(f"{node.module}.{item.name}" for item in node.names)]
+    return [name for name in found if name.split(".")[0] == root]
+
+
+def commit(package: Path = PACKAGE) -> str | None:
+    """The commit of the source tree, ``-dirty`` behind it where files differ; None without git."""
+    command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None if done.returncode == 0 else None

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from arctrue.studies.campaign.task import Task, digest, do_batch
+from arctrue.studies.campaign.task import Task, digest
 
 Batch = Sequence[Task]
-Done = tuple[Batch, list[tuple[Mapping[str, Any], float]]]
+Results = list[tuple[Mapping[str, Any], float]]
+Done = tuple[Batch, Results]
 RETRIES = 3
 CONNECT_S = 5.0
 
 
 def cluster(
-    work: str, batches: Sequence[Batch], scheduler: str, stopping: Callable[[], bool]
+    do: partial[Results], batches: Sequence[Batch], scheduler: str, stopping: Callable[[], bool]
 ) -> Iterator[Done]:
     """Batches as they are finished by the workers of the scheduler at this address.
 
@@ -39,10 +41,9 @@ def cluster(
         # A name of its own: a scheduler that serves two campaigns must not mix them.
         futures = {
             client.submit(
-                do_batch,
-                work,
+                do,
                 list(batch),
-                key=f"{work}-{digest([work, list(batch)])[:24]}",
+                key=f"{do.args[0]}-{digest([*do.args, do.keywords['code'], list(batch)])[:24]}",
                 retries=RETRIES,
                 pure=False,
             ): batch

@@ -14,6 +14,8 @@ from arctrue.studies.campaign.task import Task, canonical, task_key
 from arctrue.whole_file import write_whole_text
 
 HEADER = "campaign.json"
+COMMIT = "commit"
+"""Told, not compared: another commit may have the same source."""
 
 
 class StoreError(ValueError):
@@ -86,7 +88,7 @@ def _check_header(folder: Path, header: Mapping[str, Any]) -> None:
     except FileExistsError:
         found = read_header(folder)
         for name, value in header.items():
-            if found.get(name) != json.loads(canonical(value)):
+            if name != COMMIT and found.get(name) != json.loads(canonical(value)):
                 raise StoreError(
                     f"{path}: {name} is {_short(found.get(name))}, the present run has "
                     f"{_short(value)}: results of two states are not mixed; take a new folder"
@@ -112,6 +114,17 @@ def read_header(folder: Path) -> dict[str, Any]:
     return found
 
 
+def told_state(header: Mapping[str, Any]) -> str:
+    """Which state of the code made the results, in words."""
+    made_by = header.get(COMMIT)
+    words = f"Commit `{made_by}`" if made_by else "No commit known"
+    return f"{words}, source `{header['code']['arctrue']}`"
+
+
+def _compared(header: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in header.items() if name != COMMIT}
+
+
 def _open(path: Path) -> Any:
     if path.exists():
         whole = path.read_bytes()
@@ -130,7 +143,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
     first: tuple[Path, dict[str, Any]] | None = None
     for folder in folders:
         header = read_header(folder)
-        if first is not None and header != first[1]:
+        if first is not None and _compared(header) != _compared(first[1]):
             raise StoreError(f"{folder} and {first[0]} are different campaigns or states of code")
         first = first or (folder, header)
         for path, number, item in _lines(folder):

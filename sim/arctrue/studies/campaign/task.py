@@ -7,7 +7,10 @@ import importlib
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
+
+from arctrue.studies.campaign.code_state import Sources
 
 Task = Mapping[str, Any]
 Work = Callable[[Task], Mapping[str, Any]]
@@ -40,11 +43,31 @@ def find_work(name: str) -> Work:
     return found
 
 
-def do_batch(work: str, tasks: Sequence[Task]) -> list[tuple[Mapping[str, Any], float]]:
-    """Result and seconds of each task, one after the other; runs in a worker."""
+class OtherCodeError(RuntimeError):
+    """A worker has another state of the code than the campaign."""
+
+
+def do_batch(
+    work: str, tasks: Sequence[Task], sources: Sources, code: Mapping[str, str]
+) -> list[tuple[Mapping[str, Any], float]]:
+    """Result and seconds of each task, one after the other; runs in a worker.
+
+    Raises OtherCodeError where the state of the worker's code is not ``code``.
+    """
+    if _state(sources) != code:
+        raise OtherCodeError(
+            f"a worker has source {_state(sources)}, the campaign began with {dict(code)}: "
+            "results of two states are not mixed"
+        )
     function = find_work(work)
     found = []
     for task in tasks:
         begin = time.perf_counter()
         found.append((function(task), time.perf_counter() - begin))
     return found
+
+
+@cache
+def _state(sources: Sources) -> dict[str, str]:
+    """Once a worker, before it imports the work."""
+    return sources.state()

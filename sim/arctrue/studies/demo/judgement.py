@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.demo.scene import Scene
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import PinEvents, TableState, decode_quadrature
@@ -14,44 +15,6 @@ from arctrue.table import PinEvents, TableState, decode_quadrature
 
 class RecordingError(ValueError):
     """The recorded output cannot be judged."""
-
-
-@dataclass(frozen=True, slots=True)
-class TurnError:
-    """The error at every output edge of one turn, its mean removed; arrays ``(n,)``."""
-
-    true_angle_rad: NDArray[np.float64]
-    """From 0 to 2π, not in order."""
-    error_counts: NDArray[np.float64]
-    order: NDArray[np.int64]
-    """1, 2, … of the spectrum, shape ``(orders,)``."""
-    amplitude_counts: NDArray[np.float64]
-    """Amplitude of the cosine of each order, shape ``(orders,)``."""
-
-    @property
-    def lowest_counts(self) -> float:
-        """Smallest error."""
-        return float(self.error_counts.min())
-
-    @property
-    def highest_counts(self) -> float:
-        """Largest error."""
-        return float(self.error_counts.max())
-
-    @property
-    def peak_counts(self) -> float:
-        """Largest magnitude of the error."""
-        return max(-self.lowest_counts, self.highest_counts)
-
-    @property
-    def rms_counts(self) -> float:
-        """Root mean square of the error."""
-        return float(np.sqrt(np.mean(self.error_counts**2)))
-
-    @property
-    def worst_order(self) -> int:
-        """The order with the largest amplitude."""
-        return int(self.order[np.argmax(self.amplitude_counts)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +67,14 @@ def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: Recording) 
     return int(delays[0])
 
 
-def turn_error(
+def output_score(
     scene: Scene,
     settings: DemoSettings,
     output: Recording,
     first_clock: int,
     latency_clocks: int,
-) -> TurnError:
-    """The error of the output over one turn of true angle from ``first_clock`` on.
+) -> TurnScore:
+    """The score of the output over one turn of true angle from ``first_clock`` on.
 
     An edge seen at clock d was made by the table between d − latency − 1 and d − latency;
     the middle of that clock is the instant it is compared at. Raises RecordingError where the
@@ -129,12 +92,8 @@ def turn_error(
     inside = angle < angle[0] + turn
     angle = angle[inside]
     reading = output.count[usable][inside].astype(np.float64)
-    error = reading - angle * settings.counts_per_rev / turn
-    error -= error.mean()
-    order = np.arange(1, settings.judged_orders + 1)
-    return TurnError(
-        np.mod(angle, turn), error, order, order_amplitudes(angle, error, settings.judged_orders)
-    )
+    error_counts = reading - angle * settings.counts_per_rev / turn
+    return TurnScore.of_edges(angle, error_counts * settings.arcsec_per_count)
 
 
 def index_offset_counts(
@@ -158,28 +117,13 @@ def index_offset_counts(
     return off_rad * settings.counts_per_rev / turn
 
 
-def order_amplitudes(
-    angle_rad: NDArray[np.float64], error: NDArray[np.float64], orders: int
-) -> NDArray[np.float64]:
-    """Amplitude of the cosine of orders 1 … ``orders``, shape ``(orders,)``, by least squares.
-
-    The normal equations of a turn sampled this densely are close to diagonal.
-    """
-    columns = [np.ones_like(angle_rad)]
-    for order in range(1, orders + 1):
-        columns += [np.cos(order * angle_rad), np.sin(order * angle_rad)]
-    matrix = np.stack(columns)
-    solution = np.linalg.solve(matrix @ matrix.T, matrix @ error)
-    amplitude: NDArray[np.float64] = np.hypot(solution[1::2], solution[2::2])
-    return amplitude
-
-
-def faults(after: TurnError, index_offset: float, settings: DemoSettings) -> list[str]:
+def faults(after: TurnScore, index_offset: float, settings: DemoSettings) -> list[str]:
     """What the judgement finds wrong with the corrected output; empty if it passes."""
     found = []
-    if not after.peak_counts <= settings.peak_limit_counts:
+    peak_counts = after.edges_reach_arcsec / settings.arcsec_per_count
+    if not peak_counts <= settings.peak_limit_counts:
         found.append(
-            f"the corrected error reaches {after.peak_counts:.2f} counts, "
+            f"the corrected error reaches {peak_counts:.2f} counts, "
             f"the limit is {settings.peak_limit_counts:g}"
         )
     if not abs(index_offset) <= settings.peak_limit_counts:
@@ -187,9 +131,10 @@ def faults(after: TurnError, index_offset: float, settings: DemoSettings) -> lis
             f"Z of the output comes {index_offset:+.2f} counts from the zero, "
             f"the limit is {settings.peak_limit_counts:g}"
         )
-    too_large = np.flatnonzero(~(after.amplitude_counts <= settings.order_limit_counts))
+    amplitude_counts = after.amplitude_arcsec / settings.arcsec_per_count
+    too_large = np.flatnonzero(~(amplitude_counts <= settings.order_limit_counts))
     found += [
-        f"order {after.order[index]} is left with {after.amplitude_counts[index]:.3f} counts, "
+        f"order {index + 1} is left with {amplitude_counts[index]:.3f} counts, "
         f"the limit is {settings.order_limit_counts:g}"
         for index in too_large
     ]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.demo.files import ConsoleLine
-from arctrue.studies.demo.judgement import TurnError
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.telemetry import ToldTurn
 
@@ -36,8 +36,8 @@ class DemoResult:
     """Result of one run."""
 
     settings: DemoSettings
-    before: TurnError
-    after: TurnError
+    before: TurnScore
+    after: TurnScore
     faults: tuple[str, ...]
     latencies: tuple[UnitLatency, ...]
     pin_to_pin_clocks: int

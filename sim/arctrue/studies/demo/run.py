@@ -13,16 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.instrument.turn_score import MOST_ORDER, TurnScore
 from arctrue.printable import time_left
 from arctrue.source_tree import ROOT
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
-    TurnError,
     decode_recording,
     faults,
     index_offset_counts,
+    output_score,
     pin_to_pin_latency,
-    turn_error,
 )
 from arctrue.studies.demo.progress import Progress
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
@@ -81,8 +81,8 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
     turns = told_turns(run.console)
     if not turns or turns[0].result != "applied":
         raise DemoError("the firmware applied no coefficients after the first turn")
-    before = turn_error(scene, settings, output, _index_clock(scene, settings), pin_clocks)
-    after = turn_error(scene, settings, output, run.settled_clock, pin_clocks)
+    before = output_score(scene, settings, output, _index_clock(scene, settings), pin_clocks)
+    after = output_score(scene, settings, output, run.settled_clock, pin_clocks)
     index_offset = index_offset_counts(scene, settings, output, pin_clocks)
     measured = json.loads(files.latency.read_text(encoding="utf-8"))
     return DemoResult(
@@ -167,7 +167,7 @@ def _latency_faults(measured: dict[str, int]) -> list[str]:
 
 
 def _harmonics(
-    turn: ToldTurn, settings: DemoSettings, before: TurnError, after: TurnError
+    turn: ToldTurn, settings: DemoSettings, before: TurnScore, after: TurnScore
 ) -> tuple[LoadedHarmonic, ...]:
     arcsec = settings.arcsec_per_count
     return tuple(
@@ -176,11 +176,11 @@ def _harmonics(
             amplitude_counts=told.amplitude_arcsec / arcsec,
             phase_deg=float(np.rad2deg(np.angle(np.exp(1j * told.phase_rad)))),
             standard_uncertainty_counts=told.standard_uncertainty_arcsec / arcsec,
-            before_counts=float(before.amplitude_counts[told.order - 1]),
-            after_counts=float(after.amplitude_counts[told.order - 1]),
+            before_counts=float(before.amplitude_arcsec[told.order - 1]) / arcsec,
+            after_counts=float(after.amplitude_arcsec[told.order - 1]) / arcsec,
         )
         for told in turn.harmonics
-        if told.applied and told.order <= before.order[-1]
+        if told.applied and told.order <= MOST_ORDER
     )
 
 

@@ -66,16 +66,16 @@ def faults(result: HiddenResult) -> list[str]:
             f"the workbench's verdict is {verdict}, added: {result.examined.effect}; "
             f"what is hidden is {HIDDEN}"
         )
-    before, after = result.paper.signal_arcsec[0], result.corrected.signal_arcsec[0]
+    before, after = (
+        period.amplitude_arcsec[0] for period in (result.paper_period, result.corrected_period)
+    )
     half_count = result.settings.revolution.arcsec_per_count / 2
     limit = max(LEFT_SHARE * before, half_count)
     if not after <= limit < before:
         found.append(
             f"at the signal period {before:.3f}″ became {after:.3f}″, the limit is {limit:.3f}″"
         )
-    if not result.corrected.rms_arcsec < result.paper.rms_arcsec:
-        found.append(
-            f"the RMS of the output went from {result.paper.rms_arcsec:.3f}″ to "
-            f"{result.corrected.rms_arcsec:.3f}″"
-        )
+    paper, corrected = result.paper.edges_rms_arcsec, result.corrected.edges_rms_arcsec
+    if not corrected < paper:
+        found.append(f"the RMS of the output went from {paper:.3f}″ to {corrected:.3f}″")
     return found

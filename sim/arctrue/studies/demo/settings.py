@@ -35,7 +35,6 @@ class DemoSettings:
     peak_limit_counts: float = 2.0
     order_limit_counts: float = 0.1
     fitted_orders: int = 32
-    judged_orders: int = 64
     seed: int = 1
 
     @property

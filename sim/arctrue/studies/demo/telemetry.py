@@ -44,13 +44,13 @@ class ToldTurn:
 
 
 def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
-    """The turns that the firmware worked on, refused ones left out."""
+    """The turns that the firmware worked on; refused ones and alarms between turns left out."""
     turns = []
     for line in console:
         if line.typed or not line.text.startswith("{"):
             continue
         told = json.loads(line.text)
-        if told["result"] == "refused":
+        if told["result"] in ("refused", "alarm"):
             continue
         turns.append(
             ToldTurn(

@@ -88,22 +88,7 @@ def experiment_budget(settings: MethodsSettings | None = None) -> dict[str, Any]
         "cycles": still.cycles,
         "turns": still.turns,
         "radial_motion_m": moving.radial_motion_m,
-        "rows": [
-            {
-                "quantity": one.quantity,
-                "source": one.source,
-                "type": one.evaluation,
-                "distribution": one.distribution,
-                "size_arcsec": one.size_arcsec,
-                "divisor": one.divisor,
-                "sensitivity": one.sensitivity,
-                "u_arcsec": one.u_arcsec,
-                "degrees_of_freedom": (
-                    None if math.isinf(one.degrees_of_freedom) else one.degrees_of_freedom
-                ),
-            }
-            for one in budget.contributions
-        ],
+        "rows": [one.record() for one in budget.contributions],
         "u_arcsec": budget.u_arcsec,
         "U_arcsec": budget.expanded_arcsec,
         "faces_off_by_arcsec": float(np.sqrt(np.mean((found.faces_arcsec - true_faces) ** 2))),

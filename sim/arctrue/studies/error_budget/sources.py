@@ -1,4 +1,4 @@
-"""Every source alone, the sum, the whole, and the covariance beside drawn calibrations."""
+"""Simulates every source of error alone and all together; compares both with the covariance."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Progress, Recording
 from arctrue.instrument.build import Say
+from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
 from arctrue.studies.hidden_effect.drive import over_stations, turning
@@ -26,8 +27,8 @@ from arctrue.studies.hidden_effect.reference import (
     zero_level,
 )
 from arctrue.studies.hidden_effect.rig import CapturedTurn, Rig
-from arctrue.studies.hidden_effect.score import SignalScore, score
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.studies.hidden_effect.signal_period import SignalPeriod, signal_period
 from arctrue.studies.hidden_effect.workbench import Examined, examine, left_on_fresh_set
 from arctrue.table import Motion
 from arctrue.workbench.model.export import Export
@@ -49,12 +50,16 @@ class HiddenResult:
     """Of the measurement set."""
     examined: Examined
     export: Export
-    raw: SignalScore
+    raw: TurnScore
     """Head 1 as it came in."""
-    paper: SignalScore
+    paper: TurnScore
     """The output with the firmware's coefficients: the paper's model."""
-    corrected: SignalScore
+    corrected: TurnScore
     """The output with the exported ones."""
+    raw_period: SignalPeriod
+    """The same three, over a period of the grating."""
+    paper_period: SignalPeriod
+    corrected_period: SignalPeriod
     fresh_capture_arcsec: dict[str, float]
     """RMS that the fresh capture leaves of the model ``without`` and ``with`` the effect."""
     firmware_orders: int
@@ -102,9 +107,14 @@ class HiddenResult:
                 )
             ],
             "not_corrected": self.export.left_out,
-            "raw": self.raw.as_json(),
-            "paper": self.paper.as_json(),
-            "corrected": self.corrected.as_json(),
+            **{
+                name: {**turn.as_json(), **turn.curve_as_json(), "signal_period": period.as_json()}
+                for name, turn, period in (
+                    ("raw", self.raw, self.raw_period),
+                    ("paper", self.paper, self.paper_period),
+                    ("corrected", self.corrected, self.corrected_period),
+                )
+            },
             "fresh_capture_arcsec": self.fresh_capture_arcsec,
             "firmware_orders": self.firmware_orders,
             "reversal_arcsec": self.reversal_arcsec,
@@ -199,9 +209,12 @@ class _Run:
             folder=measured,
             examined=examined,
             export=export,
-            raw=score(corrected.head1, corrected.head1, lines),
-            paper=score(paper.output, paper.head1, lines),
-            corrected=score(corrected.output, corrected.head1, lines),
+            raw=score_turn(corrected.head1),
+            paper=score_turn(paper.output),
+            corrected=score_turn(corrected.output),
+            raw_period=signal_period(corrected.head1, corrected.head1, lines),
+            paper_period=signal_period(paper.output, paper.head1, lines),
+            corrected_period=signal_period(corrected.output, corrected.head1, lines),
             fresh_capture_arcsec=left_on_fresh_set(examined, fresh_set),
             firmware_orders=int(np.count_nonzero(paper_bank.amplitudes)),
             reversal_arcsec=reversal,

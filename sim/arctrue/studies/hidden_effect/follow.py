@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from arctrue.instrument import Instrument, InstrumentError, Progress
+from arctrue.instrument.turn_score import score_turn
 from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
 from arctrue.studies.hidden_effect.drive import turning
 from arctrue.studies.hidden_effect.experiment import HiddenResult
 from arctrue.studies.hidden_effect.rig import Rig
-from arctrue.studies.hidden_effect.score import score
 from arctrue.table import Motion
 
 HELD, EVERY_TURN, BY_TEMPERATURE, BY_FIRMWARE = WAYS = (
@@ -106,8 +106,9 @@ def _followed(
             rig.load(export.coefficients, way)
         temperature_c = _middle_c(rig, drive)
         recording = rig.recorded_turn(way)
-        seen = score(recording.output, recording.head1, scale.lines)
-        found.append(FollowedTurn(temperature_c, float(seen.order_arcsec[0]), seen.rms_arcsec))
+        seen = score_turn(recording.output)
+        order1 = float(seen.amplitude_arcsec[0])
+        found.append(FollowedTurn(temperature_c, order1, seen.edges_rms_arcsec))
     return found
 
 

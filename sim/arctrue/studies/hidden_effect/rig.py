@@ -11,12 +11,11 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording
 from arctrue.instrument.revolution import set_up
+from arctrue.instrument.turn_score import BINS
 from arctrue.studies.hidden_effect.drive import TURN_RAD
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.table import Motion, RotaryTable
 
-BINS = 720
-"""Of the recordings: half a degree."""
 SPARE_TURNS = 0.06
 """What a recording goes on after its turn, so that it holds an index and a station at its end."""
 

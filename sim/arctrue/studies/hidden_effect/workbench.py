@@ -13,9 +13,9 @@ import numpy as np
 from arctrue.measurement import read_measurement_set
 from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import catalogue
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.export import Export, export_model

@@ -1,4 +1,4 @@
-"""Closure: the polygon is put on anew in every cycle, so that its faces and the table part.
+"""Closure: the polygon is turned on between cycles, which separates its faces from the table.
 
 In cycle i, at station j the error by the polygon is ε_j + p_(j − s_i) + c_i, with the shift s_i,
 the error p of the face and the zero c_i of the cycle. Both errors have no mean: the circle closes.

@@ -1,4 +1,4 @@
-"""Virtual equal division (VEDA): two heads stand for N, by adding up their difference.
+"""Virtual equal division (VEDA): sums of the difference of two heads replace N heads.
 
 With the heads m/N of a turn apart, δ(θ) = ε(θ + 2πm/N) − ε(θ). Its sum over k steps is
 ε(θ + k·2πm/N) − ε(θ), the difference of the k-th virtual head; the mean over N virtual heads is

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from arctrue.studies.campaign.store import told_state
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS
 from arctrue.studies.monte_carlo.trial import ECCENTRICITY_UM, GRADUATION_ARCSEC
 
@@ -48,7 +49,7 @@ def page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     lines += [
         f"{number} trials of each case{part}, seed {plan['seed']}; {runs} of {turns} with "
         f"{plan['samples']:,} samples a turn, method {plan['method']}. "
-        f"Source `{code['arctrue']}`; {libraries}.",
+        f"{told_state(header)}; {libraries}.",
         "",
         *_summary(found),
         "",

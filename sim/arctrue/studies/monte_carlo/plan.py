@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from arctrue.studies.campaign import Campaign, Task
+from arctrue.studies.campaign import Campaign, Sources, Task
 from arctrue.studies.monte_carlo.inputs import CASES
 
 WORK = "arctrue.studies.monte_carlo.trial:run_trial"
@@ -49,4 +49,5 @@ class Plan:
 
     def campaign(self, folder: Path) -> Campaign:
         """The campaign in ``folder``."""
-        return Campaign(WORK, self.tasks(), folder, {"plan": asdict(self)}, BATCH)
+        sources = Sources((WORK.partition(":")[0],))
+        return Campaign(WORK, self.tasks(), folder, {"plan": asdict(self)}, BATCH, sources)

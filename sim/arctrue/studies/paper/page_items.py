@@ -43,7 +43,7 @@ def _items(experiment: Mapping[str, Any]) -> list[Item]:
             "(16), (17)",
             "u = 0.23″, U = 0.46″ (k = 2)",
             f"u = {budget['combined_arcsec']:.2f}″, U = {budget['expanded_arcsec']:.2f}″ "
-            "(u₃ is the scatter here)",
+            "(u₃, the mean σ of the faces, is less here)",
             "`arctrue paper`",
             {"u_arcsec": budget["combined_arcsec"], "U_arcsec": budget["expanded_arcsec"]},
         ),

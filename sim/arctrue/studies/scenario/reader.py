@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.instrument.instrument import (
     HEAD1_A,
     HEAD1_B,
@@ -95,6 +96,9 @@ FIRMWARE_PARAMETERS = (
     "alarm_noise_arcsec",
     "alarm_error_arcsec",
     "alarm_separation_arcsec",
+    "heal",
+    "temperature_step_counts",
+    "temperature_jump_k",
 )
 """Those that a scenario may set; the others follow from its scale."""
 
@@ -299,8 +303,18 @@ def _firmware(section: Section) -> FirmwareSettings:
     parameters = tuple(
         (name, section.number(name)) for name in FIRMWARE_PARAMETERS if section.has(name)
     )
+    thermometer = section.choice("thermometer", ("none", "table"), "none") == "table"
+    loaded = None
+    if section.has("coefficients"):
+        file = Path(section.file).parent / section.text("coefficients")
+        try:
+            loaded = read_coefficient_file(file)
+        except CoefficientFileError as error:
+            raise ScenarioError(f"{section.file}: firmware.coefficients: {error}") from error
     section.finish()
-    return FirmwareSettings(recalibrate, orders, calculation_s, parameters)
+    return FirmwareSettings(
+        recalibrate, orders, calculation_s, parameters, loaded, thermometer=thermometer
+    )
 
 
 def _limits(section: Section) -> Limits:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.scenario.scenario import Scenario
 
@@ -28,21 +29,14 @@ class Turn:
     flags: tuple[str, ...]
     """Raised at some time in the turn."""
     events: tuple[str, ...]
+    bank: Coefficients | None = None
+    """Active at the end of the turn; None before the first. Not in the JSON."""
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain values."""
 
         def error(found: TurnScore | None) -> dict[str, Any] | None:
-            if found is None:
-                return None
-            return {
-                "lowest_arcsec": found.lowest_arcsec,
-                "highest_arcsec": found.highest_arcsec,
-                "rms_arcsec": found.rms_arcsec,
-                "edges_rms_arcsec": found.edges_rms_arcsec,
-                "mean_arcsec": found.mean_arcsec,
-                "amplitude_arcsec": found.amplitude_arcsec.tolist(),
-            }
+            return None if found is None else found.as_json()
 
         return {
             "turn": self.number,

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.device.load import load_frames
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, PinFault, Progress
 from arctrue.instrument.build import Say
 from arctrue.instrument.turn_score import score_turns
@@ -21,6 +23,8 @@ from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36
 """How often flags and telemetry are looked at."""
+THERMOMETER_STEP_K = 1 / 128
+"""Of a TMP117."""
 
 
 class _Run:
@@ -32,6 +36,7 @@ class _Run:
         self.flags: list[set[str]] = [set() for _ in range(self.rows)]
         self.told: list[list[dict[str, Any]]] = [[] for _ in range(self.rows)]
         self.events: list[list[str]] = [[] for _ in range(self.rows)]
+        self.banks: list[Coefficients | None] = [None for _ in range(self.rows)]
         self._heard = 0
         self._stalled = 0
         self._firmware_held = False
@@ -104,9 +109,17 @@ class _Run:
         if self.instrument.read("status.cannot_keep_up"):
             self.flags[row].add("status.cannot_keep_up")
         self.flags[row] &= set(FLAGS)
+        self.banks[row] = self.instrument.firmware.active_bank(self.scenario.scale.counts_per_rev)
         telemetry = self.instrument.firmware.telemetry
         self.told[row] += telemetry[self._heard :]
         self._heard = len(telemetry)
+
+    def thermometer_c(self) -> float:
+        """What the thermometer on the table shows now."""
+        now_s = (self.instrument.clock - self.started) / self.instrument.clock_hz
+        instant = min(max(now_s, 0.0), self.course.duration_s)
+        celsius = float(self.course.temperature_c(np.array([instant]))[0])
+        return round(celsius / THERMOMETER_STEP_K) * THERMOMETER_STEP_K
 
     def freeze_when_wanted(self) -> None:
         """Hold the coefficients after the first that were applied."""
@@ -160,6 +173,8 @@ def run_scenario(
         run.lay_pin_faults()
         poll = scenario.revolution.poll_clocks
         _set_up(instrument, scenario)
+        if scenario.firmware.thermometer:
+            instrument.firmware.thermometer = run.thermometer_c
         first = run.clock_at(course.time_at_turn(0.0))
         while instrument.clock < first:
             instrument.firmware.run(
@@ -196,6 +211,7 @@ def run_scenario(
                 told=tuple(run.told[n]),
                 flags=tuple(sorted(run.flags[n])),
                 events=tuple(run.events[n]),
+                bank=run.banks[n],
             )
             for n in range(run.rows)
         )
@@ -207,7 +223,7 @@ def run_scenario(
 
 def _set_up(instrument: Instrument, scenario: Scenario) -> None:
     """The firmware with the scale of the scenario, started."""
-    firmware = instrument.firmware
+    firmware, given = instrument.firmware, scenario.firmware
     for name, value in (
         ("counts_per_rev", scenario.scale.counts_per_rev),
         ("sample_period", scenario.sample_period_clocks),
@@ -219,5 +235,9 @@ def _set_up(instrument: Instrument, scenario: Scenario) -> None:
         firmware.set(name, value)
     firmware.calculation_clocks = round(scenario.firmware.calculation_s * instrument.clock_hz)
     firmware.start()
+    for line in load_frames(given.loaded) if given.loaded is not None else ():
+        answer = firmware.send(line).strip()
+        if not answer.startswith("ok"):
+            raise InstrumentError(f"the firmware does not take the coefficients: {answer}")
     if scenario.firmware.recalibrate == "never":
         firmware.send("freeze on")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import ARCSEC_A_TURN
@@ -23,6 +25,8 @@ from arctrue.table.temperature import TemperatureCourse
 from arctrue.units import RAD_PER_ARCSEC
 
 EDGES_KEPT_A_TURN = 1 << 16
+EDGES_KEPT = 1 << 22
+"""Of a whole motion and one signal: 100 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +120,10 @@ class FirmwareSettings:
     calculation_s: float = 0.25
     """What a calibration may take, in the table's time."""
     parameters: tuple[tuple[str, float], ...] = ()
+    loaded: Coefficients | None = None
+    """Loaded over the console at the start, as ``arctrue load`` does it."""
+    thermometer: bool = False
+    """On the table, in steps of 1/128 K, without a lag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +207,12 @@ class Scenario:
     @property
     def kept_every(self) -> int:
         """Which edges are kept: odd, so that they meet every phase of a line's counts."""
-        every = max(1, self.scale.counts_per_rev // EDGES_KEPT_A_TURN)
+        turns = sum(abs(leg.turns) for leg in self.legs)
+        every = max(
+            1,
+            self.scale.counts_per_rev // EDGES_KEPT_A_TURN,
+            math.ceil(turns * self.scale.counts_per_rev / EDGES_KEPT),
+        )
         return every + 1 - every % 2
 
     @property

@@ -49,6 +49,8 @@ class SimulatedSet:
     """What each channel would show without noise and rounding; as little to be shown."""
     noise: dict[str, TrueNoise]
     index_variance_arcsec2: float
+    table: RotaryTable
+    """With all its causes."""
 
 
 def simulate_set(
@@ -165,6 +167,7 @@ def simulate_set(
         measured.exact_arcsec,
         measured.noise,
         measured.index_variance_arcsec2,
+        table,
     )
 
 

@@ -3,6 +3,5 @@
 from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
-from arctrue.table.causes.graduation_lines import GraduationLines
 
-__all__ = ["DiscEccentricity", "GraduationHarmonics", "GraduationLines", "PhysicalEffect"]
+__all__ = ["DiscEccentricity", "GraduationHarmonics", "PhysicalEffect"]

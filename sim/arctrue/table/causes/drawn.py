@@ -1,4 +1,4 @@
-"""What chance makes of a size: each cause as a draw.
+"""Draws each cause at random for a given size.
 
 Sizes are those that have been seen on real tables. A draw says what happens to the table, the
 counters or the instrument; it knows nothing of how the workbench describes the same effect. Draws

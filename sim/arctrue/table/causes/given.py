@@ -16,6 +16,7 @@ from arctrue.table.causes.bracket_expansion import BracketExpansion
 from arctrue.table.causes.bracket_turn import BracketTurn
 from arctrue.table.causes.bracket_vibration import BracketVibration
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.creeping_centre import CreepingCentre
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.flat_track import FlatTrack
 from arctrue.table.causes.gear_mesh import GearMesh
@@ -173,6 +174,11 @@ def expansion(values: Values, _: int) -> PhysicalEffect:
 def thermal(values: Values, _: int) -> PhysicalEffect:
     rate = values.number("um_per_k") * MICROMETRE_M
     return ThermalCentre(cmath.rect(rate, _direction(values)))
+
+
+def creeping(values: Values, _: int) -> PhysicalEffect:
+    rate = values.number("um_per_turn") * MICROMETRE_M
+    return CreepingCentre(cmath.rect(rate, _direction(values)))
 
 
 def bump(values: Values, _: int) -> PhysicalEffect:

@@ -23,6 +23,7 @@ from arctrue.table.causes.bracket_expansion import BracketExpansion
 from arctrue.table.causes.bracket_turn import BracketTurn
 from arctrue.table.causes.bracket_vibration import BracketVibration
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
+from arctrue.table.causes.creeping_centre import CreepingCentre
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.drawn import Build, Occasion, Random
 from arctrue.table.causes.flat_track import FlatTrack
@@ -122,6 +123,7 @@ _CAUSES = (
     NamedCause("bracket_turn", BracketTurn, given.bracket_turn),
     NamedCause("bracket_vibration", BracketVibration, given.vibration),
     NamedCause("centrifugal_lobes", CentrifugalLobes, given.centrifugal),
+    NamedCause("creeping_centre", CreepingCentre, given.creeping),
     NamedCause("disc_eccentricity", DiscEccentricity, given.eccentric),
     NamedCause("flat_track", FlatTrack, given.flat_track),
     NamedCause("gear_mesh", GearMesh, given.gear),

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.percent import percent
 from arctrue.workbench.compare.maps import ResidualMap, variance_share
-from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.normal_equations import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
 
@@ -220,11 +221,11 @@ def _ranked(
 
 def _finding(item: _Follower, share: float, beyond: float, shadow_of: str | None) -> Finding:
     if shadow_of is None:
-        text = f"{share:.0%} of the excess in the {item.channel} follows {item.words}"
+        text = f"{percent(share)} of the excess in the {item.channel} follows {item.words}"
         if beyond < share - LEAST_SHARE:
-            text += f" ({beyond:.0%} beyond what is said above)"
+            text += f" ({percent(beyond)} beyond what is said above)"
     else:
-        text = f"{item.words} resembles it: {share:.0%} by itself, {beyond:.0%} beyond it"
+        text = f"{item.words} resembles it: {percent(share)} by itself, {percent(beyond)} beyond it"
     return Finding(item.channel, item.words, share, beyond, shadow_of, text)
 
 

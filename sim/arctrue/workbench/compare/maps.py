@@ -1,4 +1,4 @@
-"""Residuals against one condition at a time: mean in bins, and the share of variance it takes."""
+"""Residuals against one condition at a time: mean in bins, and the variance that it explains."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import ClassVar
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from arctrue.whole_file import write_whole_text
-from arctrue.workbench.diagnose.parts import (
+from arctrue.workbench.effects.product_of_parts import (
     Frame,
     ProductOfParts,
     column_condition,

@@ -1,4 +1,4 @@
-"""How far a verdict sees: sizes that would have been found, and what the set cannot test."""
+"""What a verdict covers: sizes that would have been found, and what the set cannot test."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.parts import Condition, Frame, ProductOfParts, conditions
+from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
 from arctrue.workbench.inference.detectable import Detectable, smallest_detectable
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn

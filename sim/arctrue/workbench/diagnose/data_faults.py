@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from arctrue.percent import percent
 from arctrue.runs import run_spans
 from arctrue.workbench.diagnose.outlying_rows import outlying, step_scatter
 from arctrue.workbench.observations import CaptureRows, Observations
@@ -54,8 +55,8 @@ def data_faults(observations: Observations) -> list[str]:
             "reference", stations.temperature_c, observations.reference_line
         )
     found += [
-        f"{channel}: {share:.0%} of the rows are outliers, each far from the rows around it; at "
-        f"most {MOST_SHARE:.0%} are left out as single wrong rows"
+        f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
+        f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
         for channel, share in observations.outlying_share.items()
         if share > MOST_SHARE
     ]

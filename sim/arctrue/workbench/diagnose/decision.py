@@ -27,9 +27,9 @@ from arctrue.workbench.diagnose.next_measurement import (
     measurement_for_variety,
     next_measurement,
 )
-from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.survey import SIGNIFICANCE, Survey
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data"]
@@ -119,10 +119,7 @@ class Case:
             (
                 item
                 for item in self.survey.significant()
-                if item.name not in real
-                and item.evidence is not None
-                and item.p_corrected < REFUSED_P
-                and self.survey.matters(item)
+                if item.name not in real and _is_sure(item) and self.survey.matters(item)
             ),
             None,
         )
@@ -175,6 +172,15 @@ class Case:
         return [*(self.others[name] for name in similar.equals), *near]
 
     @cached_property
+    def look_alikes(self) -> dict[str, list[str]]:
+        """Effects that this set cannot test and that would look like the best, with what it
+        lacks."""
+        best, survey = self.best, self.survey
+        if best is None or best.effect.unspecific:
+            return {}
+        return look_alikes(best, survey.residuals, survey.untestable, self.effects)
+
+    @cached_property
     def stand_in(self) -> Candidate | None:
         """A product of parts that explains what the best explains, and is none of its class."""
         best, product = self.best, self.product
@@ -184,13 +190,43 @@ class Case:
         members = [best, *(self.others[name] for name in self.similar.all_names)]
         return None if any(_same(item, product) for item in members) else product
 
+    def with_it(self, item: Candidate | None) -> Case | None:
+        """The case with one effect more in the model; None where that is not asked."""
+        if item is None or self.depth >= DEEPEST:
+            return None
+        if self.best is item:
+            return self.with_best
+        return Case(self.with_first(item), self.effects, self.with_first, self.depth + 1)
+
+    @cached_property
+    def with_best(self) -> Case | None:
+        """The case with the best in the model."""
+        if self.best is None or self.depth >= DEEPEST:
+            return None
+        return Case(self.with_first(self.best), self.effects, self.with_first, self.depth + 1)
+
     @cached_property
     def beside(self) -> Decision | None:
         """What is said with the best in the model."""
-        if self.best is None or self.depth >= DEEPEST:
-            return None
-        further = self.with_first(self.best)
-        return decide(Case(further, self.effects, self.with_first, self.depth + 1))
+        return None if self.with_best is None else decide(self.with_best)
+
+    def once_more(self, event: Candidate) -> Candidate | None:
+        """The event once more, at another instant, and about as large.
+
+        Slow noise of its neighbours may tell of a row left out behind a step, so that such rows do
+        not show it; where it is as sure as a lack of fit, it counts all the same.
+        """
+        return next(
+            (
+                item
+                for item in self.survey.significant()
+                if item.name == event.name
+                and item.gain > OF_THE_SAME_KIND * event.gain
+                and self.survey.matters(item)
+                and (self.survey.confirmed(item) or _is_sure(item))
+            ),
+            None,
+        )
 
 
 def described_by_parts(case: Case) -> Decision | None:
@@ -282,17 +318,18 @@ def comes_again_and_again(case: Case) -> Decision | None:
 
     One slip is an accident; a head that steps again and again is loose, sticks, or is disturbed.
     """
-    best, times = case.best, 1
+    best = case.best
     assert best is not None
     if best.effect.step_at is None:
         return None
-    left = case.beside
-    while left is not None and left.first is not None and left.first.name == best.name:
-        times += left.first.gain > OF_THE_SAME_KIND * best.gain
-        left = left.beside
-    if times < AGAIN:
-        return None
-    return _only_resembles(case, f"it is there {times} times or more, at instants without a rule")
+    left: Case | None = case
+    event: Candidate | None = best
+    for _ in range(AGAIN - 1):
+        left = left.with_it(event) if left is not None else None
+        event = None if left is None else left.once_more(best)
+        if event is None:
+            return None
+    return _only_resembles(case, f"it is there {AGAIN} times or more, at instants without a rule")
 
 
 def cannot_be_split(case: Case) -> Decision | None:
@@ -310,16 +347,19 @@ def cannot_be_split(case: Case) -> Decision | None:
     if found.kind is None and best.lacking_variety:
         found = measurement_for_variety(best)
     why = f"it needs {'; '.join(best.lacking_variety)}" if best.lacking_variety else None
-    return _of_class(case, "ambiguous", described=stranger, unconfirmed=why, measurement=found)
+    return _of_class(
+        case,
+        "ambiguous",
+        described=stranger,
+        unconfirmed=why,
+        look_alikes=case.look_alikes if best.lacking_variety else None,
+        measurement=found,
+    )
 
 
 def looks_like_untestable(case: Case) -> Decision | None:
     """An effect that this set cannot test would look the same."""
-    best, survey = case.best, case.survey
-    assert best is not None
-    found = {}
-    if not best.effect.unspecific:
-        found = look_alikes(best, survey.residuals, survey.untestable, case.effects)
+    found = case.look_alikes
     if not found:
         return None
     lacking = "; ".join(sorted({what for items in found.values() for what in items}))
@@ -437,9 +477,16 @@ def _unknown_within(left: Decision, case: Case) -> bool:
     )
 
 
+def _is_sure(item: Candidate) -> bool:
+    """With the noise free on both sides, as sure as a lack of fit has to be."""
+    return item.evidence is not None and item.p_corrected < REFUSED_P
+
+
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
-    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):  # type: ignore[attr-defined]
+    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):
+        return True
+    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
         return True
     alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
     return alike_here and not best.lacking_variety

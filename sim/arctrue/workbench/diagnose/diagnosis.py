@@ -121,7 +121,7 @@ def diagnose(
         progress(f"once more beside {first.name}")
         # A line beside its place would leave a rest for others.
         left = Residuals(refined(first.solution))
-        return survey(left, effects, matters, lambda text: None)
+        return survey(left, effects, matters, lambda text: None, negligible=False)
 
     found = decide(Case(tried, effects, with_first))
     result = _told(observations, tried, found)
@@ -163,7 +163,7 @@ def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnos
         described=described,
         description=None
         if described is None
-        else described.effect.describe(described.parameters()),  # type: ignore[attr-defined]
+        else described.effect.describe(described.parameters()),
         next_measurement=None if found.next is None else found.next.words,
         next_measurement_kind=None if found.next is None else found.next.kind,
         noise_arcsec=tried.noise_arcsec,

@@ -1,4 +1,4 @@
-"""What an effect is, it is on every turn and in every run; a disturbance was there once."""
+"""Tells an effect, which repeats on every turn and run, from a disturbance that was there once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from arctrue.workbench.inference.solution import Solution
 LEAST_SHARE = 1.0 / 3.0
 """Of the gain that the other turns or runs would give if it were as large there."""
 WOULD_SHOW = 16.0
-"""χ² that the others would give: below it, noise may hide it there."""
+"""χ² that the strongest gives, and that the others would: below it, the strongest may be noise, or
+noise may hide it in the others."""
 
 
 def on_every_pass(item: Candidate, base: Solution) -> bool:
@@ -39,7 +40,8 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
         return True
     height = gain[strongest] / expected[strongest]
     noise = base.capture_sigma_arcsec or 1.0
-    if not local and height**2 * others < WOULD_SHOW * noise**2:
+    least = min(float(others), float(expected[strongest]))
+    if not local and height**2 * least < WOULD_SHOW * noise**2:
         return True
     return bool((gain.sum() - gain[strongest]) > LEAST_SHARE * height * others)
 

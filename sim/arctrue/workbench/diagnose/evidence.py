@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.noise_fit import index_variance, noise_of
@@ -22,6 +23,12 @@ from arctrue.workbench.noise.sureness import freedom_of
 MOST_ROUNDS = 3
 MUCH_MORE = 1.2
 """A gain that rises so much with the noise estimated anew asks for one round more."""
+
+
+LEAST_MOVE = 1.0
+"""χ² of the change of a channel's residuals below which its noise is not estimated anew: one
+reading's worth, and the noise is known from all of them."""
+Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,12 +72,32 @@ def under(grown: Solution, base: Solution) -> Noise:
     """The noise of what ``grown`` leaves, in the contrasts that ``base`` does not touch."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
     noise = noise_of(
-        base.terms, base.observations, base.context, left, base.noise, base.unknown_noise
+        base.terms,
+        base.observations,
+        base.context,
+        left,
+        base.noise,
+        base.unknown_noise | _unmoved(left, base),
     )
     if base.observations.runs:
         variance, freedom = index_variance(base.observations, grown.run_offsets_arcsec)
         noise = replace(noise, index_variance=variance, index_freedom=freedom)
     return noise
+
+
+def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
+    """Channels whose residuals are the same with and without an effect: so is their noise."""
+    found = set()
+    for channel, values, before, of_rows in (
+        ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
+        ("reference", left[1], base.reference_residual_arcsec(), base.noise.reference),
+    ):
+        if values is None or before is None or of_rows is None:
+            continue
+        change = of_rows.whiten(values - before)
+        if float(change @ change) < LEAST_MOVE:
+            found.add(channel)
+    return frozenset(found)
 
 
 def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.effects.base import FitContext
 from arctrue.workbench.inference.normal_equations import (
     Term,
-    channel_columns,
+    channel_prediction,
     measured_arcsec,
 )
 from arctrue.workbench.inference.residuals import Residuals
@@ -252,8 +252,9 @@ def _errors(
     """Measured less predicted, of the rows that were left out; ``noise`` of all rows lets the
     neighbours tell of the coloured part."""
     apart = _left_out(observations, kept, capture=capture)
-    columns = channel_columns(solution.terms, apart, solution.context, capture=capture)
-    predicted = columns @ solution.coefficients
+    predicted = channel_prediction(
+        solution.terms, solution.coefficients, apart, solution.context, capture=capture
+    )
     if capture:
         assert apart.capture is not None
         predicted = predicted + solution.run_offsets_arcsec[apart.capture.run]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import stations_a_turn
@@ -40,7 +40,7 @@ def analysis_of_variance(values: Float, group: Integer) -> float:
     between = float(np.sum(counts * (means - values.mean()) ** 2)) / (groups - 1)
     if within <= 0.0:
         return 1.0 if between <= 0.0 else 0.0
-    return float(f_distribution.sf(between / within, groups - 1, values.size - groups))
+    return float(fdtrc(groups - 1, values.size - groups, between / within))
 
 
 def line_in_time(rows: CaptureRows, residual: Float) -> float:

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.parts import ProductOfParts
 from arctrue.workbench.diagnose.planned import PLANS, Plan
 from arctrue.workbench.effects.base import Nonlinear
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.normal_equations import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of

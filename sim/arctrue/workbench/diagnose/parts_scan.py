@@ -1,4 +1,4 @@
-"""Which product of parts takes most from what a model leaves."""
+"""Finds the product of parts that explains most of a model's residual variance."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.parts import (
+from arctrue.workbench.effects.product_of_parts import (
     Condition,
     Frame,
     ProductOfParts,
     conditions,
     settling_condition,
 )
-from arctrue.workbench.inference.normal_equations import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import highest
+from arctrue.workbench.numeric.harmonics import BLOCK_ROWS, harmonic_columns
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
@@ -86,15 +86,13 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
     assert precise is not None
     assert of_rows is not None
     orders = _half_orders()
-    sums = np.zeros((len(factors), orders.size), dtype=np.complex128)
+    sums = np.zeros((len(factors), 2 * orders.size))
     constant = np.zeros(len(factors))
-    for block in row_blocks(precise.size):
+    for start in range(0, precise.size, BLOCK_ROWS):
+        block = slice(start, start + BLOCK_ROWS)
         weighted = np.stack([factor[block] * precise[block] for factor in factors])
-        step = np.exp(-0.5j * rows.angle_rad[block])
-        power = np.ones_like(step)
-        for index in range(orders.size):
-            power = power * step
-            sums[:, index] += weighted @ power
+        halves = range(1, orders.size + 1)
+        sums += weighted @ harmonic_columns(0.5 * rows.angle_rad[block], halves)
         constant += weighted.sum(axis=1)
     told = np.full((len(factors), orders.size), 1e-30)
     told_constant = np.full(len(factors), 1e-30)
@@ -108,7 +106,7 @@ def _waves(residuals: Residuals, factors: Sequence[Float], *, capture: bool) -> 
         squares = np.array([float(np.sum(factor[part] ** 2)) for factor in factors])
         told += squares[:, np.newaxis] / (density * level)
         told_constant += squares / (float(spectrum.density(np.zeros(1), step_s)[0]) * level)
-    return 2.0 * np.abs(sums) ** 2 / told, constant**2 / told_constant
+    return 2.0 * (sums[:, ::2] ** 2 + sums[:, 1::2] ** 2) / told, constant**2 / told_constant
 
 
 def _capture_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Float, Float]:
@@ -204,18 +202,19 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             certain.append((float(constants[index]), condition, None, in_reference))
     places.sort(key=lambda place: -place[0])
     scored: list[PartsCandidate] = []
-    chosen = [*places[: 2 * SHORTLIST], *certain]
-    for _, condition, order, in_reference in chosen:
-        orders_of = () if order is None else (order,)
-        tried_frames = [
-            _scored(
-                residuals,
-                ProductOfParts(condition, orders_of, frame),
-                tried,
-                shares[found.index(condition)],
-            )
+    chosen = [
+        [
+            ProductOfParts(condition, () if order is None else (order,), frame)
             for frame in _frames(order, observations, in_reference)
-            if orders_of or frame != "stator"
+            if order is not None or frame != "stator"
+        ]
+        for _, condition, order, in_reference in [*places[: 2 * SHORTLIST], *certain]
+    ]
+    residuals.scores([(effect, {}) for effects in chosen for effect in effects])
+    for effects in chosen:
+        tried_frames = [
+            _scored(residuals, effect, tried, shares[found.index(effect.condition)])
+            for effect in effects
         ]
         if tried_frames:
             scored.append(_natural(tried_frames, observations.rows))

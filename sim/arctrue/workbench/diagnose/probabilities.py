@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import chi2
+from scipy.special import chdtri, logsumexp
 
 from arctrue.workbench.diagnose.significance import single_p_value
 
@@ -61,7 +60,7 @@ def _with_known_noise(item: Weighed) -> float:
     p_value = single_p_value(item.gain, item.rank, item.freedom)
     if not np.isfinite(item.freedom) or p_value < 1e-290:
         return item.gain
-    return min(item.gain, float(chi2.isf(p_value, item.rank)))
+    return min(item.gain, float(chdtri(item.rank, p_value)))
 
 
 def log_evidence_of_p(p_value: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from arctrue.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
@@ -97,7 +98,7 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
 
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
     """The whole diagnosis as JSON, schema 2."""
-    parts = [] if result.described is None else result.described.effect.parts  # type: ignore[attr-defined]
+    parts = [] if result.described is None else result.described.effect.parts
     return {
         "schema": 2,
         "model": model,
@@ -194,15 +195,11 @@ def _probable(result: Diagnosis) -> list[str]:
     """The largest probabilities in a sentence."""
     ranked = sorted(result.probability.items(), key=lambda item: -item[1])
     shown = [
-        f"{name} {_share(value)}"
+        f"{name} {probability_percent(value)}"
         for name, value in ranked[:SHOWN_PROBABILITIES]
         if value >= LEAST_SHOWN
     ]
     return [f"Probability of what to add next: {', '.join(shown)}."] if shown else []
-
-
-def _share(value: float) -> str:
-    return "above 99 %" if value > 0.99 else f"{100.0 * value:.0f} %"
 
 
 def _covered(covers: Coverage) -> list[str]:
@@ -250,6 +247,7 @@ def _compensation(item: Candidate) -> str:
         "lanes": "The gateware can compensate it with lanes",
         "offset": "The gateware can compensate it with its offset",
         "none": "The gateware cannot compensate it",
+        "reference": "There is nothing to compensate",
     }[item.effect.compensation]
     note = item.effect.compensation_note
     return f"{words}: {note}." if note else f"{words}."

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
-from scipy.stats import f as f_distribution
+from scipy.special import chdtrc, fdtrc
 
 MANY = 1e5
 """Degrees of freedom from which the noise is as good as known."""
@@ -21,9 +20,9 @@ def single_p_value(gain: float, rank: int, freedom: float) -> float:
     if rank <= 0:
         return 1.0
     if freedom > MANY:
-        return float(chi2.sf(gain, rank))
+        return float(chdtrc(rank, gain))
     ratio = freedom / rank * float(np.expm1(min(gain / (freedom + rank), 600.0)))
-    return float(f_distribution.sf(ratio, rank, freedom))
+    return float(fdtrc(rank, freedom, ratio))
 
 
 def corrected_p_value(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noi
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
@@ -36,10 +37,17 @@ MOVED_SHARE = 0.02
 """A channel counts when it is moved by more than this share of its noise."""
 NEAR_P = 0.3
 """A first p below this is near to a name: the noise is estimated anew beside it."""
+MOST_LEFT = 0.5
+"""Of the variance of a channel's residual: what leaves less is weighed, however much of it the
+noise of the model without it has taken."""
 MOST_WEIGHED = 6
 """So many candidates at most are weighed with the noise free on both sides."""
 FAR_BEHIND = 60.0
 """BIC by which a candidate that is not weighed yet cannot come before one that is real."""
+FAR_TOO_SMALL = 0.5
+"""Share of what matters: the noise estimated anew does not double a size."""
+SAME_BLOCK = 1e-6
+"""Of a gain, and of a canonical correlation: rounding of the same columns."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size."""
 
@@ -74,6 +82,11 @@ class Survey:
         """It moves the prediction by more than what is negligible."""
         return max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec
 
+    def may_matter(self, item: Candidate) -> bool:
+        """Its size, which changes with the noise, is not far below what matters."""
+        size = max(item.size_arcsec.values(), default=0.0)
+        return size >= FAR_TOO_SMALL * self.matters_arcsec
+
     def confirmed(self, item: Candidate) -> bool:
         """It matters, held-out rows show it, and so does every pass over its place."""
         return self.matters(item) and _holds_out(item) and on_every_pass(item, self.base)
@@ -84,9 +97,12 @@ def survey(
     effects: Mapping[str, type[Effect]],
     matters_arcsec: float,
     progress: Progress,
+    *,
+    negligible: bool = True,
 ) -> Survey:
     """Try everything beside the model of ``residuals``.
 
+    Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
     An effect with a search is tried again beside itself: it may be there at another place.
     """
     base = residuals.solution
@@ -109,7 +125,7 @@ def survey(
             found.candidates.append(candidate)
     progress("trying products of parts")
     found.parts = _try_parts(residuals)
-    _weigh(found, progress)
+    _weigh(found, progress, negligible=negligible)
     found.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
     return found
 
@@ -218,7 +234,7 @@ def _try_parts(residuals: Residuals) -> list[Candidate]:
     return sorted(found, key=lambda item: -item.delta_bic)
 
 
-def _weigh(result: Survey, progress: Progress) -> None:
+def _weigh(result: Survey, progress: Progress, *, negligible: bool) -> None:
     """Evidence with the noise free on both sides, for whatever may be named.
 
     That is the catalogue's candidates, best first, until those that follow have no chance to come
@@ -227,16 +243,27 @@ def _weigh(result: Survey, progress: Progress) -> None:
     residuals = result.residuals
     null = restricted_likelihood(residuals)
     waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    waiting = [item for item in waiting if item.p_corrected < NEAR_P or item.effect.step_at]
+    waiting = [
+        item
+        for item in waiting
+        if item.p_corrected < NEAR_P
+        or item.effect.step_at
+        or takes_most(item.solution, residuals.solution)
+    ]
+    products = result.parts[:1]
+    if not negligible:
+        waiting = [item for item in waiting if result.may_matter(item)]
+        products = [item for item in products if result.may_matter(item)]
     real: Candidate | None = None
     for _ in range(MOST_WEIGHED):
         if real is not None:
             beside = real
+            _scored_beside(waiting, real)
             waiting = [item for item in waiting if _may_come_before(item, beside)]
         if not waiting:
             break
         item = waiting.pop(0)
-        _judge(item, residuals, null, result.absent, progress)
+        _judge(item, result, null, result.absent, progress)
         if (
             item.p_corrected < SIGNIFICANCE
             and result.confirmed(item)
@@ -245,16 +272,44 @@ def _weigh(result: Survey, progress: Progress) -> None:
         ):
             real = item
             beside = real
+            _scored_beside(waiting, real)
             waiting.sort(key=lambda item: -_bic_beside(item, beside))
-    for item in result.parts[:1]:
+    for item in products:
         ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
-        if item.p_corrected < NEAR_P and ahead:
-            _judge(item, residuals, null, 1, progress)
+        if item.p_corrected >= NEAR_P or not ahead:
+            continue
+        if real is not None and _same_columns(item, real):
+            _judge_like(item, real, result)
+        else:
+            _judge(item, result, null, 1, progress)
     if real is not None:
         _same_noise(result, real)
     result.held_out_before = next(
         (item.held_out_before for item in waiting if item.held_out_before is not None), None
     )
+
+
+def takes_most(grown: Solution, base: Solution) -> bool:
+    """With the effect in the model, less than half of a channel's residual variance is left.
+
+    A slow effect far above the scatter of the rows is taken for slow noise where it is not in the
+    model, whole, so that its gain with that noise says nothing.
+    """
+    for after, before in (
+        (grown.capture_residual_arcsec(), base.capture_residual_arcsec()),
+        (grown.reference_residual_arcsec(), base.reference_residual_arcsec()),
+    ):
+        if after is None or before is None:
+            continue
+        if float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2)):
+            return True
+    return False
+
+
+def _scored_beside(items: list[Candidate], real: Candidate) -> None:
+    """All of them at once, for :func:`_gain_beside`."""
+    assert real.evidence is not None
+    real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
 
 
 def _gain_beside(item: Candidate, real: Candidate) -> float:
@@ -281,9 +336,9 @@ def _same_noise(result: Survey, real: Candidate) -> None:
     """What was not weighed for itself is compared with the noise of the one that is real."""
     assert real.evidence is not None
     base = real.evidence.base
-    for item in (*result.candidates, *result.parts):
-        if item.evidence is not None:
-            continue
+    others = [item for item in (*result.candidates, *result.parts) if item.evidence is None]
+    base.scores([(item.effect, item.nonlinear) for item in others])
+    for item in others:
         score = base.score(item.effect, item.nonlinear)
         gain = _gain_beside(item, real)
         if gain > item.gain:
@@ -295,22 +350,50 @@ def _same_noise(result: Survey, real: Candidate) -> None:
 
 
 def _judge(
-    item: Candidate, residuals: Residuals, null: float, candidates: int, progress: Progress
+    item: Candidate, result: Survey, null: float, candidates: int, progress: Progress
 ) -> None:
-    """Evidence, and rows that the fit never saw where that is significant."""
+    """Evidence, and rows that the fit never saw where that is significant and matters."""
+    residuals = result.residuals
     progress(f"the noise beside {item.name}")
-    found = item.evidence = evidence(residuals, null, item.effect, item.nonlinear)
+    found = evidence(residuals, null, item.effect, item.nonlinear)
+    _settle(item, found, result, candidates)
+    of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
+    if item.p_corrected < SIGNIFICANCE and result.matters(item) and of_rows:
+        progress(f"held-out rows for {item.name}")
+        _hold_out(item, found)
+
+
+def _same_columns(item: Candidate, real: Candidate) -> bool:
+    """Both are the same block in other words: a warm centre, and order 1 times the temperature."""
+    assert real.evidence is not None
+    if real.effect.search or item.rank != real.rank:
+        return False
+    base = real.evidence.base
+    gain = base.score(item.effect, item.nonlinear).gain
+    if abs(gain - real.evidence.score.gain) > SAME_BLOCK * real.evidence.score.gain:
+        return False
+    correlations = canonical_correlations(base, item.term, real.term)
+    return bool(correlations.size == item.rank and correlations[-1] > 1.0 - SAME_BLOCK)
+
+
+def _judge_like(item: Candidate, real: Candidate, result: Survey) -> None:
+    """By the evidence and the held-out rows of one with the same columns."""
+    assert real.evidence is not None
+    score = real.evidence.base.score(item.effect, item.nonlinear)
+    _settle(item, replace(real.evidence, score=score), result, 1)
+    item.held_out, item.held_out_before = real.held_out, real.held_out_before
+    item.improvement = real.improvement
+
+
+def _settle(item: Candidate, found: Evidence, result: Survey, candidates: int) -> None:
+    """What its evidence says of a candidate."""
+    item.evidence = found
     item.gain, item.rank = found.gain, found.score.rank
     item.solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     item.size_arcsec = sizes_arcsec(found.base.solution, item.solution)
     trials = item.trials if item.level_trials is None else item.level_trials
     item.p_corrected = corrected_p_value(item.gain, item.rank, trials, candidates, found.freedom)
-    item.delta_bic = _delta_bic(
-        item.gain, item.rank, item.trials, item.size_arcsec, residuals.solution
-    )
-    if item.p_corrected < SIGNIFICANCE and found.index_share < RUNS_ARE_THE_SAMPLE:
-        progress(f"held-out rows for {item.name}")
-        _hold_out(item, found)
+    item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.size_arcsec, result.base)
 
 
 def _hold_out(item: Candidate, found: Evidence) -> None:

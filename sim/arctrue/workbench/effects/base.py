@@ -25,8 +25,9 @@ Columns = NDArray[np.float64]
 Nonlinear = Mapping[str, float]
 """Values of the search parameters, by name."""
 
-Compensation = Literal["lanes", "offset", "none"]
-"""What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing."""
+Compensation = Literal["lanes", "offset", "none", "reference"]
+"""What of an effect the gateware can correct: harmonics of the angle, a constant, or nothing; an
+error of the reference is none of the table's, and is taken out of every judgement of it."""
 
 
 SearchKind = Literal[
@@ -190,6 +191,8 @@ class Effect(ABC):
     """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     unspecific: ClassVar[bool] = False
     """It says what is seen and not why: an effect that says more, and fits as well, is named."""
+    in_parts: ClassVar[tuple[str, ...]] = ()
+    """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
 
@@ -241,6 +244,15 @@ class Effect(ABC):
         Default: the disc-fixed orders of :meth:`disc_orders`.
         """
         return paired_lanes(self.disc_orders(nonlinear), coefficients)
+
+    @property
+    def parts(self) -> list[str]:
+        """Public names of the parts that it is put together from; none: an effect of its own."""
+        return []
+
+    def describe(self, parameters: Mapping[str, Parameter]) -> str:
+        """The effect in a few words, with its size; the default is its name."""
+        return self.name
 
     def missing(self, observations: Observations) -> list[str]:
         """What the set lacks for a test of this effect, in words; empty: it can be tested."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dis
 import functools
 import re
@@ -23,7 +22,7 @@ from arctrue.workbench.effects.base import (
     SearchKind,
     SearchParameter,
 )
-from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
+from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 
 LOAD_S = 60.0
 """Seconds that the file itself may take when it is loaded."""
@@ -70,10 +69,10 @@ def file_error(path: Path, error: BaseException, place: str = "") -> EffectFileE
     return EffectFileError(f"{path}: {where}: {what}")
 
 
-def too_long(path: Path, error: BaseException, place: str, seconds: float) -> EffectFileError:
+def too_long(path: Path, error: TookTooLongError, place: str, seconds: float) -> EffectFileError:
     """The error of a call of the file that was ended after ``seconds``."""
-    last = _last_of(path, error)
-    where = ", ".join([*([place] if place else []), *([f"line {last.tb_lineno}"] if last else [])])
+    line = next((line for name, line in error.frames if name == str(path)), None)
+    where = ", ".join([*([place] if place else []), *([f"line {line}"] if line else [])])
     limit = "longest_call_s of the effect sets the limit" if place else "the limit of loading"
     return EffectFileError(
         f"{path}: {where or 'loading'}: took longer than {seconds:g} s and was ended; "
@@ -108,16 +107,15 @@ def _checked(method: Callable[..., Any], name: str, path: Path, check: Check) ->
 
     @functools.wraps(method)
     def call(self: Effect, *arguments: Any, **named: Any) -> Any:
-        limit = TimeLimit(self.longest_call_s) if limited else None
         try:
-            with limit or contextlib.nullcontext():
+            if limited:
+                found = call_within(self.longest_call_s, method, self, *arguments, **named)
+            else:
                 found = method(self, *arguments, **named)
         except EffectFileError:
             raise
         except TookTooLongError as error:
-            if limit is None or not limit.over:
-                raise
-            raise too_long(path, error, name, limit.seconds) from error
+            raise too_long(path, error, name, self.longest_call_s) from error
         except BaseException as error:
             mine = file_error(path, error, name)
             if mine is None:

@@ -20,7 +20,7 @@ from arctrue.workbench.effects.guarded import (
     guarded,
     too_long,
 )
-from arctrue.workbench.effects.time_limit import TimeLimit, TookTooLongError
+from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 
 ENTRY_POINTS = "arctrue.effects"
 
@@ -102,8 +102,7 @@ def from_file(path: Path) -> dict[str, type[Effect]]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
-        with TimeLimit(LOAD_S):
-            spec.loader.exec_module(module)
+        call_within(LOAD_S, spec.loader.exec_module, module)
     except TookTooLongError as error:
         raise too_long(path, error, "", LOAD_S) from error
     except BaseException as error:  # a user's file can fail in any way, an exit included

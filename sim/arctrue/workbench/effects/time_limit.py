@@ -1,109 +1,109 @@
-"""Ends a call that takes too long: a thread that watches raises an error in the thread that calls.
+"""Calls a function in a thread of its own and waits for it for a limited time.
 
-The error comes at the next instruction of Python. A call that never comes back from C code (a
-sleep, a lock) is ended only when it does.
+Python cannot end a thread from outside. The caller goes on when the time is over, whatever the
+function does; the thread that is left is sent an error again and again until it ends. A loop that
+catches every error goes on in it, at the latest until the program ends.
 """
 
 from __future__ import annotations
 
+import contextvars
 import ctypes
-import os
+import sys
 import threading
 import time
-from types import TracebackType
-from typing import Self
+from collections.abc import Callable
+from types import FrameType
+from typing import Any
 
 POLL_S = 0.05
-"""Between two looks at the calls that are watched."""
+"""Between two errors that are sent to a thread that is to end."""
 
 
-class TookTooLongError(BaseException):
-    """No Exception: a file that catches every Exception does not catch it."""
+class TookTooLongError(Exception):
+    """The function had not returned when its time was over.
 
-
-class TimeLimit:
-    """``with TimeLimit(60.0) as limit:`` raises TookTooLongError within it after 60 s.
-
-    Limits may stand within each other. ``limit.over`` says whose error it was.
+    ``frames``: where its thread was then, innermost first, as (file, line).
     """
 
-    def __init__(self, seconds: float) -> None:
-        """``seconds`` of the clock, from the beginning of the block."""
-        self.seconds = seconds
-        self.over = False
-        self.thread = 0
-        self.end = 0.0
+    def __init__(self, seconds: float, frames: list[tuple[str, int]]) -> None:
+        """``seconds`` is the limit."""
+        super().__init__(f"took longer than {seconds:g} s")
+        self.frames = frames
 
-    def __enter__(self) -> Self:
-        """The time begins."""
-        self.thread = threading.get_ident()
-        self.end = time.monotonic() + self.seconds
-        _watch.add(self)
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
+def call_within(seconds: float, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+    """What ``function(*arguments, **named)`` returns or raises.
+
+    Raises TookTooLongError after ``seconds`` without a result.
+    """
+    call = _Call(function, arguments, named)
+    try:
+        ended = call.done.wait(seconds)
+    except BaseException:  # Ctrl-C while waiting
+        call.end()
+        raise
+    if not ended:
+        frames = call.frames()
+        call.end()
+        raise TookTooLongError(seconds, frames)
+    if call.error is not None:
+        raise call.error
+    return call.result
+
+
+class _EndOfThreadError(SystemExit):
+    """No Exception, so that few files catch it; a thread that ends by it prints nothing."""
+
+
+class _Call:
+    """One call and its thread."""
+
+    def __init__(
+        self, function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]
     ) -> None:
-        """The time no longer counts, and no error of it comes later."""
-        while True:
-            try:
-                _watch.take_away(self)
-                break
-            except TookTooLongError:
-                # It came just now; what must not be left undone is done first.
-                continue
-        if self.over:
-            _raise_in(self.thread, None)
-
-
-class _Watch:
-    """The calls that are watched now, and the thread that looks at them."""
-
-    def __init__(self) -> None:
-        self.limits: list[TimeLimit] = []
+        self.call = (function, arguments, named)
+        self.result: Any = None
+        self.error: BaseException | None = None
+        self.done = threading.Event()
+        self.left = False
         self.lock = threading.Lock()
-        self.some = threading.Event()
-        self.process = 0
+        # numpy keeps its error settings in the context.
+        run = contextvars.copy_context().run
+        self.thread = threading.Thread(target=run, args=(self._run,), daemon=True)
+        self.thread.start()
 
-    def add(self, limit: TimeLimit) -> None:
-        if self.process != os.getpid():
-            self._start()
-        self.limits.append(limit)
-        self.some.set()
+    def _run(self) -> None:
+        function, arguments, named = self.call
+        try:
+            self.result = function(*arguments, **named)
+        except BaseException as error:  # a user's file can fail in any way, an exit included
+            self.error = error
+        while not self.left:
+            try:
+                with self.lock:
+                    self.left = True
+            except _EndOfThreadError:
+                continue
+        self.done.set()
 
-    def take_away(self, limit: TimeLimit) -> None:
-        with self.lock:
-            if limit in self.limits:
-                self.limits.remove(limit)
+    def frames(self) -> list[tuple[str, int]]:
+        frame: FrameType | None = sys._current_frames().get(self.thread.ident or 0)
+        found = []
+        while frame is not None:
+            found.append((frame.f_code.co_filename, frame.f_lineno))
+            frame = frame.f_back
+        return found
 
-    def _start(self) -> None:
-        """In this process; one that was forked has no thread of its parent."""
-        self.__init__()  # type: ignore[misc]
-        self.process = os.getpid()
-        threading.Thread(target=self._look, name="time limit", daemon=True).start()
+    def end(self) -> None:
+        threading.Thread(target=self._send_ends, name="end of a call", daemon=True).start()
 
-    def _look(self) -> None:
-        while True:
-            self.some.wait()
-            time.sleep(POLL_S)
+    def _send_ends(self) -> None:
+        while self.thread.is_alive() and not self.left:
+            # Under the lock: the number of a thread that has left may belong to another one.
             with self.lock:
-                now = time.monotonic()
-                # Again at each look: a bare except within a loop catches the error once.
-                for limit in self.limits:
-                    if now > limit.end:
-                        limit.over = True
-                        _raise_in(limit.thread, TookTooLongError)
-                if not self.limits:
-                    self.some.clear()
-
-
-def _raise_in(thread: int, error: type[BaseException] | None) -> None:
-    """At the thread's next instruction; None takes an error back that has not come yet."""
-    what = None if error is None else ctypes.py_object(error)
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), what)
-
-
-_watch = _Watch()
+                if not self.left:
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                        ctypes.c_ulong(self.thread.ident or 0), ctypes.py_object(_EndOfThreadError)
+                    )
+            time.sleep(POLL_S)

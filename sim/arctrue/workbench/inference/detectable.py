@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
+from scipy.special import chdtri, chndtr
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.inference.residuals import Residuals
@@ -38,9 +38,11 @@ def needed_gain(rank: int, tests: float) -> float:
 
     At 1 %, divided among ``tests``: candidates times the places that each looks at.
     """
-    threshold = float(chi2.isf(SIGNIFICANCE / max(tests, 1.0), rank))
+    threshold = float(chdtri(rank, SIGNIFICANCE / max(tests, 1.0)))
     return float(
-        brentq(lambda gain: ncx2.sf(threshold, rank, gain) - POWER, 1e-6, 4.0 * threshold + 100.0)
+        brentq(
+            lambda gain: 1.0 - POWER - chndtr(threshold, rank, gain), 1e-6, 4.0 * threshold + 100.0
+        )
     )
 
 

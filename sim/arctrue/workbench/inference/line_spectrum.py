@@ -1,4 +1,4 @@
-"""How much a line would take of the residuals, at every order per turn and every frequency.
+"""The share of residual variance that a line explains, at every order per turn and frequency.
 
 One phase for all rows of a channel: a line that is fixed to the angle, or to time. Rows are put
 into bins as wide as their median step, C⁻¹·residual is summed and transformed; what the noise

@@ -123,10 +123,10 @@ def noise_of(
         )
         groups += fits
         if capture:
-            noise = replace(noise, capture=row_noise(rows, law), capture_law=law, whitened={})
+            noise = replace(noise, capture=row_noise(rows, law), capture_law=law)
         else:
-            noise = replace(noise, reference=row_noise(rows, law), reference_law=law, whitened={})
-    return replace(noise, groups=tuple(groups), whitened={})
+            noise = replace(noise, reference=row_noise(rows, law), reference_law=law)
+    return replace(noise, groups=tuple(groups))
 
 
 def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
@@ -258,7 +258,7 @@ def _beside(
     design = whitened_rows(terms, observations, context, noise, capture=not capture)
     assert design is not None
     information, moment = _without_constants(
-        design.gram(), design.moment(of_rows.whiten(residual)), shared
+        design.gram, design.moment(of_rows.whiten(residual)), shared
     )
     return Beside(information, moment)
 

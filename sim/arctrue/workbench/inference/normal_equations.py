@@ -7,12 +7,14 @@ block by block; a block's columns live no longer than the block.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
@@ -20,6 +22,8 @@ from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 
 BLOCK_ROWS = 1 << 15
+MOST_RECENT = 4
+"""Blocks of columns that are kept of terms that come and go: a scan asks for the same again."""
 Matrix = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
@@ -44,21 +48,28 @@ class WhitenedRows:
     def moment(self, whitened: Matrix) -> Matrix:
         """Columns and constants times whitened values, shape (k + offsets,) or (…, m)."""
         two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
-        found = np.concatenate(
-            [
-                self.columns.T @ two,
-                sums_by_run(two * self.ones[:, np.newaxis], self.offset, self.offsets),
-            ]
-        )
+        found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
         return found[:, 0] if whitened.ndim == 1 else found
 
+    @cached_property
+    def _spans(self) -> list[tuple[int, int]]:
+        """Rows of each offset; they lie together."""
+        return run_spans(self.offset)
+
+    def _times_ones(self, values: Matrix) -> Matrix:
+        """Each offset's constant times values (rows, k): shape (offsets, k)."""
+        total = np.zeros((self.offsets, values.shape[1]))
+        for start, end in self._spans:
+            total[self.offset[start]] += self.ones[start:end] @ values[start:end]
+        return total
+
+    @cached_property
     def gram(self) -> Matrix:
         """All columns and constants times themselves."""
         shared = self.columns.shape[1]
         found = np.zeros((shared + self.offsets,) * 2)
         found[:shared, :shared] = self.columns.T @ self.columns
-        weighted = self.columns * self.ones[:, np.newaxis]
-        found[shared:, :shared] = sums_by_run(weighted, self.offset, self.offsets)
+        found[shared:, :shared] = self._times_ones(self.columns)
         found[:shared, shared:] = found[shared:, :shared].T
         places = np.arange(shared, shared + self.offsets)
         found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
@@ -99,15 +110,6 @@ class ChannelSums:
         )
 
 
-def sums_by_run(columns: Matrix, run: Whole, runs: int) -> Matrix:
-    """Sums of the rows of each run: shape (runs, columns). Rows of a run lie together."""
-    total = np.zeros((runs, columns.shape[1]))
-    if run.size and columns.shape[1]:
-        starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1])
-        np.add.at(total, run[starts], np.add.reduceat(columns, starts, axis=0))
-    return total
-
-
 def row_blocks(rows: int) -> Iterator[slice]:
     """Slices of at most BLOCK_ROWS rows."""
     for start in range(0, rows, BLOCK_ROWS):
@@ -126,13 +128,21 @@ def term_columns(
     rows = observations.capture if capture else observations.reference
     assert rows is not None
     of = term.effect.capture_columns if capture else term.effect.reference_columns
-    key = (*_key(term), "capture" if capture else "reference")
-    kept = observations.kept_columns
-    if not _keepable(term):
+    if term.effect.depends_on_model:
         return of(rows, term.nonlinear, context)  # type: ignore[arg-type]
-    if key not in kept:
-        kept[key] = of(rows, term.nonlinear, context)  # type: ignore[arg-type]
-    return kept[key]
+    channel = "capture" if capture else "reference"
+    if _keepable(term):
+        key, kept = (*_key(term), channel), observations.kept_columns
+        if key not in kept:
+            kept[key] = of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+        return kept[key]
+    place, recent = (_identity(term), channel), observations.recent_columns
+    if place not in recent:
+        while len(recent) >= MOST_RECENT:
+            del recent[next(iter(recent))]
+        # With the effect: while it is kept, no other one has its id.
+        recent[place] = (term.effect, of(rows, term.nonlinear, context))  # type: ignore[arg-type]
+    return recent[place][1]
 
 
 def _keepable(term: Term) -> bool:
@@ -147,6 +157,13 @@ def _key(term: Term) -> tuple[str, ...]:
     return (term.effect.name, repr(sorted(term.effect.settings.items())))
 
 
+def _identity(term: Term) -> Hashable:
+    """The same for terms with the same columns, while their effects live."""
+    if _keepable(term):
+        return _key(term)
+    return (id(term.effect), tuple(sorted(term.nonlinear.items())))
+
+
 def channel_columns(
     terms: Sequence[Term], observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix:
@@ -159,6 +176,26 @@ def channel_columns(
         widths,
         rows.run.size,
     )
+
+
+def channel_prediction(
+    terms: Sequence[Term],
+    coefficients: Matrix,
+    observations: Observations,
+    context: FitContext,
+    *,
+    capture: bool,
+) -> Matrix:
+    """Sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    total, start = np.zeros(rows.run.size), 0
+    for term, width in zip(terms, term_widths(terms, observations), strict=True):
+        columns = term_columns(term, observations, context, capture=capture)
+        if columns is not None:
+            total += columns @ coefficients[start : start + width]
+        start += width
+    return total
 
 
 def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: int) -> Matrix:
@@ -202,34 +239,55 @@ def whitened_rows(
     of_rows = noise.capture if capture else noise.reference
     if rows is None or of_rows is None:
         return None
+    if any(term.effect.depends_on_model for term in terms):
+        return _whitened(terms, observations, context, of_rows, capture=capture)
+    key, kept = tuple(_identity(term) for term in terms), of_rows.whitened_designs
+    if key not in kept:
+        # With the terms: while they are kept, no other effect has the id of one of theirs.
+        kept[key] = (
+            tuple(terms),
+            _whitened(terms, observations, context, of_rows, capture=capture),
+        )
+    found: WhitenedRows = kept[key][1]
+    return found
+
+
+def _whitened(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    of_rows: RowNoise,
+    *,
+    capture: bool,
+) -> WhitenedRows:
+    widths, size = term_widths(terms, observations), of_rows.rows
     blocks = [
-        _whitened_term(term, observations, context, noise, of_rows, capture=capture)
-        for term in terms
+        _whitened_term(term, observations, context, of_rows, capture=capture) for term in terms
     ]
-    columns = _side_by_side(blocks, term_widths(terms, observations), rows.run.size)
-    ones = of_rows.whiten(np.ones(rows.run.size))
+    columns, start = _side_by_side(blocks, widths, size), 0
+    for term, block, width in zip(terms, blocks, widths, strict=True):
+        if block is not None and _keepable(term):
+            # The same numbers, and no second copy of them.
+            of_rows.whitened_terms[_key(term)] = columns[:, start : start + width]
+        start += width
+    ones = of_rows.whitened_ones
     if capture:
         return WhitenedRows(columns, ones, observations.capture.run, observations.runs)  # type: ignore[union-attr]
-    return WhitenedRows(columns, ones, np.zeros(rows.run.size, dtype=np.int64), 1)
+    return WhitenedRows(columns, ones, np.zeros(size, dtype=np.int64), 1)
 
 
 def _whitened_term(
     term: Term,
     observations: Observations,
     context: FitContext,
-    noise: Noise,
     of_rows: RowNoise,
     *,
     capture: bool,
 ) -> Matrix | None:
-    key = (*_key(term), "capture" if capture else "reference")
-    if _keepable(term) and key in noise.whitened:
-        return noise.whitened[key]
+    if _keepable(term) and _key(term) in of_rows.whitened_terms:
+        return of_rows.whitened_terms[_key(term)]
     columns = term_columns(term, observations, context, capture=capture)
-    found = None if columns is None else of_rows.whiten(columns)
-    if _keepable(term):
-        noise.whitened[key] = found
-    return found
+    return None if columns is None else of_rows.whiten(columns)
 
 
 def channel_sums(
@@ -251,7 +309,7 @@ def channel_sums(
 
 def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSums:
     return ChannelSums(
-        rows.gram(),
+        rows.gram,
         rows.moment(measured),
         float(measured @ measured),
         0 if of_rows.weightless else of_rows.rows,

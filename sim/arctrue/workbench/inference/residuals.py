@@ -1,7 +1,8 @@
-"""What a fitted model leaves, and how much of it further columns would take."""
+"""Residuals of a fitted model, and the part of their variance that further columns explain."""
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +21,9 @@ from arctrue.workbench.inference.solution import Layout, Solution, context_of
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, solve_symmetric
 from arctrue.workbench.observations import Observations
+
+COLUMNS_TOGETHER = 24
+"""Columns that are whitened and multiplied with the model's at once."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +112,7 @@ class Residuals:
             self._designs, (layout.capture(), layout.reference()), strict=True
         ):
             if design is not None:
-                normal[np.ix_(places, places)] += design.gram()
+                normal[np.ix_(places, places)] += design.gram
         offsets = np.arange(layout.shared, layout.shared + layout.runs)
         normal[offsets, offsets] += 1.0 / self.solution.noise.index_variance
         if self.solution.held:
@@ -183,20 +187,86 @@ class Residuals:
         return found[0], found[1]
 
     def score(self, effect: Effect, nonlinear: Nonlinear) -> Score:
-        """Score test of an effect's whole block: its columns with the model projected out."""
-        width = len(effect.column_names(self.observations))
-        information, moment = np.zeros((width, width)), np.zeros(width)
-        columns = self.whitened_columns(effect, nonlinear)
-        for block, residual in zip(
-            columns, (self.capture_whitened, self.reference_whitened), strict=True
+        """Score test of an effect's whole block: its columns with the model projected out.
+
+        Searches, rankings and sizes ask for the same one again: it is worked out once.
+        """
+        return self.scores([(effect, nonlinear)])[0]
+
+    def scores(self, asked: Sequence[tuple[Effect, Nonlinear]]) -> list[Score]:
+        """The score test of each of several effects; together they cost less than one by one."""
+        keys = [(id(effect), tuple(sorted(place.items()))) for effect, place in asked]
+        waiting = {
+            key: item for key, item in zip(keys, asked, strict=True) if key not in self._scores
+        }
+        together: list[tuple[Hashable, Effect, Nonlinear]] = []
+        columns = 0
+        for key, (effect, place) in waiting.items():
+            width = len(effect.column_names(self.observations))
+            if together and columns + width > COLUMNS_TOGETHER:
+                self._work_out(together)
+                together, columns = [], 0
+            together.append((key, effect, place))
+            columns += width
+        if together:
+            self._work_out(together)
+        return [self._scores[key][1] for key in keys]
+
+    @cached_property
+    def _scores(self) -> dict[Hashable, tuple[Effect, Score]]:
+        """With the effect: while it is kept, no other one has its id."""
+        return {}
+
+    def _work_out(self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]]) -> None:
+        widths = [len(effect.column_names(self.observations)) for _, effect, _ in asked]
+        ends = np.cumsum(widths)
+        parts = [slice(end - width, end) for end, width in zip(ends, widths, strict=True)]
+        moment, cross = np.zeros(ends[-1]), np.zeros((self._layout.size, ends[-1]))
+        information = [np.zeros((width, width)) for width in widths]
+        for is_it, residual, design, places in (
+            (True, self.capture_whitened, self._designs[0], self._layout.capture()),
+            (False, self.reference_whitened, self._designs[1], self._layout.reference()),
         ):
-            if block is not None and residual is not None:
-                information += block.T @ block
-                moment += block.T @ residual
-        if all(block is None for block in columns):
-            cross = np.zeros((self._layout.size, width))
-        else:
-            cross = self._joint_moment(*columns)
+            if residual is None or design is None:
+                continue
+            found, numbers = self._whitened_side_by_side(asked, capture=is_it)
+            if found is None:
+                continue
+            there = np.concatenate([np.arange(ends[-1])[parts[number]] for number in numbers])
+            moment[there] += found.T @ residual
+            cross[np.ix_(places, there)] += design.moment(found)
+            start = 0
+            for number in numbers:
+                block = found[:, start : start + widths[number]]
+                information[number] += block.T @ block
+                start += widths[number]
+        for (key, effect, _), part, own in zip(asked, parts, information, strict=True):
+            self._scores[key] = (effect, self._test(own, moment[part], cross[:, part]))
+
+    def _whitened_side_by_side(
+        self, asked: Sequence[tuple[Hashable, Effect, Nonlinear]], *, capture: bool
+    ) -> tuple[Matrix | None, list[int]]:
+        """Columns of one channel, and the numbers of the effects that have some."""
+        noise = self.solution.noise.capture if capture else self.solution.noise.reference
+        assert noise is not None
+        blocks: list[Matrix] = []
+        numbers: list[int] = []
+        for number, (_, effect, place) in enumerate(asked):
+            columns = term_columns(
+                Term(effect, place), self.observations, self.solution.context, capture=capture
+            )
+            if columns is not None:
+                blocks.append(columns)
+                numbers.append(number)
+        if not blocks:
+            return None, numbers
+        if len(blocks) == 1:
+            return noise.whiten(blocks[0]), numbers
+        found = np.ascontiguousarray(np.hstack(blocks), dtype=np.float64)
+        noise.whiten_in_place(found)
+        return found, numbers
+
+    def _test(self, information: Matrix, moment: Matrix, cross: Matrix) -> Score:
         projected = information - cross.T @ self._inverse @ cross
         # What the model explains of the columns to within rounding is not theirs.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)

@@ -27,11 +27,11 @@ LONGEST_WINDOW = 1 << 19
 BEST_PLACES = 4
 """Places of a coarse scan that are scored exactly."""
 MOST_MOVES = 4
-"""Times that a search begins again where it met the end of its step."""
-EVALUATIONS = 8
-"""Of the gain, in one step: the maximum is a parabola to within a hundredth of the step."""
-AT_THE_END = 0.8
-"""Share of the step beyond which a maximum may be the end's own."""
+"""Steps that a search takes towards its maximum before it is enclosed."""
+PARABOLAS = 3
+"""Each through the three best places so far."""
+SAME_PLACE = 2e-3
+"""Of the distance between the outer two: a maximum that moves less is exact enough."""
 DISC_BINS = 1 << 15
 BLIND_FACTOR = 0.02
 """|e^{jnα} − 1| below this: two heads cannot see the order."""
@@ -55,8 +55,11 @@ def scored(
     effect: Effect, residuals: Residuals, places: Iterable[dict[str, float]], trials: float
 ) -> list[Place]:
     """The exact gain of each place, best first."""
+    tried = list(places)
+    scores = residuals.scores([(effect, place) for place in tried])
     found = [
-        Place(place, residuals.score(effect, place).gain, max(trials, 1.0)) for place in places
+        Place(place, score.gain, max(trials, 1.0))
+        for place, score in zip(tried, scores, strict=True)
     ]
     return sorted(found, key=lambda candidate: -candidate.gain)
 
@@ -260,21 +263,52 @@ def moved_to_maximum(
     """
     if not found:
         return found
-    best = found[0]
+    first = found[0]
+    positive = next(item for item in effect.search if item.name == name).low > 0.0
+
+    def allowed(place: float) -> bool:
+        return place > 0.0 or not positive
+
+    def gain(place: float) -> float:
+        if not allowed(place):
+            return 0.0
+        return residuals.score(effect, {**first.nonlinear, name: float(place)}).gain
+
+    centre, top = first.nonlinear[name], first.gain
     for _ in range(MOST_MOVES):
-        centre = best.nonlinear[name]
-        value, top = highest(
-            lambda place: residuals.score(effect, {**found[0].nonlinear, name: place}).gain,
-            centre - step,
-            centre + step,
-            EVALUATIONS,
+        sides = [centre - step, centre + step]
+        residuals.scores(
+            [(effect, {**first.nonlinear, name: side}) for side in sides if allowed(side)]
         )
-        if top <= best.gain:
+        heights = [gain(side) for side in sides]
+        if max(heights) == top:
             break
-        best = Place({**best.nonlinear, name: value}, top, best.trials)
-        if abs(value - centre) < AT_THE_END * step:
+        if max(heights) < top:
+            places = [sides[0], centre, sides[1]]
+            centre, top = _top_of_three(gain, places, [heights[0], top, heights[1]])
             break
+        top = max(heights)
+        centre = sides[heights.index(top)]
+    best = Place({**first.nonlinear, name: centre}, top, first.trials)
     return [best, *found[1:]]
+
+
+def _top_of_three(
+    gain: Callable[[float], float], places: list[float], heights: list[float]
+) -> tuple[float, float]:
+    """Place and height of a maximum that three places enclose, by parabolas through three."""
+    for _ in range(PARABOLAS):
+        (low, middle, high), (left, top, right) = places, heights
+        below, above = (middle - low) * (top - right), (middle - high) * (top - left)
+        change = 0.5 * ((middle - low) * below - (middle - high) * above) / (below - above)
+        tried = middle - change
+        if abs(change) < SAME_PLACE * (high - low):
+            break
+        places, heights = sorted([*places, tried]), [*heights, gain(tried)]
+        heights.insert(places.index(tried), heights.pop())
+        best = min(max(heights.index(max(heights)), 1), 2)
+        places, heights = places[best - 1 : best + 2], heights[best - 1 : best + 2]
+    return places[1], heights[1]
 
 
 def highest(

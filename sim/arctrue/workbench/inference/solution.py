@@ -20,7 +20,7 @@ from arctrue.workbench.inference.normal_equations import (
     ChannelSums,
     Matrix,
     Term,
-    channel_columns,
+    channel_prediction,
     channel_sums,
     every_row_sums,
     term_widths,
@@ -114,8 +114,9 @@ class Solution:
     def _of_terms(self, *, capture: bool) -> NDArray[np.float64]:
         """Prediction of the terms alone; asked for again and again beside other models."""
         if capture not in self._predictions:
-            columns = channel_columns(self.terms, self.observations, self.context, capture=capture)
-            found = columns @ self.coefficients
+            found = channel_prediction(
+                self.terms, self.coefficients, self.observations, self.context, capture=capture
+            )
             found.setflags(write=False)
             self._predictions[capture] = found
         return self._predictions[capture]
@@ -245,14 +246,21 @@ def fit(
 
 def context_of(solution: Solution) -> FitContext:
     """ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
+    places = range(len(solution.terms))
+    return context_of_terms(
+        solution.terms, [solution.coefficients[solution.part(index)] for index in places]
+    )
+
+
+def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> FitContext:
+    """The same of terms and the coefficients of each."""
     orders: list[int] = []
     cosines: list[float] = []
     sines: list[float] = []
     at_angle: list[bool] = []
     known: dict[str, NDArray[np.float64]] = {}
-    for index, term in enumerate(solution.terms):
+    for term, values in zip(terms, coefficients, strict=True):
         found = term.effect.disc_orders(term.nonlinear)
-        values = solution.coefficients[solution.part(index)]
         if term.effect.depends_on_model:
             known[term.effect.name] = values
         for place, order in enumerate(found):

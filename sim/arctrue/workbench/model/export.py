@@ -113,6 +113,8 @@ def harmonics_of_reading(
     entries = []
     for index, entry in enumerate(model.effects):
         effect = entry.effect(effects)
+        if effect.compensation == "reference":
+            continue
         if effect.compensation != "lanes":
             note = effect.compensation_note or "lanes cannot correct it"
             left_out.append(f"{entry.name}: {note}")

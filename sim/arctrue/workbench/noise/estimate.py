@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from arctrue.workbench.noise.law import ANGLE_BINS, NoiseLaw, angle_bins
 from arctrue.workbench.noise.likelihood import Beside, Stretch
@@ -146,12 +146,16 @@ def _rescaled(fit: SpectrumFit, stretches: Sequence[Stretch], white: WhiteBounds
     scaled = Spectrum(
         max(spectrum.white * factor, white.floor), spectrum.constants, spectrum.variances * factor
     )
-    covariance = fit.covariance.copy()
-    # The common factor is now known as well as all rows tell it.
-    limit = 2.0 / freedom / max(covariance[0, 0], 1e-30)
-    shrink = np.sqrt(min(limit, 1.0))
-    covariance[0, :] *= shrink
-    covariance[:, 0] *= shrink
+
+    def covariance() -> Float:
+        found = fit.covariance.copy()
+        # The common factor is now known as well as all rows tell it.
+        limit = 2.0 / freedom / max(found[0, 0], 1e-30)
+        shrink = np.sqrt(min(limit, 1.0))
+        found[0, :] *= shrink
+        found[:, 0] *= shrink
+        return found
+
     return SpectrumFit(scaled, covariance)
 
 
@@ -185,7 +189,7 @@ def _scales(whitened: Float, group: Integer, groups: int) -> Float | None:
     mean = np.where(full, squares / np.maximum(counts, 1.0), 1.0)
     total = float(squares[full].sum() / counts[full].sum())
     ratio = float(np.sum(counts[full] * (np.log(total) - np.log(np.maximum(mean[full], 1e-30)))))
-    if chi2.sf(ratio, int(full.sum()) - 1) > UNEVEN_P:
+    if chdtrc(int(full.sum()) - 1, ratio) > UNEVEN_P:
         return None
     typical = float(np.exp(np.average(np.log(mean[full]), weights=counts[full])))
     return np.asarray(np.where(full, np.sqrt(mean / typical), 1.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +41,6 @@ class Noise:
     groups: tuple[FittedGroup, ...] = ()
     index_freedom: float = INDEX_FREEDOM
     """Runs' worth of knowledge that the index variance rests on before the set's own runs."""
-    whitened: dict[tuple[str, ...], NDArray[np.float64] | None] = field(
-        default_factory=dict, repr=False, compare=False
-    )
-    """Whitened columns of linear terms, which many fits with this noise share."""
 
     def part(
         self, keep_capture: NDArray[np.bool_] | None, keep_reference: NDArray[np.bool_] | None
@@ -55,7 +51,7 @@ class Noise:
             capture = capture.part(keep_capture)
         if reference is not None and keep_reference is not None:
             reference = reference.part(keep_reference)
-        return replace(self, capture=capture, reference=reference, whitened={})
+        return replace(self, capture=capture, reference=reference)
 
     def on(self, observations: Observations) -> Noise:
         """The same laws for the rows of other observations of the same table."""
@@ -67,5 +63,4 @@ class Noise:
             self,
             capture=None if capture is None else laws[0].on_capture(capture),
             reference=None if reference is None else laws[1].on_reference(reference),
-            whitened={},
         )

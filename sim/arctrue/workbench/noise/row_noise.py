@@ -7,9 +7,10 @@ alike turns generalised least squares into ordinary least squares.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from celerite2 import driver  # type: ignore[import-untyped]
@@ -58,12 +59,16 @@ class Factor:
 
     def whiten(self, values: Float) -> Float:
         """L⁻¹ applied to columns, shape (n, k): their noise becomes one, uncorrelated."""
-        if self._white:
-            return np.asarray(values / self.deviation[:, np.newaxis])
-        rates, left, _, lower = self._parts
-        inside = np.ascontiguousarray(values)
-        found = driver.solve_lower(self.clock, rates, left, lower, inside, np.empty_like(inside))
-        return np.asarray(found / self.deviation[:, np.newaxis])
+        found = np.array(values, order="C")
+        self.whiten_in_place(found)
+        return found
+
+    def whiten_in_place(self, columns: Float) -> None:
+        """The same without a copy, of contiguous columns."""
+        if not self._white:
+            rates, left, _, lower = self._parts
+            driver.solve_lower(self.clock, rates, left, lower, columns, columns)
+        columns /= self.deviation[:, np.newaxis]
 
     def unwhiten_transposed(self, whitened: Float) -> Float:
         """L⁻ᵀ applied to whitened columns, shape (n, k): C⁻¹ of what was whitened."""
@@ -134,6 +139,26 @@ class RowNoise:
         ]
 
     @cached_property
+    def _even(self) -> bool:
+        """Every row has the scale 1."""
+        return bool(np.all(self.scale == 1.0))
+
+    @cached_property
+    def whitened_terms(self) -> dict[Hashable, Float]:
+        """Whitened columns of linear terms, which many fits with this noise share."""
+        return {}
+
+    @cached_property
+    def whitened_designs(self) -> dict[Hashable, Any]:
+        """The same of whole models, with the terms that they are of."""
+        return {}
+
+    @cached_property
+    def whitened_ones(self) -> Float:
+        """What a constant becomes, shape (rows,)."""
+        return self.whiten(np.ones(self.rows))
+
+    @cached_property
     def log_determinant(self) -> float:
         """Of the covariance of all rows."""
         inside = sum(factor.log_determinant for factor in self._factors)
@@ -148,9 +173,19 @@ class RowNoise:
 
     def whiten(self, values: Float) -> Float:
         """Values or columns, shape (rows,) or (rows, k), with noise one and uncorrelated."""
+        found = np.array(values, dtype=np.float64, order="C")
+        self.whiten_in_place(found[:, np.newaxis] if found.ndim == 1 else found)
+        return found
+
+    def whiten_in_place(self, columns: Float) -> None:
+        """The same without a copy, of contiguous columns, shape (rows, k)."""
         if self.weightless:
-            return np.zeros(values.shape)
-        return self._each((values.T / self.scale).T, "whiten")
+            columns[:] = 0.0
+            return
+        if not self._even:
+            columns /= self.scale[:, np.newaxis]
+        for rows, factor in zip(self.stretches, self._factors, strict=True):
+            factor.whiten_in_place(columns[rows])
 
     def precise(self, whitened: Float) -> Float:
         """C⁻¹ of what was whitened: the transposed factor applied once more."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,8 @@ STATED_READINGS = 8.0
 """A stated uncertainty weighs like so many readings that have it."""
 ENOUGH = 0.01
 """Of log likelihood: a round that gains less is the last."""
-DIFFERENCE = 1e-3
-"""Of the logarithms, for derivatives."""
+IMPOSSIBLE = 1e12
+"""Cost of a spectrum that no rows can have."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,13 @@ class SpectrumFit:
     """The most likely spectrum and the covariance of the logarithms of its variances."""
 
     spectrum: Spectrum
-    covariance: Float
-    """Of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
+    curvature: Callable[[], Float] = field(repr=False, compare=False)
+    """Works out :attr:`covariance`; most fits are never asked for it."""
+
+    @cached_property
+    def covariance(self) -> Float:
+        """Of log(white), log(aⱼ); shape (1 + parts, 1 + parts)."""
+        return self.curvature()
 
 
 def _spectrum(logs: Float, constants: Float) -> Spectrum:
@@ -81,21 +87,34 @@ def fit_spectrum(
     high[0] = max(high[0], low[0] + 1.0)
     centre = np.log(PRIOR_CENTRE * variance)
 
-    def cost(logs: Float) -> float:
-        value = -likelihood(_spectrum(logs, constants))
-        value += 0.5 * float(np.sum(((logs[1:] - centre) / PRIOR_WIDTH) ** 2))
+    def priors(logs: Float) -> tuple[float, Float]:
+        away = (logs[1:] - centre) / PRIOR_WIDTH
+        value, slopes = 0.5 * float(away @ away), np.concatenate([[0.0], away / PRIOR_WIDTH])
         if white.stated is not None:
             # As of readings with the stated variance: ν/2·(log s² + u²/s²).
-            value += 0.5 * STATED_READINGS * (logs[0] + white.stated * float(np.exp(-logs[0])))
-        return value if np.isfinite(value) else 1e12
+            share = white.stated * float(np.exp(-logs[0]))
+            value += 0.5 * STATED_READINGS * (logs[0] + share)
+            slopes[0] += 0.5 * STATED_READINGS * (1.0 - share)
+        return value, slopes
+
+    def cost(logs: Float) -> float:
+        value = priors(logs)[0] - likelihood(_spectrum(logs, constants))
+        return value if np.isfinite(value) else IMPOSSIBLE
+
+    def cost_with_gradient(logs: Float) -> tuple[float, Float]:
+        value, slopes = priors(logs)
+        found, by_variance = likelihood.with_gradient(_spectrum(logs, constants))
+        if not np.isfinite(found):
+            return IMPOSSIBLE, np.zeros(logs.size)
+        return value - found, slopes - np.exp(logs) * by_variance
 
     begin = np.clip(begin, low, high)
     if start is not None:
         # Noise that has swallowed an effect is a bad start once the effect is in the model.
         near = np.log(np.maximum(np.concatenate([[start.white], start.variances]), 1e-300))
         begin = min(begin, np.clip(near, low, high), key=cost)
-    found = minimize(  # type: ignore[call-overload]
-        lambda logs: _with_gradient(cost, logs),
+    found = minimize(
+        cost_with_gradient,
         begin,
         jac=True,
         method="L-BFGS-B",
@@ -103,7 +122,7 @@ def fit_spectrum(
         options={"maxiter": rounds, "ftol": ENOUGH / max(abs(cost(begin)), 1.0), "gtol": 0.05},
     )
     best = np.asarray(found.x)
-    return SpectrumFit(_spectrum(best, constants), _covariance(cost, best))
+    return SpectrumFit(_spectrum(best, constants), lambda: _covariance(cost, best))
 
 
 def _from_scatter(
@@ -115,16 +134,6 @@ def _from_scatter(
     first = min(max(first, 0.05 * variance, white.floor), variance)
     rest = max(variance - first, 0.0) / max(constants.size, 1) + PRIOR_CENTRE * variance
     return np.asarray(np.log(np.concatenate([[first], np.full(constants.size, rest)])))
-
-
-def _with_gradient(cost: Cost, logs: Float) -> tuple[float, Float]:
-    here = cost(logs)
-    gradient = np.empty(logs.size)
-    for index in range(logs.size):
-        moved = logs.copy()
-        moved[index] += DIFFERENCE
-        gradient[index] = (cost(moved) - here) / DIFFERENCE
-    return here, gradient
 
 
 def _covariance(cost: Cost, best: Float) -> Float:

@@ -1,1 +1,1 @@
-"""Numerical means that know nothing of rows, effects or noise."""
+"""Numerical methods that do not depend on rows, effects or noise."""

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Columns = NDArray[np.float64]
 
+BLOCK_ROWS = 1024
+"""Rows whose columns stay in the cache of the processor while they are filled one by one."""
+
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
     """cos, sin of every order, in the order cos k₁, sin k₁, cos k₂, …: shape (rows, 2·orders)."""
@@ -16,12 +19,14 @@ def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) ->
     whole = bool(orders) and list(orders) == list(range(1, len(orders) + 1))
     if whole:
         # e^{jkx} by repeated multiplication: two transcendental functions a row in all.
-        step = np.exp(1j * angle_rad)
-        power = np.ones_like(step)
-        for index in range(len(orders)):
-            power = power * step
-            columns[:, 2 * index] = power.real
-            columns[:, 2 * index + 1] = power.imag
+        for start in range(0, angle_rad.size, BLOCK_ROWS):
+            block = columns[start : start + BLOCK_ROWS]
+            step = np.exp(1j * angle_rad[start : start + BLOCK_ROWS])
+            power = np.ones_like(step)
+            for index in range(len(orders)):
+                power = power * step
+                block[:, 2 * index] = power.real
+                block[:, 2 * index + 1] = power.imag
         return columns
     for index, order in enumerate(orders):
         phase = order * angle_rad

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -53,6 +53,10 @@ class Observations:
         default_factory=dict, repr=False, compare=False
     )
     """Columns that the fit has computed and will want again."""
+    recent_columns: dict[Hashable, tuple[object, NDArray[np.float64] | None]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    """The last few columns of terms that come and go, with the effects that they are of."""
 
     @property
     def rows(self) -> int:

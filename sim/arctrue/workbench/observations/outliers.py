@@ -14,13 +14,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
+from scipy.stats import t as student
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 Boolean = NDArray[np.bool_]
 
 FAR_SIGMA = 6.0
-"""Normal noise goes so far once in 5·10⁸ rows."""
+"""An outlier is at least so far off: normal noise of known σ is, once in 5·10⁸ rows."""
+FALSE_ROWS = 0.02
+"""Rows of a channel that white normal noise makes outliers in the mean, however many rows."""
+MAD_EFFICIENCY = 0.37
+"""Of the median absolute deviation beside the standard deviation (Rousseeuw and Croux, J. Am. Stat.
+Assoc. 88 (1993) 1273): n rows tell a scatter as well as 0.37·n degrees of freedom."""
 NEAR_SIGMA = 3.0
 """The rows beside an outlier, and the same angle in other revolutions, stay within this."""
 MOST_ROWS = 3
@@ -71,6 +77,16 @@ class MaskedRow:
         return f"{self.channel}.csv, row {self.row}: {self.reason}{away}"
 
 
+def far_threshold(rows: int, scatter_rows: float) -> float:
+    """How many scatters off an outlier among ``rows`` rows is, never below FAR_SIGMA.
+
+    Of a scatter that ``scatter_rows`` rows tell, Student's t is the distribution of a normal row:
+    beyond the threshold there are FALSE_ROWS of all rows in the mean, on both sides together.
+    """
+    freedom = max(MAD_EFFICIENCY * scatter_rows, 1.0)
+    return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))
+
+
 def local_scatter(away: Float, resolution: float) -> Float:
     """Robust standard deviation around each row, (rows,), never below that of all rows.
 
@@ -92,15 +108,15 @@ def local_scatter(away: Float, resolution: float) -> Float:
     return np.asarray(np.maximum(np.concatenate([scatter, tail]), overall))
 
 
-def lonely(away: Float, scatter: Float) -> Boolean:
+def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
     """True where up to MOST_ROWS rows together lie far off and the rows beside them do not.
 
     ``away``: distance of each row from the rows around it; ``scatter``: its standard deviation
-    there. Shapes (rows,).
+    there. Shapes (rows,). ``threshold``: scatters that are far, see :func:`far_threshold`.
     """
     found = np.zeros(away.size, dtype=bool)
     size = np.abs(away)
-    far = np.flatnonzero(size > FAR_SIGMA * scatter)
+    far = np.flatnonzero(size > threshold * scatter)
     if far.size == 0:
         return found
     off = size > NEAR_SIGMA * scatter
@@ -139,7 +155,9 @@ def far_from_neighbours(
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``.
     """
     away = values - from_both_sides(values)
-    return away, np.maximum(local_scatter(away, resolution), least)
+    # The rows at both ends have no distance: they tell nothing of the scatter.
+    inner = local_scatter(away[SIDE_ROWS:-SIDE_ROWS], resolution)
+    return away, np.maximum(np.pad(inner, SIDE_ROWS, mode="edge"), least)
 
 
 def repeats(
@@ -229,7 +247,8 @@ def capture_outliers(
         away[start:end], scatter[start:end] = far_from_neighbours(
             difference_arcsec[start:end], count_arcsec, count_arcsec
         )
-        found[start:end] = lonely(away[start:end], scatter[start:end])
+        threshold = far_threshold(away.size, end - start - 2 * SIDE_ROWS)
+        found[start:end] = lonely(away[start:end], scatter[start:end], threshold)
     rows = np.flatnonzero(found)
     real = repeats(rows, away, scatter, angle_rad, revolution)
     real |= seen_by_other_head(rows, away, scatter, angle_rad, revolution, separation_rad)
@@ -246,31 +265,63 @@ def station_outliers(
     row; rows of one pass stand together. What a whole pass shows (another temperature, another
     direction) is taken off by the running median of its rows.
     """
-    found = np.zeros(error_arcsec.size, dtype=bool)
     edges = np.flatnonzero(np.diff(order_of_visit)) + 1
-    passes = np.split(np.arange(error_arcsec.size), edges)
-    level = np.empty(error_arcsec.size)
-    for rows in passes:
-        level[rows] = np.median(error_arcsec[rows])
-    error_arcsec = error_arcsec - level
-    visits = np.bincount(station)
-    order = np.argsort(station, kind="stable")
-    ends = np.cumsum(visits)
-    usual = np.array(
-        [
-            np.median(error_arcsec[order[end - count : end]]) if count else 0.0
-            for end, count in zip(ends.tolist(), visits.tolist(), strict=True)
-        ]
-    )
-    away = error_arcsec - usual[station]
-    for rows in passes:
-        if rows.size > SIDE_ROWS:
-            away[rows] -= median_filter(away[rows], size=SIDE_ROWS, mode="nearest")
-        else:
-            away[rows] -= np.median(away[rows])
-    known = visits[station] >= LEAST_VISITS
+    size = np.diff([0, *edges.tolist(), error_arcsec.size])
+    pass_of = np.repeat(np.arange(size.size), size)
+    away = error_arcsec - _medians(error_arcsec, pass_of)
+    away -= of_the_others(away, station)
+    away -= _around(away, pass_of, size)
+    known = np.bincount(station)[station] >= LEAST_VISITS
     if not known.any():
-        return found, away
+        return np.zeros(away.size, dtype=bool), away
     scatter = max(NORMAL_MAD * float(np.median(np.abs(away[known]))), least)
-    found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter))
-    return found, away
+    threshold = far_threshold(away.size, int(known.sum()))
+    return lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold), away
+
+
+def _medians(values: Float, group: Integer) -> Float:
+    """The median of each value's group, which are numbered from 0; (rows,)."""
+    ordered = values[np.lexsort((values, group))]
+    count = np.bincount(group)
+    first = np.cumsum(count) - count
+    middle = ordered[first + (count - 1) // 2] + ordered[first + count // 2]
+    return np.asarray(0.5 * middle[group])
+
+
+def of_the_others(values: Float, group: Integer) -> Float:
+    """The median of all other values of each value's group, 0 where it is alone; (rows,).
+
+    The value itself is left out: a median that may be the value is 0 away too often, so that the
+    scatter of what is left comes out too small for the rest.
+    """
+    order = np.lexsort((values, group))
+    ordered, count = values[order], np.bincount(group)[group[order]]
+    first = np.searchsorted(group[order], group[order])
+    rank, others = np.arange(values.size) - first, count - 1
+    middle = np.zeros(values.size)
+    for place in ((others - 1) // 2, others // 2):
+        at = first + place + (place >= rank)
+        middle += 0.5 * ordered[np.minimum(at, values.size - 1)]
+    expected = np.empty(values.size)
+    expected[order] = np.where(others > 0, middle, 0.0)
+    return expected
+
+
+def _around(values: Float, pass_of: Integer, size: Integer) -> Float:
+    """The median of the SIDE_ROWS rows around each row of its pass, less itself; (rows,).
+
+    ``pass_of``: number of each row's pass; ``size``: rows of each pass. Of all others in a short
+    pass. A pass of fewer than three rows tells of none that it is off: its rows themselves.
+    """
+    expected = of_the_others(values, pass_of)
+    rows = np.flatnonzero(size[pass_of] > SIDE_ROWS + 1)
+    last = (np.cumsum(size) - 1)[pass_of[rows]]
+    first = last + 1 - size[pass_of[rows]]
+    half = (SIDE_ROWS + 1) // 2
+    around = []
+    for shift in (*range(-half, 0), *range(1, half)):
+        # Beyond the ends of the pass, the rows inside of them once more.
+        place = np.where(rows + shift < first, 2 * first - rows - shift, rows + shift)
+        around.append(values[np.where(place > last, 2 * last - place, place)])
+    expected[rows] = np.median(around, axis=0)
+    return np.where(size[pass_of] < 3, values, expected)

@@ -24,12 +24,18 @@ SPEED_RATIO = 1.2
 """Passes over the same stations at speeds further apart than this were not stops of one length."""
 
 
+SMOOTH = 0.2
+"""Share of a way between rows by which the next one differs at most, in the median: speed changes
+smoothly, and stations that were chosen at unequal distances do not."""
+
+
 def reference_speed(columns: Reference) -> Float | None:
     """Signed speed of every row, rad/s, 0 where the table stood; None when it never moved.
 
     A pass is what lies between two changes of run, cycle or direction, or of the sense in which
-    the targets follow each other. Passes over near stations are on the move. So are passes over
-    far ones (a polygon's faces), if their times are those of steady speeds and at least two of
+    the targets follow each other. Passes over near stations are on the move. So are passes that a
+    clock sampled while the speed changed (a ramp): even times, uneven ways. So are passes over far
+    ones (a polygon's faces), if their times are those of steady speeds and at least two of
     the speeds differ: a table that stops takes about as long at each station, whatever the pass.
     """
     target, time_s = columns.target_deg, columns.time_s
@@ -39,7 +45,10 @@ def reference_speed(columns: Reference) -> Float | None:
     speeds = [_steady_speed(target[rows], time_s[rows]) for rows in passes]
     near = [
         rows.stop - rows.start >= LEAST_ROWS
-        and float(np.median(np.abs(np.diff(target[rows])))) <= MOVING_STEP_DEG
+        and (
+            float(np.median(np.abs(np.diff(target[rows])))) <= MOVING_STEP_DEG
+            or _sampled_by_a_clock(target[rows], time_s[rows])
+        )
         for rows in passes
     ]
     far = np.array(
@@ -72,6 +81,17 @@ def passes_of(columns: Reference) -> list[slice]:
     new[2:] |= turned & ~np.concatenate([[False], turned[:-1]])
     bounds = [*np.flatnonzero(new).tolist(), target.size]
     return [slice(start, end) for start, end in pairwise(bounds)]
+
+
+def _sampled_by_a_clock(target_deg: Float, time_s: Float) -> bool:
+    """Even times and ways that change smoothly, by more than a fifth: no station was stopped at."""
+    way, taken = np.abs(np.diff(target_deg)), np.diff(time_s)
+    usual_s, usual_deg = float(np.median(taken)), float(np.median(way))
+    if usual_s <= 0.0 or float(np.abs(taken / usual_s - 1.0).max()) >= EVEN:
+        return False
+    smooth = float(np.median(np.abs(np.diff(way)))) < SMOOTH * usual_deg
+    low, high = np.quantile(way, [0.1, 0.9])
+    return smooth and float(high) > SPEED_RATIO * float(low)
 
 
 def _mean_speed(target_deg: Float, time_s: Float) -> float:

@@ -14,10 +14,12 @@ from arctrue.units import arcsec_per_count, rad_per_count
 from arctrue.workbench.observations.outliers import (
     LEAST_ROWS,
     MOST_SHARE,
+    SIDE_ROWS,
     MaskedRow,
     Reason,
     capture_outliers,
     far_from_neighbours,
+    far_threshold,
     lonely,
     repeats,
     station_outliers,
@@ -91,7 +93,8 @@ def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
         if near and float(np.median(visited[part])) < 2.0:
             away[part], scatter[part] = far_from_neighbours(rows.error_arcsec[part], least)
             if np.median(scatter[part]) > 0.0:
-                found[part] = lonely(away[part], scatter[part])
+                threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)
+                found[part] = lonely(away[part], scatter[part], threshold)
                 dense[part] = True
     candidates = np.flatnonzero(found & dense)
     turn = np.floor(rows.target_deg / 360.0).astype(np.int64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,10 @@ from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
-from arctrue.studies.benchmark.frozen import differing, frozen_digests, set_name, task_digest
+from arctrue.studies.benchmark.cases import case_tasks, keep, kept_cases
+from arctrue.studies.benchmark.diagnosis import answer_of
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import differing, frozen_digests, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
     expected_calibration_error,
@@ -24,13 +27,20 @@ from arctrue.studies.benchmark.intervals import (
     reliability,
 )
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
-from arctrue.studies.benchmark.page import INDEPENDENCE, page
-from arctrue.studies.benchmark.plan import TIERS, PlanError, make_plan, read_plan
+from arctrue.studies.benchmark.page import INDEPENDENCE, MOST_FAILURES, page
+from arctrue.studies.benchmark.plan import (
+    CASES,
+    SCORING,
+    TIERS,
+    PlanError,
+    files_digest,
+    make_plan,
+    read_plan,
+)
 from arctrue.studies.benchmark.score import SCORES, by_effect, scored
 from arctrue.studies.benchmark.sets import make_set
-from arctrue.studies.benchmark.subject import answer_of
 from arctrue.studies.benchmark.work import run_set
-from arctrue.studies.benchmark.worlds import CATALOGUE, WORLDS
+from arctrue.studies.benchmark.worlds import CATALOGUE, CONTENTS, PARTS, WORLDS
 from arctrue.studies.campaign import task_key
 from arctrue.studies.campaign.store import Store
 
@@ -46,6 +56,12 @@ def effect(name: str, kind: str = "catalogue", limits: float = 3.0) -> dict[str,
         "needed": 20.0,
         "rms_arcsec": 0.1,
     }
+
+
+def header_of(sets: int) -> dict[str, Any]:
+    plan = {"tier": "dev", "seed": 2, "sets": sets, "generator": "g", "scoring": "s"}
+    code = {"arctrue": "a", "numpy": "2"}
+    return {"plan": plan, "code": code, "commit": "1234567890", "subject": "arctrue"}
 
 
 def judged(
@@ -150,17 +166,47 @@ def test_rates_count_what_they_say() -> None:
     assert found["a second name that is not there, of right names"] == (1, 1)
     assert found["silent where the oracle sees (cannot tell, bad data, error)"] == (1, 6)
     whole = scored(sets)
-    assert len(whole["failures"]) == 3
+    assert len(whole["failures"]) == 4
     assert whole["confusion"]["latency"] == {"latency": 1, "vibration": 1, "adequate": 1}
     told = "--world white --content one --seed 5 --samples 1500"
     assert all(told in item["command"] for item in whole["failures"])
-    text = page(
-        {"tier": "dev", "seed": 2, "sets": 7, "generator": "g", "scoring": "s"},
-        {"arctrue": "a", "numpy": "2"},
-        whole,
-    )
-    assert "| false name | ≤ 1 | 14.3 (0.4 … 57.9) of 7 |" in text
+    text = page(header_of(sets=9), whole)
+    assert "**7 of its 9 sets** (the run was not finished)" in text
+    assert "Commit `1234567890`, source `a`" in text
+    assert f"scored by `{files_digest(SCORING)}`; numpy 2." in text
+    assert "| false name | ≤ 1 | **14.3 (0.4 … 57.9) of 7** |" in text
+    assert "| false name or falsely adequate | ≤ 1; in each world ≤ 2 |" in text
+    assert "≥ 90; white ≥ 97 |" in text
+    assert "oracle sees of the catalogue | ≥ 90; white ≥ 97 | **33.3 (0.8 … 90.6) of 3** |" in text
     assert "state no probability" in text
+    assert "All 4 sets whose outcome is none that a set should come to, or of which" in text
+    assert "right (latency, and beside it vibration). `arctrue benchmark set FOLDER" in text
+    assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
+    assert "Missed: false name (14.3 %, goal ≤ 1); " in text
+    assert all(item["command"] in text for item in whole["failures"])
+    told = page({**header_of(sets=7), "commit": None}, whole)
+    assert "7 sets, 6 with something" in told
+    assert "No commit known, source `a`" in told
+
+
+def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
+    stated = {"latency": 0.9, "none": 0.1}
+    right = judged("named", effect("latency"), named="latency", probability=stated)
+    failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
+    text = page(header_of(sets=2), scored([right, failed]))
+    assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
+    assert "Expected calibration error: 0.100 (goal ≤ 0.03)" in text
+    assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
+    stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
+    assert "1.000 of all that the oracle sees. " in page(header_of(sets=1), scored([stranger]))
+
+
+def test_every_failure_is_listed_up_to_a_number_that_is_told() -> None:
+    sets = [judged("adequate", effect("latency")) for _ in range(MOST_FAILURES + 1)]
+    text = page(header_of(sets=len(sets)), scored(sets))
+    assert text.count("--world white --content one") == MOST_FAILURES
+    assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets whose" in text
+    assert "`arctrue benchmark score FOLDER` lists all" in text
 
 
 def test_answer_of_both_schemas() -> None:
@@ -178,7 +224,7 @@ def test_answer_of_both_schemas() -> None:
     assert answer_of({"verdict": "bad_data", "named": None})["beside"] == []
 
 
-@pytest.mark.parametrize("tier", list(TIERS))
+@pytest.mark.parametrize("tier", [name for name in TIERS if name != CASES])
 def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_path: Path) -> None:
     plan = make_plan(tier, tmp_path)
     tasks = plan.tasks("arctrue")
@@ -192,6 +238,37 @@ def test_tiers_hold_every_world_and_content_and_no_seed_twice(tier: str, tmp_pat
         assert sum(contents[world, "one"] for world in WORLDS) >= 2_000
         assert sum(contents[world, "stranger"] for world in WORLDS) >= 500
         assert sum(contents[world, "several"] for world in WORLDS) >= 500
+
+
+def test_failures_are_kept_once_and_asked_again(tmp_path: Path) -> None:
+    file = tmp_path / "cases.json"
+    file.write_text('{"cases": []}')
+    failed = judged("adequate", effect("latency"))
+    other = replace(failed, task={**failed.task, "seed": 6, "subject": "stepwise_bic"})
+    assert keep([failed], "1234567890", file) == 1
+    assert keep([failed, other, replace(failed, task={**failed.task, "subject": "y"})], None, file)
+    cases = kept_cases(file)
+    assert [case["seed"] for case in cases] == [5, 6]
+    assert cases[0]["found"] == {
+        "hidden": ["latency"],
+        "said": "adequate",
+        "outcome": "falsely adequate",
+        "commit": "1234567890",
+    }
+    assert case_tasks("arctrue", file)[0] == {**failed.task, "subject": "arctrue"}
+
+
+def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
+    plan = make_plan(CASES, tmp_path)
+    tasks = plan.tasks("arctrue")
+    assert len(tasks) == plan.sets == len({task["seed"] for task in tasks}) == len(kept_cases())
+    for task in tasks:
+        assert task["world"] in WORLDS
+        assert task["content"] in CONTENTS
+    # What was hidden is still hidden, so that the case is the one that was kept.
+    (first, *_), (case, *_) = tasks, kept_cases()
+    names = [item["effect"] for item in make_set({**first, "samples": 200}).truth["effects"]]
+    assert names == case["found"]["hidden"]
 
 
 def test_sealed_seed_is_drawn_and_never_twice(tmp_path: Path) -> None:
@@ -256,8 +333,9 @@ def test_a_subject_that_fails_is_a_miss_not_an_end(monkeypatch) -> None:  # type
         raise RuntimeError("no such matrix")
 
     monkeypatch.setitem(run_set.__globals__, "find_subject", lambda name: fails)
-    answer = run_set({**TASK, "subject": "arctrue"})["answer"]
-    assert answer == {"verdict": "error", "error": "RuntimeError: no such matrix"}
+    result = run_set({**TASK, "subject": "arctrue"})
+    assert result["answer"] == {"verdict": "error", "error": "RuntimeError: no such matrix"}
+    assert result["set"] == task_digest(TASK)
 
 
 def finished(folder: Path) -> list[str]:
@@ -265,7 +343,7 @@ def finished(folder: Path) -> list[str]:
     plan = make_plan("quick", folder)
     tasks = plan.tasks("arctrue")[:3]
     truth = {"effects": [effect("latency")], "noise": [], "told": [], "floor_arcsec": {}}
-    with Store(folder / "arctrue", {"plan": "x", "code": {"arctrue": "a"}}) as store:
+    with Store(folder / "arctrue", {"plan": asdict(plan), "code": {"arctrue": "a"}}) as store:
         for task in tasks:
             store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
     return [set_name(task) for task in tasks]
@@ -368,17 +446,36 @@ def test_smallest_found_and_largest_missed_by_effect() -> None:
     assert found["vibration"]["smallest_put_first"] is None
 
 
-def test_the_page_tells_the_independence_of_every_cause_of_the_catalogue() -> None:
-    assert set(INDEPENDENCE) == set(CATALOGUE)
+def test_the_page_tells_the_independence_of_every_cause_that_the_workbench_can_describe() -> None:
+    assert set(INDEPENDENCE) == {*CATALOGUE, *PARTS}
 
 
 def test_sealed_answers_are_not_scored_by_another_scoring(tmp_path: Path) -> None:
     plan = make_plan("sealed", tmp_path)
     truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
-    with Store(tmp_path / "arctrue", {"plan": "x", "code": {"arctrue": "a"}}) as store:
+    with Store(tmp_path / "arctrue", {"plan": asdict(plan), "code": {"arctrue": "a"}}) as store:
         store.add(plan.tasks("arctrue")[0], {"truth": truth, "answer": {"verdict": "error"}}, 1.0)
     assert score_folders([tmp_path], "arctrue", None)["sets"] == 1
     told = json.loads((tmp_path / "plan.json").read_text())
     (tmp_path / "plan.json").write_text(json.dumps({**told, "scoring": "0"}))
     with pytest.raises(PlanError, match="the scoring has changed since the plan was made"):
+        score_folders([tmp_path], "arctrue", None)
+
+
+def test_answers_of_a_known_seed_may_be_scored_anew_but_not_made_by_another_generator(
+    tmp_path: Path,
+) -> None:
+    plan = make_plan("dev", tmp_path / "dev")
+    replace(plan, scoring="0").check()
+    with pytest.raises(PlanError, match="the generator has changed"):
+        replace(plan, generator="0").check()
+    # Frozen sets are told by their digests, see test_peers.
+    replace(make_plan("public", tmp_path / "public"), generator="0").check()
+
+
+def test_answers_to_the_sets_of_another_plan_are_not_scored(tmp_path: Path) -> None:
+    finished(tmp_path)
+    told = json.loads((tmp_path / "plan.json").read_text())
+    (tmp_path / "plan.json").write_text(json.dumps({**told, "seed": 7}))
+    with pytest.raises(AnswersError, match="answers to the sets of another plan"):
         score_folders([tmp_path], "arctrue", None)

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from sim.tests.studies.campaign.loaded import loaded_by
 
+from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import VERDICTS, AnswersError, score_beside
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.frozen import frozen_digests
 from arctrue.studies.benchmark.page import PEERS_TOLD, page
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
 from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
-from arctrue.studies.benchmark.plan import make_plan
+from arctrue.studies.benchmark.plan import Plan, make_plan, read_plan, sources_of
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
+from arctrue.studies.campaign.code_state import import_closure
 from arctrue.studies.campaign.store import Store
 from arctrue.studies.simulate.experiment import full, lean
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
@@ -102,18 +110,100 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     with pytest.raises(AnswersError, match="no subject has answered"):
         score_beside(tmp_path)
     for name, (verdict, number) in said.items():
-        with Store(tmp_path / name, {"plan": "x", "code": {"arctrue": name[:4]}}) as store:
+        with Store(tmp_path / name, header_of(plan, name)) as store:
             for task in plan.tasks(name)[:number]:
                 answer = {"verdict": verdict, "named": "vibration"}
                 store.add(task, {"truth": truth, "answer": answer}, 1.0)
     found = score_beside(tmp_path)
     rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
     assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
-    facts = {"tier": "quick", "seed": 1, "sets": 60, "generator": "g", "scoring": "s"}
-    text = page(facts, {"arctrue": "a"}, found["arctrue"], found)
-    assert "The same 2 of the frozen public sets" in text
-    assert "Source `step`" in text
+    text = page(header_of(plan, "arctrue"), found["arctrue"], found)
+    assert "The same 2 of the 60 sets of the tier *quick*: 0 with something" in text
+    assert "Commit `of step`, source `step`" in text
+    assert "another state of the code" not in text
     assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text
+
+
+def header_of(plan: Plan, subject: str, **code: str) -> dict[str, Any]:
+    libraries = {"numpy": "2", "scipy": "1", "pyarrow": "9"}
+    return {
+        "plan": asdict(plan),
+        "subject": subject,
+        "code": {"arctrue": subject[:4], **libraries, **code},
+        "commit": f"of {subject[:4]}",
+    }
+
+
+def answered(folder: Path, subject: str, header: dict[str, Any], number: int = 2) -> None:
+    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    with Store(folder / subject, header) as store:
+        for task in read_plan(folder).tasks(subject)[:number]:
+            store.add(task, {"truth": truth, "answer": {"verdict": "adequate"}}, 1.0)
+
+
+def test_rivals_without_a_set_in_common_are_not_set_beside_each_other(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
+    answered(tmp_path, "stepwise_bic", header_of(plan, "stepwise_bic"), number=0)
+    with pytest.raises(AnswersError, match="no set yet that arctrue, stepwise_bic have answered"):
+        score_beside(tmp_path)
+
+
+def test_answers_with_other_libraries_are_not_set_beside_each_other(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
+    answered(tmp_path, "gaussian_process", header_of(plan, "gaussian_process", numpy="1"))
+    with pytest.raises(AnswersError, match=r"gaussian_process with .*two states are not mixed"):
+        score_beside(tmp_path)
+
+
+def test_answers_to_other_sets_are_not_set_beside_each_other(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    answered(tmp_path, "arctrue", header_of(plan, "arctrue"))
+    answered(tmp_path, "stepwise_bic", header_of(replace(plan, generator="0"), "stepwise_bic"))
+    with pytest.raises(AnswersError, match="stepwise_bic has answers to the sets of another plan"):
+        score_beside(tmp_path)
+
+
+def test_answers_to_public_sets_are_those_to_the_frozen_ones(tmp_path: Path) -> None:
+    plan = make_plan("public", tmp_path)
+    task = plan.tasks("stepwise_bic")[0]
+    truth = {"effects": [], "noise": [], "told": [], "floor_arcsec": {}}
+    for digest, right in ((frozen_digests()[set_name(task)], True), ("0" * 16, False)):
+        subject = "stepwise_bic" if right else "periodogram_rule"
+        with Store(tmp_path / subject, header_of(plan, subject)) as store:
+            result = {"truth": truth, "set": digest, "answer": {"verdict": "adequate"}}
+            store.add(plan.tasks(subject)[0], result, 1.0)
+        if right:
+            assert score_beside(tmp_path)[subject]["sets"] == 1
+    with pytest.raises(AnswersError, match=r"periodogram_rule: 1 of 1 answers are to other sets"):
+        score_beside(tmp_path)
+
+
+def test_public_sets_that_differ_are_not_answered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_plan("public", tmp_path)
+    monkeypatch.setattr("arctrue.studies.benchmark.frozen.frozen_digests", dict)
+    done = CliRunner().invoke(main, ["benchmark", "run", str(tmp_path), "--subject=stepwise_bic"])
+    assert done.exit_code == 2
+    assert "first public set that is made here is not the frozen one" in done.output
+
+
+def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path)
+    answered(tmp_path, "arctrue", header_of(plan, "arctrue", arctrue="old"))
+    beside = score_beside(tmp_path)
+    text = page(header_of(plan, "arctrue"), beside["arctrue"], beside)
+    assert "answers of `arctrue` in this table are of another state of the code" in text
+
+
+def test_answers_of_a_rival_do_not_depend_on_the_diagnosis_and_ours_do() -> None:
+    for name in PEERS:
+        loaded = loaded_by(SUBJECTS[name].module)
+        assert not any({"workbench", "table"} & set(file.parts) for file in loaded)
+        assert loaded <= set(import_closure(sources_of(name).modules)), name
+    assert sources_of("arctrue").modules == ()
 
 
 def test_every_subject_is_told_on_the_page() -> None:

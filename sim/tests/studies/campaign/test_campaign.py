@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,22 +18,32 @@ import pytest
 from arctrue.studies.campaign import (
     Campaign,
     CampaignError,
+    Sources,
     Speed,
     StoreError,
-    code_state,
     read_results,
     task_key,
 )
+from arctrue.studies.campaign.code_state import commit, import_closure
 from arctrue.studies.campaign.store import Store, merge
 from arctrue.studies.campaign.task import canonical
 
 WORK = "sim.tests.studies.campaign.small_work"
 ROOT = Path(__file__).resolve().parents[4]
+WAIT_S = 120
 
 
 def campaign(folder: Path, number: int = 12, work: str = "square", **more: Any) -> Campaign:
     tasks = [{"number": item, **more} for item in range(number)]
     return Campaign(f"{WORK}:{work}", tasks, folder, {"kind": "test"})
+
+
+def wait_for(condition: Callable[[], bool], process: subprocess.Popen[Any] | None = None) -> None:
+    end = time.monotonic() + WAIT_S
+    while not condition():
+        assert process is None or process.poll() is None
+        assert time.monotonic() < end, f"nothing has come for {WAIT_S} s"
+        time.sleep(0.02)
 
 
 def squares(folder: Path) -> list[int]:
@@ -80,9 +91,7 @@ def test_what_is_done_is_not_done_again_and_a_cut_line_is(tmp_path: Path) -> Non
 
 def test_another_state_of_the_code_is_refused(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     campaign(tmp_path).run(workers=1)
-    monkeypatch.setattr(
-        "arctrue.studies.campaign.campaign.code_state", lambda: {"arctrue": "another"}
-    )
+    monkeypatch.setattr(Sources, "state", lambda sources: {"arctrue": "another"})
     with pytest.raises(StoreError, match="two states are not mixed"):
         campaign(tmp_path).run(workers=1)
 
@@ -109,12 +118,100 @@ def test_other_tasks_do_not_go_into_the_same_folder(tmp_path: Path) -> None:
         campaign(tmp_path, 4).run(workers=1)
 
 
-def test_code_state_follows_the_source(tmp_path: Path) -> None:
-    file = tmp_path / "module.py"
-    file.write_text("a = 1\n")
-    before = code_state(tmp_path)
-    file.write_text("a = 2\n")
-    assert code_state(tmp_path) != before
+def test_worker_with_other_code_is_refused_and_what_was_done_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    campaign(tmp_path, 3).run(workers=1, shard=(1, 3))
+    header = json.loads((tmp_path / "campaign.json").read_text(encoding="utf-8"))
+    stale = {**header["code"], "arctrue": "0123456789abcdef"}
+    header["code"] = stale
+    (tmp_path / "campaign.json").write_text(json.dumps(header), encoding="utf-8")
+    # The parent has read the source before it was edited; a worker that starts now reads it after.
+    monkeypatch.setattr(Sources, "state", lambda sources: stale)
+    with pytest.raises(CampaignError, match="results of two states are not mixed; results so far"):
+        campaign(tmp_path, 3).run(workers=1)
+    assert squares(tmp_path) == [0]
+
+
+def write_package(place: Path, files: dict[str, str]) -> Path:
+    package = place / "package"
+    for name, text in {"__init__.py": "", **files}.items():
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(text, encoding="utf-8")
+    return package
+
+
+def test_state_of_the_whole_package_follows_every_file(tmp_path: Path) -> None:
+    package = write_package(tmp_path, {"module.py": "a = 1\n"})
+    before = Sources().state(package)
+    (package / "module.py").write_text("a = 2\n", encoding="utf-8")
+    assert Sources().state(package) != before
+
+
+def test_state_of_modules_follows_what_they_import_and_nothing_else(tmp_path: Path) -> None:
+    package = write_package(
+        tmp_path,
+        {
+            "rival/__init__.py": "",
+            "rival/rule.py": "from package.shared import table\n",
+            "shared/__init__.py": "import package.units\n",
+            "shared/table.py": "def late():\n    from package.late import x\n",
+            "units.py": "",
+            "late.py": "import math, package.rival.rule\n",
+            "diagnosis.py": "import package.units\n",
+        },
+    )
+    sources = Sources(("package.rival.rule",))
+    found = [file.relative_to(package) for file in import_closure(sources.modules, package)]
+    everything = [file.relative_to(package) for file in sorted(package.rglob("*.py"))]
+    assert found == [file for file in everything if file.name != "diagnosis.py"]
+    for file in everything:
+        before = sources.state(package)
+        with (package / file).open("a", encoding="utf-8") as text:
+            text.write("a = 1\n")
+        assert (sources.state(package) == before) == (file.name == "diagnosis.py"), file
+    with pytest.raises(ModuleNotFoundError):
+        import_closure(["package.gone"], package)
+
+
+def test_libraries_are_stated(tmp_path: Path) -> None:
+    package = write_package(tmp_path, {})
+    assert "numpy" in Sources().state(package)
+    assert set(Sources(libraries=("click",)).state(package)) - set(Sources().state(package)) == {
+        "click"
+    }
+
+
+def test_another_commit_of_the_same_source_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, name in enumerate(("1234567890", "abcdef0123"), start=1):
+        monkeypatch.setattr("arctrue.studies.campaign.campaign.commit", lambda name=name: name)
+        campaign(tmp_path / "one").run(workers=1, shard=(number, 2))
+        campaign(tmp_path / name).run(workers=1, shard=(number, 2))
+    assert len(squares(tmp_path / "one")) == 12
+    assert merge([tmp_path / "1234567890", tmp_path / "abcdef0123"], tmp_path / "whole") == 12
+    header = json.loads((tmp_path / "one" / "campaign.json").read_text(encoding="utf-8"))
+    assert header["commit"] == "1234567890"
+
+
+def test_commit_tells_a_changed_tree_and_none_without_git(tmp_path: Path) -> None:
+    package = write_package(tmp_path, {})
+
+    def git(*words: str) -> None:
+        who = ("-c", "user.name=a", "-c", "user.email=a@b.c")
+        command = ["git", "-C", str(tmp_path), *who, *words]
+        subprocess.run(command, check=True, capture_output=True, timeout=60)
+
+    git("init")
+    assert commit(package) is None
+    git("add", ".")
+    git("commit", "-m", "first")
+    name = commit(package)
+    assert name is not None
+    assert len(name) == 10
+    (package / "__init__.py").write_text("a = 1\n", encoding="utf-8")
+    assert commit(package) == f"{name}-dirty"
 
 
 def test_contradicting_results_are_refused(tmp_path: Path) -> None:
@@ -169,9 +266,7 @@ def test_a_stop_loses_nothing_and_the_same_command_goes_on(
         start_new_session=True,
     )
     lines = tmp_path / "c" / "results.jsonl"
-    while not lines.exists() or lines.stat().st_size == 0:
-        assert process.poll() is None
-        time.sleep(0.02)
+    wait_for(lambda: lines.exists() and lines.stat().st_size > 0, process)
     if asked == signal.SIGINT:
         # As a terminal does: the signal goes to the workers too.
         os.killpg(process.pid, asked)
@@ -198,12 +293,10 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "sim")])}
     process = subprocess.Popen([sys.executable, str(script)], env=environment)
-    while not list(place.iterdir()):
-        assert process.poll() is None
-        time.sleep(0.02)
+    wait_for(lambda: any(place.iterdir()), process)
     worker = int(next(place.iterdir()).name.split("-")[1])
     process.kill()
-    process.wait()
+    process.wait(timeout=WAIT_S)
     for _ in range(300):
         if not Path(f"/proc/{worker}").exists():
             return
@@ -228,14 +321,13 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_nothing_is_twice(
     ) as cluster:
 
         def kill_one() -> None:
-            while len(list(place.iterdir())) < 4:
-                time.sleep(0.02)
+            wait_for(lambda: len(list(place.iterdir())) >= 4)
             os.kill(cluster.workers[0].pid, signal.SIGKILL)
 
         killer = threading.Thread(target=kill_one)
         killer.start()
         assert whole.run(scheduler=cluster.scheduler_address) == 24
-        killer.join()
+        killer.join(WAIT_S)
     lines = (tmp_path / "c" / "results.jsonl").read_text().splitlines()
     assert len(lines) == len({json.loads(line)["key"] for line in lines}) == 24
     assert squares(tmp_path / "c") == [n**2 for n in range(24)]

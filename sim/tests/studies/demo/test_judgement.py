@@ -12,9 +12,8 @@ from arctrue.studies.demo.judgement import (
     decode_recording,
     faults,
     index_offset_counts,
-    order_amplitudes,
+    output_score,
     pin_to_pin_latency,
-    turn_error,
 )
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
@@ -60,8 +59,8 @@ def judged(scene: Scene, position: NDArray[np.int64], latency: int = LATENCY) ->
     at_index = np.argmax(scene.heads[0].count >= 0)
     start = int(scene.heads[0].time_s[at_index] * SETTINGS.clock_hz) + latency + 100
     clocks = pin_to_pin_latency(scene, SETTINGS, recording)
-    error = turn_error(scene, SETTINGS, recording, start, clocks)
-    return faults(error, index_offset_counts(scene, SETTINGS, recording, clocks), SETTINGS)
+    score = output_score(scene, SETTINGS, recording, start, clocks)
+    return faults(score, index_offset_counts(scene, SETTINGS, recording, clocks), SETTINGS)
 
 
 def test_true_correction_passes(scene: Scene) -> None:
@@ -105,7 +104,7 @@ def test_short_recording_is_refused(scene: Scene) -> None:
     events = follow(scene, corrected(scene))
     half = PinEvents(events.first_levels, events.clock[:9000], events.levels[:9000])
     with pytest.raises(RecordingError, match="expected a whole one"):
-        turn_error(scene, SETTINGS, decode_recording(half), 2000, LATENCY)
+        output_score(scene, SETTINGS, decode_recording(half), 2000, LATENCY)
 
 
 def test_illegal_output_is_refused() -> None:
@@ -123,10 +122,3 @@ def test_uneven_delay_and_dead_output_are_refused(scene: Scene) -> None:
     empty = Recording(none, none, none)
     with pytest.raises(RecordingError, match="is the output enabled"):
         pin_to_pin_latency(scene, SETTINGS, empty)
-
-
-def test_amplitudes_are_those_of_the_cosine() -> None:
-    angle = np.sort(np.random.default_rng(4).uniform(0, 2 * np.pi, 20_000))
-    error = 3.0 + 1.5 * np.cos(2 * angle + 1) + 0.25 * np.cos(7 * angle - 2)
-    amplitude = order_amplitudes(angle, error, 8)
-    np.testing.assert_allclose(amplitude, [0, 1.5, 0, 0, 0, 0, 0.25, 0], atol=1e-9)

@@ -13,19 +13,20 @@ from click.testing import CliRunner
 from arctrue.cli import demo as command
 from arctrue.cli import main
 from arctrue.instrument import InstrumentError
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.report.demo_page import write_demo_page
 from arctrue.studies.demo.files import ConsoleLine
-from arctrue.studies.demo.judgement import RecordingError, TurnError
+from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError
 from arctrue.studies.demo.telemetry import ToldTurn
 
 
-def turn(amplitude: float) -> TurnError:
+def turn(amplitude_counts: float) -> TurnScore:
     angle = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
-    order = np.arange(1, 65)
-    return TurnError(angle, amplitude * np.cos(angle), order, amplitude / order)
+    count_arcsec = DemoSettings().arcsec_per_count
+    return TurnScore.of_edges(angle, amplitude_counts * count_arcsec * np.cos(angle))
 
 
 @pytest.fixture

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
 from arctrue.calibration.transfer_function import noise_gain
+from arctrue.cli import main
 from arctrue.metrology.budget import Contribution
 from arctrue.report.error_budget_page import error_budget_page, plot_error_budget
 from arctrue.studies.error_budget.chain import (
@@ -23,13 +25,17 @@ from arctrue.studies.error_budget.chain import (
     Source,
     run_chain,
 )
+from arctrue.studies.error_budget.drawn import drawn_calibrations
 from arctrue.studies.error_budget.experiment import closure_budget
 from arctrue.studies.methods.polygon_closure import Closure
+from arctrue.studies.monte_carlo.inputs import CASES
+from arctrue.studies.monte_carlo.plan import Plan
 from arctrue.table import DiscEccentricity, RotaryTable, TableState, two_heads
 from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
 ROOT = Path(__file__).resolve().parents[4]
-FOUND = json.loads((ROOT / "docs" / "data" / "calibration-budget.json").read_text(encoding="utf-8"))
+STORED = ROOT / "docs" / "data" / "calibration-budget.json"
+FOUND = json.loads(STORED.read_text(encoding="utf-8"))
 COUNTS = 1 << 24
 
 
@@ -151,3 +157,39 @@ def test_page_and_json_agree(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "calibration-budget.md").read_text(encoding="utf-8")
     assert page == error_budget_page(FOUND), "arctrue error-sources --page ..."
     assert plot_error_budget(FOUND, tmp_path).stat().st_size > 10_000
+
+
+def test_drawn_calibrations_hold_where_the_covariance_knows_the_input() -> None:
+    """100 trials: noise within 4/√(2·100·n), n the orders that carry it; one is the least."""
+    cases = {one["case"]: one for one in FOUND["monte_carlo"]["cases"]}
+    for name in ("noise", "ripple", "lanes"):
+        one = cases[name]
+        assert one["stated_uncertainty"] == "holds"
+        off_by = one["deviation_arcsec"] / one["stated_arcsec"] - 1.0
+        assert abs(off_by) < 4.0 / math.sqrt(2.0 * one["trials"])
+    for name in ("radial_motion", "temperature"):
+        assert cases[name]["stated_uncertainty"] == "too small"
+
+
+def test_monte_carlo_s_folder_is_read_and_an_empty_one_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "mc"
+    Plan(1, 1, runs=1, samples=200).campaign(folder).run(workers=1)
+    found = drawn_calibrations(folder)
+    assert found["plan"]["samples"] == 200
+    assert [one["case"] for one in found["cases"]] == list(CASES)
+    assert all(one["trials"] == 1 for one in found["cases"])
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    answer = CliRunner().invoke(
+        main,
+        ["error-sources", "--from", str(STORED), "--monte-carlo", str(empty)],
+    )
+    assert answer.exit_code == 2, answer.output
+
+
+def test_from_wants_its_own_json(tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text("[1]", encoding="utf-8")
+    answer = CliRunner().invoke(main, ["error-sources", "--from", str(other)])
+    assert answer.exit_code == 2
+    assert "expected the JSON of arctrue error-sources" in answer.output

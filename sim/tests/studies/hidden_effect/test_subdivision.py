@@ -106,15 +106,17 @@ def test_new_lanes_stand_at_the_signal_period(result: HiddenResult, folder: Path
 
 def test_the_output_of_the_gateware_gets_better(result: HiddenResult) -> None:
     raw, paper, corrected = result.raw, result.paper, result.corrected
-    assert raw.signal_arcsec[0] == pytest.approx(ONCE_ARCSEC, rel=0.05)
+    periods = (result.raw_period, result.paper_period, result.corrected_period)
+    raw_signal, paper_signal, corrected_signal = (item.amplitude_arcsec[0] for item in periods)
+    assert raw_signal == pytest.approx(ONCE_ARCSEC, rel=0.05)
     # The paper's model takes out the disc and leaves the signal period as it is.
-    assert paper.order_arcsec[0] < 0.01 * raw.order_arcsec[0]
-    assert paper.signal_arcsec[0] == pytest.approx(raw.signal_arcsec[0], rel=0.05)
-    assert corrected.signal_arcsec[0] < 0.1 * paper.signal_arcsec[0]
-    assert corrected.rms_arcsec < 0.5 * paper.rms_arcsec
+    assert paper.amplitude_arcsec[0] < 0.01 * raw.amplitude_arcsec[0]
+    assert paper_signal == pytest.approx(raw_signal, rel=0.05)
+    assert corrected_signal < 0.1 * paper_signal
+    assert corrected.edges_rms_arcsec < 0.5 * paper.edges_rms_arcsec
     # What is left are the whole counts of input and output and orders without a lane: 1.2″, 0.7″.
     whole = COUNT_ARCSEC / np.sqrt(12)
-    assert corrected.rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
+    assert corrected.edges_rms_arcsec == pytest.approx(np.hypot(whole * np.sqrt(2), 1.1), rel=0.25)
 
 
 def test_the_fresh_capture_agrees_without_a_fit(result: HiddenResult) -> None:
@@ -137,8 +139,10 @@ def test_judgement_passes_it_and_fails_what_is_wrong(act: SecondAct, result: Hid
     assert act.passed
     assert any(
         "signal period" in text
-        for text in faults(dataclasses.replace(result, corrected=result.paper))
+        for text in faults(dataclasses.replace(result, corrected_period=result.paper_period))
     )
+    no_better = faults(dataclasses.replace(result, corrected=result.paper))
+    assert any("RMS of the output" in text for text in no_better)
     other = dataclasses.replace(result.examined, effect="vibration")
     assert any("vibration" in text for text in faults(dataclasses.replace(result, examined=other)))
 

@@ -20,7 +20,6 @@ HEATED_K = FRESH_C - 20.0
 COUNT_ARCSEC = 1_296_000 / (1 << 18)
 FOLLOWED_ARCSEC = 6.0
 """Order 1 of the corrected output while the table warms, a count being 4.9″ (issue 13)."""
-LAGGING_ARCSEC = 20.0
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +45,8 @@ def test_thermal_eccentricity_is_corrected_at_a_temperature_never_measured(
 ) -> None:
     geometry = np.rad2deg(COARSER * 0.4e-6 / DISC_RADIUS_M) * 3600 * HEATED_K
     # The paper's coefficients are of the cold turn.
-    assert centre.paper.order_arcsec[0] == pytest.approx(geometry, rel=0.02)
-    assert centre.corrected.order_arcsec[0] < 0.5 * COUNT_ARCSEC
+    assert centre.paper.amplitude_arcsec[0] == pytest.approx(geometry, rel=0.02)
+    assert centre.corrected.amplitude_arcsec[0] < 0.5 * COUNT_ARCSEC
     follows = centre.examined.export(4, None).coefficients
     assert follows.thermal is not None
     assert 1 in follows.thermal.orders
@@ -98,9 +97,8 @@ def test_a_thermometer_that_lags_is_followed_where_its_lag_is_told(centre: Hidde
         follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0, told_lag_s=0.0)
     (turns,) = follow_warming(centre, 3, ways=ways, sensor_lag_s=60.0).values()
     left = np.array([turn.order1_arcsec for turn in turns])
-    # 0.2 K of 95″/K: the slope is late by two of the filter's time constants while it changes, with
-    # the 60 s of the thermometer since the table began to warm.
-    assert np.all(left < LAGGING_ARCSEC), left
+    print("lagging, order 1:", left)
+    assert np.all(left < FOLLOWED_ARCSEC), left
 
 
 def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -> None:
@@ -115,9 +113,9 @@ def test_an_effect_of_no_catalogue_becomes_an_effect_file(lobes: HiddenResult) -
 
 def test_what_of_it_lanes_can_correct(lobes: HiddenResult) -> None:
     # Order 2 of the cold turn is in the firmware's coefficients; the heat's part is not.
-    assert lobes.paper.order_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
-    assert lobes.corrected.order_arcsec[1] < 0.5 * COUNT_ARCSEC
-    assert lobes.corrected.rms_arcsec < 0.1 * lobes.paper.rms_arcsec
+    assert lobes.paper.amplitude_arcsec[1] == pytest.approx(0.4 * COARSER * HEATED_K, rel=0.02)
+    assert lobes.corrected.amplitude_arcsec[1] < 0.5 * COUNT_ARCSEC
+    assert lobes.corrected.edges_rms_arcsec < 0.1 * lobes.paper.edges_rms_arcsec
     thermal = lobes.examined.export(4, None).coefficients.thermal
     assert thermal is not None
     assert 2 in thermal.orders

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from sim.tests.studies.campaign.loaded import loaded_by
 
 from arctrue.cli import main
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.studies.campaign.code_state import import_closure
 from arctrue.studies.monte_carlo import trial as trial_module
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS, QUIET, drawn
 from arctrue.studies.monte_carlo.page import page, where_off
@@ -31,6 +33,13 @@ from arctrue.units import ARCSEC_PER_RAD
 def task(case: str, seed: int = 3, **more: Any) -> dict[str, Any]:
     usual = {"turns": 1, "runs": 1, "samples": 1000, "method": "least_squares"}
     return {"case": case, "seed": seed, **usual, **more}
+
+
+def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
+    sources = Plan(1, 1).campaign(tmp_path).sources
+    files = set(import_closure(sources.modules))
+    assert loaded_by(*sources.modules) <= files
+    assert not any("workbench" in file.parts for file in files)
 
 
 def test_truth_is_the_error_at_even_readings() -> None:

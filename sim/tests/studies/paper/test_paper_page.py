@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -12,8 +13,11 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.report.paper_drawings import DRAWINGS, draw_figures, drawing_name
+from arctrue.report.paper_figures import expected_order_arcsec
 from arctrue.report.paper_page import paper_page
 from arctrue.studies.paper.equations import EQUATIONS
+from arctrue.studies.paper.published import PUBLISHED
+from arctrue.studies.paper.station_error import residual_orders
 
 ROOT = Path(__file__).resolve().parents[4]
 DOCS = ROOT / "docs"
@@ -53,6 +57,27 @@ def test_figures_of_the_experiment_come_from_its_stations() -> None:
         assert budget["repeatability_arcsec"] == pytest.approx(deviation.mean())
         parts = [v for k, v in budget.items() if k not in ("combined_arcsec", "expanded_arcsec")]
         assert budget["expanded_arcsec"] == pytest.approx(2.0 * float(np.linalg.norm(parts)))
+
+
+def test_the_first_run_has_the_paper_s_size() -> None:
+    """2²⁴ counts a turn, ten cycles; what is left keeps the paper's range."""
+    first = FOUND["experiments"][0]
+    given = first["settings"]["revolution"]
+    assert given["lines"] * given["interpolation"] == 1 << 24
+    assert first["settings"]["cycles"] == 10
+    low, high = first["after"]["span_arcsec"]
+    assert -1.3 < low < 0.0 < high < 1.6
+
+
+def test_the_broken_line_of_fig_11_b_is_that_of_independent_faces() -> None:
+    """Drawn errors of 24 faces; order 12 has one component and is left out."""
+    budget = PUBLISHED.budget
+    face = np.hypot(budget.polygon_arcsec, budget.autocollimator_arcsec)
+    drawn = np.random.default_rng(1).normal(0.0, face, (4000, PUBLISHED.faces))
+    orders = np.array([residual_orders(row)[:11] for row in drawn])
+    expected = expected_order_arcsec(dataclasses.asdict(PUBLISHED))
+    # 44,000 amplitudes, whose squares are exponentially distributed: 0.24 % of their mean.
+    assert np.sqrt(np.mean(orders**2)) == pytest.approx(expected, rel=0.01)
 
 
 def test_drawings_are_the_committed_ones(tmp_path: Path) -> None:

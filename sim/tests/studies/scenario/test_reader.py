@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.gateware.coefficient_file import write_coefficient_file
+from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import HEAD1_A, HEAD2_Z
 from arctrue.studies.scenario import ScenarioError, read_scenario
 from arctrue.studies.scenario.reader import NAMES
@@ -62,6 +64,30 @@ for_turns = 0.25
     begin, end = fault.span_s(scenario.course())
     # A quarter of a turn at 30°/s.
     assert end - begin == pytest.approx(3.0)
+
+
+def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
+    """A relative path counts from the scenario's folder; a bad file is named with its key."""
+    bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)
+    write_coefficient_file(tmp_path / "lanes.toml", bank)
+    text = LEAST + '[firmware]\ncoefficients = "lanes.toml"\nthermometer = "table"\nheal = 1\n'
+    firmware = read_scenario(_file(tmp_path, text)).firmware
+    assert firmware.loaded == bank
+    assert firmware.thermometer
+    assert firmware.parameters == (("heal", 1),)
+    (tmp_path / "lanes.toml").unlink()
+    with pytest.raises(ScenarioError, match=r"some\.toml: firmware\.coefficients: .*no such file"):
+        read_scenario(_file(tmp_path, text))
+
+
+def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
+    """2²⁰ counts: every 17th edge; of 1,000 turns 4 million edges in all."""
+    short = read_scenario(_file(tmp_path, LEAST))
+    assert short.kept_every == 17
+    long = read_scenario(_file(tmp_path, LEAST.replace("turns = 2 ", "turns = 1000 ")))
+    assert long.kept_every % 2 == 1
+    kept = 1000 * (1 << 20) / long.kept_every
+    assert 0.9 * (1 << 22) < kept <= 1 << 22
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,38 @@ def test_a_counter_loses_whole_counts() -> None:
     assert _of_step(12.4, 0.1, count_arcsec=None) is None
 
 
+def _of_line(frequency: float, visits: int = 10, mixed: bool = False):  # type: ignore[no-untyped-def]
+    """A line in time, on 24 stations up and down, four seconds each: again after 192 s."""
+    up = np.arange(FACES) * 2.0 * np.pi / FACES
+    target = np.tile(np.concatenate([up, up[::-1]]), visits)
+    if mixed:
+        target = np.random.default_rng(4).permutation(target)
+    rows = SimpleNamespace(
+        time_s=np.arange(target.size) * 4.0,
+        target_rad=target,
+        direction=np.tile(np.repeat([1.0, -1.0], FACES), visits),
+    )
+    return EFFECTS["periodic_error"]().contradiction(
+        np.array([1.0, 0.0]), np.eye(2) * 0.01,
+        {"order": 0.0, "frequency": frequency, "in_time": 1.0, "in_capture": 0.0},
+        SimpleNamespace(reference=rows, capture=None),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> None:
+    """A bracket that leans with the direction was a periodic error of 192 s."""
+    told = _of_line(1.0 / 192.0)
+    assert told is not None
+    assert "192 s" in told
+    assert _of_line(3.0 / 192.0 + 0.1 / 1920.0) is not None
+    # Half of what ten visits resolve beside it, it drifts against them; slower, it is no line.
+    assert _of_line(1.0 / 192.0 + 0.5 / 1920.0) is None
+    assert _of_line(0.1 / 1920.0) is None
+    # Visits in any order, or one visit of each station, have no frequency.
+    assert _of_line(1.0 / 192.0, mixed=True) is None
+    assert _of_line(1.0 / 192.0, visits=1) is None
+
+
 def test_an_effect_without_such_a_rule_is_never_refused() -> None:
     effect = EFFECTS["hysteresis"]()
     assert effect.contradiction(np.array([1.0]), np.eye(1), {}, None) is None  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ import pytest
 from sim.tests.workbench.small_sets import SAMPLES_A_TURN, measurement_set
 
 from arctrue.measurement import Capture, MeasurementSet
-from arctrue.studies.benchmark.subject import diagnosed
+from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.workbench.diagnose.data_faults import data_faults

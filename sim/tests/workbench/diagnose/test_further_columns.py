@@ -13,7 +13,7 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.compare.comparison import compare
 from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
-from arctrue.workbench.diagnose.parts import ProductOfParts
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in, catalogue
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.solution import fit

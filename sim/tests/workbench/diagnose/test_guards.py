@@ -5,6 +5,7 @@ Small numbers and small sets, so that each test takes less than a few seconds.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +16,7 @@ from scipy.stats import chi2, f_oneway
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose import classes, decision
+from arctrue.workbench.diagnose import classes, decision, survey
 from arctrue.workbench.diagnose.decision import described_by_parts, left_undescribed
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
@@ -23,7 +24,6 @@ from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.heldout import Improvement, folds_of, holds_out
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
-from arctrue.workbench.diagnose.parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
     _natural,
@@ -33,6 +33,7 @@ from arctrue.workbench.diagnose.parts_scan import (
 )
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.noise_fit import index_variance
 from arctrue.workbench.inference.normal_equations import Term
@@ -214,6 +215,28 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         assert on_every_pass(_candidate(base, order), base) is real
 
 
+def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
+    """Waves that are not there, as large as a reference may say they are: 1.2 σ in each run.
+
+    The run that shows most of one shows noise; the others cannot speak against it.
+    """
+    base = fit([_base()], observations_of(measurement_set(turns=1, reference=False)))
+    for order in range(21, 61):
+        wave = Term(EFFECTS["high_order_graduation"](), {"order": float(order)})
+        item = _candidate(base, wave)
+        before = np.concatenate([base.coefficients, np.zeros(2)])
+        change = item.solution.capture_prediction_arcsec(False)
+        change = change - base.capture_prediction_arcsec(False)
+        assert base.capture_sigma_arcsec is not None
+        size = 1.2 * base.capture_sigma_arcsec * np.sqrt(base.observations.runs)
+        if not np.linalg.norm(change) > 0.0:
+            continue
+        scale = size / np.linalg.norm(change)
+        moved = before + scale * (item.solution.coefficients - before)
+        item.solution = replace(item.solution, coefficients=moved)
+        assert on_every_pass(item, base), order
+
+
 def _always(disc, temperature, speed):  # type: ignore[no-untyped-def]
     return paper_error(disc, temperature, speed) + np.cos(25 * disc)
 
@@ -230,6 +253,25 @@ def test_a_frequency_of_one_speed_alone_is_no_vibration() -> None:
         assert at_other_speeds(_candidate(base, line)) is real
 
 
+def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
+    # Beside 20 orders its p with the noise of the model without it is 0.31: not near to a name.
+    monkeypatch.setattr(survey, "NEAR_P", 0.0)
+    time = np.arange(0.0, 60.0, 0.1)
+    speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
+    noise = np.random.default_rng(9).normal(0.0, 20.0, time.size)
+    error = -speed * 3600.0 * 0.04 + noise
+    found = diagnose(_reference(error, np.cumsum(speed) * 0.1), [_base()], EFFECTS)
+    assert found.verdict == "named"
+    assert found.named is not None
+    assert found.named.name == "latency"
+    latency = found.named.parameters()["latency"]
+    # The speed is a slope over 65 rows: at the ends and at the top up to 3.3 s beside the row.
+    assert latency.value == pytest.approx(40_000.0, rel=0.05)
+
+
 # Names that others could have.
 
 
@@ -244,6 +286,17 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
     assert found.verdict == "ambiguous"
     assert set(found.look_alikes) == {"latency"}
     assert found.effect_class == ["hysteresis", "latency"]
+
+
+@pytest.mark.parametrize(("cycles", "verdict"), [(1, "ambiguous"), (2, "named")])
+def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) -> None:
+    """All stations up, then all down: what changed in between looks like the reversal."""
+    made = measurement_set(cycles=cycles, reversal_arcsec=2.0, turns=1)
+    found = diagnose(observations_of(made), [_base()], EFFECTS)
+    assert found.verdict == verdict
+    assert found.effect_class[0] == "hysteresis"
+    # It is the product of direction and nothing else by definition: no second word for it.
+    assert found.described is None
 
 
 def test_what_says_why_goes_before_what_says_what_is_seen(

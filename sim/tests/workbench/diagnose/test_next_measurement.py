@@ -5,19 +5,19 @@ from __future__ import annotations
 import pytest
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.benchmark.subject import diagnosed
+from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER, full, lean, with_further
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table.causes.registry import RECIPES
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
-from arctrue.workbench.diagnose.parts import (
+from arctrue.workbench.diagnose.planned import PLANS
+from arctrue.workbench.effects.product_of_parts import (
     ALWAYS,
     SIMPLE_CONDITIONS,
     ProductOfParts,
     settling_condition,
 )
-from arctrue.workbench.diagnose.planned import PLANS
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.growth import add_effect, as_stored

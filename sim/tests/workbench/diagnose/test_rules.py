@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
-from arctrue.studies.benchmark.subject import diagnosed
+from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose

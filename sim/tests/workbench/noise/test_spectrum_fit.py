@@ -107,3 +107,25 @@ def test_direction_that_no_row_shows_only_adds_a_constant() -> None:
     rise = [likelihood(spectra[1]) - likelihood(spectra[0]) for likelihood in (with_it, without)]
     assert np.isfinite(rise).all()
     assert rise[0] == pytest.approx(rise[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("constants", [np.array([0.05, 0.4]), np.geomspace(0.02, 20.0, 6)])
+def test_gradient_is_that_of_the_likelihood(constants: np.ndarray) -> None:
+    """Central differences of the value; with more exponentials than the library's own backward
+    pass is right for, on rows as they are and on means over blocks."""
+    stretches, _ = _stretches(6)
+    beside = Beside(30.0 * np.eye(6), np.arange(6.0))
+    likelihood = RestrictedLikelihood(stretches, STEP, constants, beside)
+    logs = np.log(np.concatenate([[0.01], 1e-3 * np.arange(1.0, 1.0 + constants.size)]))
+
+    def at(place: np.ndarray) -> Spectrum:
+        return Spectrum(float(np.exp(place[0])), constants, np.exp(place[1:]))
+
+    value, slopes = likelihood.with_gradient(at(logs))
+    assert value == likelihood(at(logs))
+    for index in range(logs.size):
+        move = np.zeros(logs.size)
+        move[index] = 1e-4
+        change = (likelihood(at(logs + move)) - likelihood(at(logs - move))) / 2e-4
+        # Of some thousands: rounding of the differences is some 1e-6 of them.
+        assert np.exp(logs[index]) * slopes[index] == pytest.approx(change, rel=1e-3, abs=0.02)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from scipy.stats import jarque_bera  # type: ignore[import-untyped]
 
 from arctrue.workbench.noise.whiteness import whiteness
 
@@ -27,6 +29,13 @@ def test_correlated_and_heavy_tailed_rows_are_seen() -> None:
     assert heavy is not None
     assert heavy.normality_p < 1e-6
     assert heavy.autocorrelation_p > 1e-3
+
+
+def test_normality_is_the_test_of_jarque_and_bera() -> None:
+    values = np.random.default_rng(5).standard_t(9, size=700)
+    found = whiteness(values)
+    assert found is not None
+    assert found.normality_p == pytest.approx(float(jarque_bera(values).pvalue), rel=1e-9)
 
 
 def test_too_few_rows_and_no_residual_have_no_test() -> None:

@@ -20,6 +20,7 @@ from sim.tests.workbench.small_sets import (
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
+from arctrue.workbench.observations.outliers import FALSE_ROWS, far_threshold
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN
 SPIKE_ARCSEC = 5.0
@@ -114,6 +115,18 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
     assert seen.reference.run.size == made.reference.error_arcsec.size - 2
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
+    """At a third of the rows it goes to the other stop, 5″ away, and a row or more later back."""
+    made = measurement_set(cycles=10, turns=1)
+    assert made.reference is not None
+    random = np.random.default_rng(seed)
+    rows = made.reference.error_arcsec.size
+    side = np.where(np.cumsum(random.random(rows) < 1.0 / 3.0) % 2, 1.0, -1.0)
+    made.reference.error_arcsec[:] += 2.5 * side * np.linspace(0.3, 1.0, rows)
+    assert data_faults(observations_of(made)) == []
+
+
 def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
     random = np.random.default_rng(2)
     target = np.linspace(0.0, 40.0, 800)
@@ -123,6 +136,52 @@ def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
     assert _masked(made, "reference") == [400]
 
 
+WHITE_SETS = 200
+"""FALSE_ROWS a set make 4 rows of them in the mean; 12 or more once in a thousand times."""
+MOST_FALSE_ROWS = 12
+
+
+def _white_reference(rows: int, stations: int | None, random: np.random.Generator) -> Reference:
+    """White normal noise: visits of stations in turn, or one dense pass where None."""
+    error = random.normal(0.0, 1.0, rows)
+    if stations is None:
+        return Reference(np.linspace(0.0, 0.5 * rows, rows), error)
+    row = np.arange(rows)
+    return Reference(row % stations * 360.0 / stations, error, cycle=row // stations)
+
+
+@pytest.mark.parametrize(
+    ("rows", "stations"), [(96, 24), (40, 8), (240, 24), (24, None), (60, None)]
+)
+def test_white_noise_of_few_rows_has_no_outliers(rows: int, stations: int | None) -> None:
+    random, table = np.random.default_rng(12), measurement_set().table
+    assert FALSE_ROWS * WHITE_SETS <= 4.0
+    found = 0
+    for _ in range(WHITE_SETS):
+        made = MeasurementSet(table, reference=_white_reference(rows, stations, random))
+        found += len(_masked(made, "reference"))
+    assert found < MOST_FALSE_ROWS
+
+
+@pytest.mark.parametrize("rows", [7, 10, 30])
+def test_a_scatter_that_few_rows_tell_asks_for_more(rows: int) -> None:
+    """Against the scatter of drawn rows themselves, of which each is judged by the others."""
+    sets = 40_000
+    noise = np.random.default_rng(14).normal(size=(sets, rows + 1))
+    scatter = 1.4826 * np.median(np.abs(noise[:, 1:]), axis=1)
+    false_share = float(np.mean(np.abs(noise[:, 0]) > far_threshold(rows, rows) * scatter))
+    # The mean of a count of FALSE_ROWS/rows·sets, and four of its standard deviations.
+    mean = FALSE_ROWS / rows * sets
+    assert false_share * sets < mean + 4.0 * np.sqrt(mean)
+
+
+@pytest.mark.parametrize("stations", [8, 24, None])
+def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
+    random = np.random.default_rng(13)
+    reference = _white_reference(100_000, stations, random)
+    assert _masked(MeasurementSet(measurement_set().table, reference=reference), "reference") == []
+
+
 def test_so_many_outliers_are_a_faulty_recording() -> None:
     # 8 % of the rows, above the 5 % that may be single wrong rows, at least five rows apart.
     # Some are wrong in another turn too, at the same angle, and are not counted.
@@ -130,7 +189,7 @@ def test_so_many_outliers_are_a_faulty_recording() -> None:
     seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
     assert seen.masked == ()
     (fault,) = data_faults(seen)
-    assert fault.startswith("capture: 7% of the rows are outliers")
+    assert fault.startswith("capture: 7 % of the rows are outliers")
 
 
 def test_the_mask_of_the_set_has_the_last_word() -> None:

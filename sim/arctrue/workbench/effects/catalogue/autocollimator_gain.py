@@ -23,6 +23,7 @@ class AutocollimatorGain(ScalarEffect):
     next_measurement = "the same reference run with the compensation on"
     plausible = "0.01 to 1 %"
     parameter_units = {"gain": "1"}
+    compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
     depends_on_model = True
     parameter_name = "gain"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
@@ -68,7 +68,7 @@ class CountSlip(Effect):
         counts = float(coefficients[0]) / count
         sigma = float(np.sqrt(max(covariance[0, 0], 0.0))) / count
         away = abs(counts - round(counts))
-        if sigma <= 0.0 or 2.0 * float(norm.sf(away / sigma)) > CONTRADICTED_P:
+        if sigma <= 0.0 or 2.0 * float(ndtr(-away / sigma)) > CONTRADICTED_P:
             return None
         return f"the step of {counts:.2f} ± {sigma:.2f} counts is no whole number of counts"
 

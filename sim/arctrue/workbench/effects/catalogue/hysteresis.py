@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
+
+LEAST_REVERSALS = 2
+"""With one alone, up and down are also before and after: any step or drift in time looks so."""
 
 
 class Hysteresis(ScalarEffect):
@@ -26,6 +31,7 @@ class Hysteresis(ScalarEffect):
     compensation_note = "depends on the direction of approach: lanes cannot correct it"
     parameter_name = "reversal_error"
     parameter_unit = "arcsec"
+    in_parts = ("direction", "reference")
 
     def missing(self, observations: Observations) -> list[str]:
         rows = observations.reference
@@ -36,6 +42,17 @@ class Hysteresis(ScalarEffect):
         if rows.direction.min() == rows.direction.max():
             return ["a reference run in both directions"]
         return []
+
+    def variety(self, observations: Observations) -> list[str]:
+        rows = observations.reference
+        if rows is None or rows.direction is None:
+            return []
+        if np.count_nonzero(np.diff(rows.direction)) >= LEAST_REVERSALS:
+            return []
+        return [
+            "the reference run up and down once more, since what changed with time at its only "
+            "reversal looks the same"
+        ]
 
     def reference_columns(
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext

@@ -29,6 +29,14 @@ OF_THE_DRIVE = 0.02
 """Of the tooth count: an order nearer than this to a multiple of it is the drive's; one in 25 is
 so by chance."""
 
+OF_THE_SCHEDULE = 0.25
+"""Of the frequency that the length of the run resolves (1/length): a line nearer than this to a
+multiple of the frequency of the visits is at it. With ten visits of a station one line in time of
+20 is so by chance."""
+REGULAR = 0.05
+"""Visits of a station follow each other at times alike to this share, or there is no schedule."""
+SAME_STATION_RAD = 1e-6
+
 
 class PeriodicError(Effect):
     """cos, sin νθ or 2πft in one channel: any real order or frequency, found."""
@@ -112,6 +120,32 @@ class PeriodicError(Effect):
             line += ", fixed to the angle or to the drive: time went at another rate than the angle"
         return f"{line}."
 
+    def contradiction(
+        self,
+        coefficients: NDArray[np.float64],
+        covariance: NDArray[np.float64],
+        nonlinear: Nonlinear,
+        observations: Observations,
+    ) -> str | None:
+        """A line in time keeps to no schedule: at the frequency at which the stations are visited
+        it is a function of place and direction of approach.
+        """
+        rows = observations.reference
+        if not nonlinear["in_time"] or nonlinear["in_capture"] or rows is None:
+            return None
+        visits_s = _visits_s(rows)
+        if visits_s is None or rows.time_s is None:
+            return None
+        times = nonlinear["frequency"] * visits_s
+        away = abs(times - round(times)) / visits_s * float(np.ptp(rows.time_s))
+        if round(times) < 1 or away > OF_THE_SCHEDULE:
+            return None
+        return (
+            f"its period is that of the visits to the stations, {visits_s:.4g} s"
+            + ("" if round(times) == 1 else f" divided by {round(times)}")
+            + ": what depends on the place and on the direction of approach looks the same"
+        )
+
     def parameters(
         self,
         coefficients: NDArray[np.float64],
@@ -158,6 +192,22 @@ def _wave(rows: CaptureRows | ReferenceRows, nonlinear: Nonlinear) -> Columns | 
     else:
         phase = 2.0 * np.pi * nonlinear["frequency"] * (rows.time_s - rows.set_start_s)
     return np.stack([np.cos(phase), np.sin(phase)], axis=1)
+
+
+def _visits_s(rows: ReferenceRows) -> float | None:
+    """Time from one visit of a station, from the same side, to the next; None without a rule."""
+    if rows.time_s is None:
+        return None
+    station = np.round(np.mod(rows.target_rad, 2.0 * np.pi) / SAME_STATION_RAD)
+    side = np.zeros(station.size) if rows.direction is None else rows.direction
+    order = np.lexsort((rows.time_s, side, station))
+    again = (np.diff(station[order]) == 0.0) & (np.diff(side[order]) == 0.0)
+    if 2 * np.count_nonzero(again) < station.size:
+        return None
+    between_s = np.diff(rows.time_s[order])[again]
+    usual_s = float(np.median(between_s))
+    low, high = np.quantile(between_s, [0.1, 0.9])
+    return usual_s if usual_s > 0.0 and float(high - low) < REGULAR * usual_s else None
 
 
 def _inverse(parameter: Parameter, factor: float, unit: str) -> Parameter:

@@ -36,6 +36,7 @@ class PolygonEccentricity(Effect):
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.05 to 1″ by tilt (30″ at a roll of 1°: 0.5″); 0.0005″ a µm by the offset"
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}
+    compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
 
     def missing(self, observations: Observations) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
@@ -36,6 +36,7 @@ class PolygonFaceError(Effect):
     next_measurement = "a reference run with the polygon re-indexed by some faces"
     plausible = "0.1 to 0.5″"
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}
+    compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
 
     def missing(self, observations: Observations) -> list[str]:
@@ -90,7 +91,7 @@ class PolygonFaceError(Effect):
         largest = float(values[face] ** 2) * (size - 1) / square
         left = max((size - 1) ** 2 - size * largest, 1e-300)
         ratio = float(np.sqrt(size * (size - 2) * largest / left))
-        if 2.0 * size * float(student.sf(ratio, size - 2)) < level:
+        if 2.0 * size * float(stdtr(size - 2, -ratio)) < level:
             return (
                 f"face {face} is off alone by {values[face]:.2g}″: a place of the table looks the "
                 "same as one bad face"

@@ -25,6 +25,7 @@ class ReferenceDrift(Effect):
     next_measurement = "repeat the first station at the end of every cycle"
     plausible = "0.1 to 5″/h"
     parameter_units = {"rate": "arcsec/h"}
+    compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
     defaults = {"degree": 1}
 

@@ -6,7 +6,7 @@ from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from arctrue.workbench.effects.base import (
     Columns,
@@ -88,7 +88,7 @@ class SubdivisionError(Effect):
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the multiples that are there, the third too: large distortions mix."""
         tried = sorted({*self.integers("multiples"), 3})
-        least = float(chi2.isf(WORTH_P, 4))
+        least = float(chdtri(4, WORTH_P))
         kept = [
             multiple
             for multiple in tried

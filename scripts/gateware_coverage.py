@@ -1,10 +1,10 @@
-"""``make coverage``: how many statements of ``rtl/`` the benches execute, against a budget.
+"""Counts the statements of ``rtl/`` that the benches execute: ``make coverage-gateware``.
 
 The benches of ``tb/`` run in GHDL 5, which counts the lines of statements that were executed
 (``--coverage`` of its mcode back-end); each simulation leaves a file of JSON. The files are added
 up: a line counts as executed when any simulation executed it. Result: coverage.md and lines that
-nothing executes, in build/coverage. GHDL 5 simulates slower than the GHDL that the tests use, so
-this takes several times as long as the benches in ``make test``.
+nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests
+use, so this takes several times as long as the benches in ``make test``.
 
 Exit code 1 when a bench fails, a file of ``rtl/`` is in no simulation, or the budget is missed; 2
 when a tool is missing.
@@ -25,7 +25,7 @@ from typing import Final
 
 from scripts.netlist import ROOT, ToolError, find_ghdl
 
-FOLDER: Final = ROOT / "build" / "coverage"
+FOLDER: Final = ROOT / "build" / "coverage_gateware"
 BUDGET: Final = 0.95
 """Share of the statements' lines of ``rtl/`` that the benches execute at the least."""
 VARIABLE: Final = "ARCTRUE_COVERAGE"

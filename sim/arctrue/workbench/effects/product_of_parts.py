@@ -6,7 +6,7 @@ phase, or nothing) that is fixed to something (the disc, the stator, a head, the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -331,7 +331,7 @@ class ProductOfParts(Effect):
             coefficients = coefficients[2 * len(orders) :]
         return paired_lanes(orders, factor * coefficients)
 
-    def describe(self, parameters: dict[str, Parameter]) -> str:
+    def describe(self, parameters: Mapping[str, Parameter]) -> str:
         """In words, for instance ``(T − T₀) × order 2, disc-fixed, 0.31″/K``."""
         words = [self.condition.words] if self.condition.words else []
         if self.electrical_head is not None:

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scripts.coverage import faults, read_results, share, table
+from scripts.gateware_coverage import faults, read_results, share, table
 from scripts.netlist import find_ghdl
 from sim.tests.synth.test_netlist import needs_tools
 

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "version_command.h"
+
+#include <stddef.h>
+
+const char version_use[] = "version: of firmware and gateware, and the chip";
+
+static void named_word(const struct text_sink *sink, const char *name, const char *value) {
+    text_word(sink, name);
+    text_word(sink, value != NULL ? value : "unknown");
+    text_word(sink, "\r\n");
+}
+
+static void named(const struct text_sink *sink, const char *name, uint32_t value) {
+    text_word(sink, name);
+    text_unsigned(sink, value);
+    text_word(sink, "\r\n");
+}
+
+static void tell_gateware(const struct text_sink *sink, const struct application *application) {
+    struct core_origin origin = core_origin(&application->core);
+    text_word(sink, "gateware ");
+    text_unsigned(sink, origin.major);
+    text_word(sink, ".");
+    text_unsigned(sink, origin.minor);
+    text_word(sink, ".");
+    text_unsigned(sink, origin.patch);
+    named(sink, "\r\nlanes ", application->configuration.lanes);
+    named(sink, "fold ", origin.fold);
+    named(sink, "capture_depth ", application->configuration.capture_depth);
+    named(sink, "clock_hz ", application->configuration.clock_hz);
+    if (!origin.has_dna) {
+        named_word(sink, "dna ", NULL);
+        return;
+    }
+    text_word(sink, "dna 0x");
+    text_hexadecimal(sink, (uint32_t)(origin.dna >> 32));
+    text_hexadecimal(sink, (uint32_t)origin.dna);
+    text_word(sink, "\r\n");
+}
+
+void version_command(struct console *console, char *const *words, uint32_t number) {
+    (void)words;
+    (void)number;
+    const struct text_sink *sink = &console->sink;
+    named_word(sink, "firmware ", console->firmware);
+    named_word(sink, "build ", console->build);
+    if (console->application->phase == PHASE_NO_CORE) {
+        named_word(sink, "gateware ", "none");
+    } else {
+        tell_gateware(sink, console->application);
+    }
+    text_word(sink, "ok\r\n");
+}

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* `version`: firmware, build, gateware, its configuration, and the chip. */
+
+#ifndef ARCTRUE_VERSION_COMMAND_H
+#define ARCTRUE_VERSION_COMMAND_H
+
+#include "console.h"
+
+extern const char version_use[];
+
+void version_command(struct console *console, char *const *words, uint32_t number);
+
+#endif

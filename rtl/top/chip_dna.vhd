@@ -1,0 +1,107 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # chip_dna
+--
+-- Reads the identifier that was burnt into the chip (device DNA) out of the primitive DNA_PORT, once after the
+-- reset, and holds it. READ loads the identifier into the primitive's shift register, whose bit 56 is at DOUT;
+-- SHIFT moves the next one there. Source: 7 series configuration user guide (UG470), chapter 5, "Device DNA".
+--
+-- **Latency.** 118 × CLOCKS_PER_HALF clocks from the end of the reset to `known`.
+--
+-- **Number formats.** `dna` u57.0.
+--
+-- **Clock.** The primitive runs on a divided clock that is a register here, CLOCKS_PER_HALF clocks high and as many
+-- low; READ and SHIFT change, and DOUT is taken, where it falls. At 100 MHz and 8 clocks that is 6.25 MHz of the 100 that
+-- are allowed, so that no path between the two needs a constraint.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+
+entity chip_dna is
+  generic (
+    CLOCKS_PER_HALF : positive range 1 to 256 := 8
+  );
+  port (
+    clock : in    std_ulogic;
+    reset : in    std_ulogic;
+    dna   : out   std_ulogic_vector(56 downto 0);
+    known : out   std_ulogic -- 1: dna is whole
+  );
+end entity chip_dna;
+
+architecture rtl of chip_dna is
+
+  -- Primitive of the 7 series, named as the vendor's library names it.
+  -- vsg_off
+  component DNA_PORT is
+    port (
+      DOUT  : out   std_ulogic;
+      CLK   : in    std_ulogic;
+      DIN   : in    std_ulogic;
+      READ  : in    std_ulogic;
+      SHIFT : in    std_ulogic
+    );
+  end component DNA_PORT;
+  -- vsg_on
+
+  constant BITS : positive := 57;
+
+  signal port_clock : std_ulogic;
+  signal load       : std_ulogic;
+  signal shift      : std_ulogic;
+  signal bit_out    : std_ulogic;
+  signal waited     : natural range 0 to CLOCKS_PER_HALF - 1;
+  signal taken      : natural range 0 to BITS;
+  signal identifier : std_ulogic_vector(BITS - 1 downto 0);
+
+begin
+
+  dna   <= identifier;
+  known <= '1' when taken = BITS else
+           '0';
+
+  -- vsg_off
+  dna_primitive : component DNA_PORT
+    port map (
+      DOUT  => bit_out,
+      CLK   => port_clock,
+      DIN   => '0',
+      READ  => load,
+      SHIFT => shift
+    );
+  -- vsg_on
+
+  read_once : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      if waited /= CLOCKS_PER_HALF - 1 then
+        waited <= waited + 1;
+      else
+        waited <= 0;
+        if taken /= BITS then
+          port_clock <= not port_clock;
+          if port_clock = '1' then
+            -- It falls now. A bit is there as soon as the identifier has been loaded.
+            if load = '1' or shift = '1' then
+              identifier <= identifier(BITS - 2 downto 0) & bit_out;
+              taken      <= taken + 1;
+            end if;
+            load  <= not (load or shift);
+            shift <= load or shift;
+          end if;
+        end if;
+      end if;
+
+      if reset = '1' then
+        port_clock <= '0';
+        load       <= '0';
+        shift      <= '0';
+        waited     <= 0;
+        taken      <= 0;
+      end if;
+    end if;
+
+  end process read_once;
+
+end architecture rtl;

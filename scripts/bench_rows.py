@@ -1,0 +1,86 @@
+"""Rows of a bench: repeated measurements with their spread, each beside its peer or limit.
+
+A bench writes its rows with ``--rows FILE``; ``scripts.bench_page`` makes one page of all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from arctrue.whole_file import write_whole_text
+
+HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside: peer or limit")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One thing that was measured."""
+
+    what: str
+    unit: str
+    values: tuple[float, ...]
+    """Every run. One alone is a count or a sum, the same each time."""
+    beside: str
+    """The peer's figure or the limit, in words."""
+    kept: bool = True
+    """Whether the limit is kept, where there is one."""
+
+    @property
+    def median(self) -> float:
+        """Of the runs."""
+        return float(np.median(self.values))
+
+    def cells(self) -> list[str]:
+        """For a table: as ``HEADINGS``."""
+        beside = self.beside if self.kept else f"**{self.beside}: not kept**"
+        if len(self.values) == 1:
+            return [self.what, self.unit, shown(self.median), "", "", "counted", beside]
+        low, high = np.quantile(self.values, (0.25, 0.75))
+        return [
+            self.what,
+            self.unit,
+            shown(self.median),
+            f"{shown(low)} to {shown(high)}",
+            f"{shown(min(self.values))} to {shown(max(self.values))}",
+            str(len(self.values)),
+            beside,
+        ]
+
+
+def shown(value: float) -> str:
+    """Three digits, thousands with commas."""
+    if abs(value) >= 1000:
+        digits = 2 - int(np.floor(np.log10(abs(value))))
+        return f"{round(value, digits):,.0f}"
+    return f"{value:.3g}"
+
+
+def table(rows: Sequence[Row]) -> list[str]:
+    """Lines of Markdown."""
+    lines = [f"| {' | '.join(HEADINGS)} |", "|---|---|---:|---:|---:|---:|---|"]
+    return lines + [f"| {' | '.join(row.cells())} |" for row in rows]
+
+
+def add_option(parser: argparse.ArgumentParser) -> None:
+    """``--rows FILE``."""
+    parser.add_argument("--rows", type=Path, metavar="FILE", help="write the rows as JSON")
+
+
+def give_out(rows: Sequence[Row], file: Path | None) -> int:
+    """Print the rows, write them where that is asked for; 1 where a limit is not kept."""
+    print("\n".join(table(rows)))
+    if file is not None:
+        write_whole_text(file, json.dumps([asdict(row) for row in rows], indent=1) + "\n")
+    return int(not all(row.kept for row in rows))
+
+
+def read_rows(file: Path) -> list[Row]:
+    """As :func:`give_out` wrote them."""
+    found = json.loads(file.read_text(encoding="utf-8"))
+    return [Row(**{**row, "values": tuple(row["values"])}) for row in found]

@@ -1,0 +1,30 @@
+"""Says for every tri-state pad that its enable is not inverted, which place and route leaves out.
+
+A pad's T comes from the fabric by the pin T1 of its OLOGIC, which inverts it unless ``ZINV_T1`` is
+set (Project X-Ray). nextpnr-himbaechel 0.11.1 routes T1 and sets no such feature, and so did
+nextpnr-xilinx (openXC7/nextpnr-xilinx, issue 14): a pad then drives where it must not. A pad that
+always drives has T1 open, which reads 1, and needs the inversion.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+ROUTED: Final = re.compile(r"^(?P<tile>\w+)\.IOI_OLOGIC(?P<half>[01])_T1\.\w+$", re.MULTILINE)
+
+
+def straight_enables(fasm: str) -> list[str]:
+    """The lines of FASM that are lacking: one for each routed T1 that has none yet."""
+    wanted = (f"{found['tile']}.OLOGIC_Y{found['half']}.ZINV_T1" for found in ROUTED.finditer(fasm))
+    there = set(fasm.splitlines())
+    return [line for line in wanted if line not in there]
+
+
+def add_straight_enables(fasm: Path) -> int:
+    """Append them to a file; how many."""
+    lines = straight_enables(fasm.read_text(encoding="ascii"))
+    with fasm.open("a", encoding="ascii") as file:
+        file.write("".join(f"{line}\n" for line in ("# enables of tri-state pads", *lines)))
+    return len(lines)

@@ -1,0 +1,111 @@
+"""Runs the thermal eccentricity of a warming table and writes its table into docs/hidden-effect.md.
+
+``python -m scripts.warming full`` at the paper's scale (2²⁴ counts, 32 lanes; half an hour of a
+core), ``python -m scripts.warming small`` at 2¹⁸; ``page`` only writes what is stored into the
+page, and ``check`` compares. Figures: docs/data/warming.json.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Final
+
+from arctrue.studies.hidden_effect.cases import CASES
+from arctrue.studies.hidden_effect.experiment import run_hidden
+from arctrue.studies.hidden_effect.follow import BY_FIRMWARE, HELD, follow_warming
+from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.whole_file import write_whole_text
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+STORED: Final = ROOT / "docs" / "data" / "warming.json"
+PAGE: Final = ROOT / "docs" / "hidden-effect.md"
+BEGIN, END = "<!-- made by scripts/warming.py -->\n", "<!-- end -->\n"
+SCALES: Final = {
+    "small": (1024, 256, 4, 1200),
+    "full": (16384, 1024, 32, 12000),
+}
+"""Lines, counts a line, lanes, samples a turn."""
+TURNS: Final = 3
+LAG_S: Final = 60.0
+RUNS: Final = {
+    HELD: "the first turn's coefficients held",
+    BY_FIRMWARE: "the firmware alone, from its thermometer",
+    "lagging": "the same, the thermometer lags by 60 s",
+}
+
+
+def measure(scale: str) -> dict[str, Any]:
+    """Order 1 of the corrected output, turn by turn, arcseconds."""
+    lines, interpolation, lanes, samples = SCALES[scale]
+    settings = HiddenSettings.of_lines(lines, lanes, samples)
+    revolution = dataclasses.replace(settings.revolution, interpolation=interpolation)
+    settings = dataclasses.replace(settings, revolution=revolution)
+    with tempfile.TemporaryDirectory() as folder:
+        result = run_hidden(CASES["thermal_eccentricity"], settings, Path(folder), say=print)
+        found = follow_warming(result, TURNS, ways=(HELD, BY_FIRMWARE))
+        late = follow_warming(result, TURNS, ways=(BY_FIRMWARE,), sensor_lag_s=LAG_S)
+    turns = {**found, "lagging": late[BY_FIRMWARE]}
+    return {
+        "counts_per_rev": lines * interpolation,
+        "lanes": lanes,
+        "temperature_c": [round(turn.temperature_c, 2) for turn in turns[HELD]],
+        "order1_arcsec": {
+            run: [round(turn.order1_arcsec, 3) for turn in turns[run]] for run in RUNS
+        },
+    }
+
+
+def section(stored: dict[str, Any]) -> str:
+    """The table of the page."""
+    lines = []
+    for scale in SCALES:
+        if scale not in stored:
+            continue
+        row = stored[scale]
+        heads = " | ".join(f"{celsius:.2f} °C" for celsius in row["temperature_c"])
+        title = f"{row['counts_per_rev']:,} counts, {row['lanes']} lanes"
+        lines += ["", f"| {title} | {heads} |", f"|---|{'---|' * len(row['temperature_c'])}"]
+        for run, words in RUNS.items():
+            figures = " | ".join(f"{value:.2f}″" for value in row["order1_arcsec"][run])
+            lines.append(f"| {words} | {figures} |")
+    return BEGIN + "\n".join(lines[1:]) + "\n" + END
+
+
+def page(text: str, stored: dict[str, Any]) -> str:
+    """The page with the table of today. Raises ValueError where its place is missing."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{PAGE} has no place for the table: {BEGIN.strip()} … {END.strip()}")
+    return before + section(stored) + after
+
+
+def main() -> int:
+    """Measure or compare; returns the exit code."""
+    wanted = sys.argv[1] if len(sys.argv) == 2 else ""
+    if wanted not in {*SCALES, "page", "check"}:
+        print(f"use: python -m scripts.warming {'|'.join(SCALES)}|page|check", file=sys.stderr)
+        return 2
+    measured = {wanted: measure(wanted)} if wanted in SCALES else {}
+    # Read after the measurement: the other scale's may have come meanwhile.
+    stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}
+    stored |= measured
+    if measured:
+        write_whole_text(STORED, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
+    text = PAGE.read_text(encoding="utf-8")
+    made = page(text, stored)
+    if wanted == "check":
+        if made == text:
+            return 0
+        print(f"{PAGE} is not what {STORED} says: python -m scripts.warming page", file=sys.stderr)
+        return 1
+    write_whole_text(PAGE, made)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

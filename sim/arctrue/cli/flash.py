@@ -1,0 +1,53 @@
+"""``arctrue flash PORT BOOT.BIN``: a boot image into the flash of a running device."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from arctrue.cli._progress import Progress
+from arctrue.cli._terminal import say, tell_error
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.flash import FlashRefusedError, write_image
+from arctrue.percent import percent
+
+REFUSED = 1
+NO_DEVICE = 2
+
+
+@click.command(short_help="Write a boot image into a device's flash.")
+@click.argument("port")
+@click.argument("file", metavar="BOOT.BIN", type=click.Path(path_type=Path))
+def flash(port: str, file: Path) -> None:
+    """Write BOOT.BIN, which make image wrote, into the flash of the board at PORT.
+
+    The device goes on with its work. Its first image of all is written twice: the second one is
+    golden and never written again. Power may be lost at any moment: the board then starts the
+    golden image. Firmware alone takes a minute, a bitstream some twenty more.
+
+    Exit code 1: the flash does not take it. 2: the file cannot be read, or the device does not
+    answer.
+    """
+    try:
+        image = file.read_bytes()
+        with Progress(f"{file.name}: writing") as progress:
+            state = write_image(
+                Console(port),
+                image,
+                lambda done, all_: progress.now(
+                    f"{file.name}: {done:,} of {all_:,} bytes, {percent(done / all_)}"
+                ),
+            )
+    except FlashRefusedError as error:
+        tell_error(f"{file}: {error}")
+        sys.exit(REFUSED)
+    except OSError as error:
+        tell_error(f"{file}: cannot be read: {error.strerror}")
+        sys.exit(NO_DEVICE)
+    except ConsoleError as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+    golden = "the golden image stays" if state.has_golden else "the golden image is the same"
+    say(f"{file}: written and read back; {golden}. It starts with the next power-on")

@@ -1,0 +1,81 @@
+"""arctrue long-run: a scenario of many turns, held in several ways."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from arctrue.cli._figures import figure
+from arctrue.cli._instrument import on_the_instrument
+from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._tables import number, table, words
+from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.report.numbers import plain
+from arctrue.whole_file import write_whole_text
+
+LEAST_TURNS = 30
+"""With fewer, what the model is learned from tells nothing of the temperature."""
+
+
+@click.command("long-run", short_help="Many turns with drift, heat and a fault.")
+@click.argument("scenario_file", metavar="SCENARIO.toml", type=click.Path(path_type=Path))
+@click.option(
+    "--turns",
+    type=click.IntRange(LEAST_TURNS),
+    help="A quick look: the same course in so many turns.",
+)
+@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
+@for_people
+def long_run(
+    scenario_file: Path,
+    turns: int | None,
+    json_file: Path | None,
+    page_file: Path | None,
+    out: Path | None,
+) -> None:
+    """Run SCENARIO.toml with coefficients that are held, calibrated anew, averaged, or modelled.
+
+    The scenario is one leg of turns, such as sim/scenarios/long_run.toml, and runs on the virtual
+    instrument: compiled gateware and the firmware's C code. Tells the error that each way leaves,
+    the Allan deviation of the orders, and what a watch on the telemetry says of trends.
+    """
+    from arctrue.studies.long_run.experiment import run_long, shortened
+    from arctrue.studies.scenario import read_scenario
+
+    scenario = read_scenario(scenario_file)
+    if turns is not None:
+        scenario = shortened(scenario, turns)
+    with on_the_instrument(str(scenario_file)) as shown:
+        found = plain(run_long(scenario, progress=shown.progress, say=shown.say))
+    rows = table(
+        f"{found['turns']} turns, error left by the coefficients, ″",
+        words(),
+        *map(number, ("RMS", "largest", "applied", "refused")),
+    )
+    for name, one in found["strategies"].items():
+        rows.add_row(
+            name,
+            figure(one["rms_arcsec"], 2),
+            figure(one["largest_arcsec"], 2),
+            str(one["applied"]),
+            str(len(one["refused"])),
+        )
+    console.print(rows)
+    for one in found["trends"]:
+        console.print(
+            f"turn {one['turn']}: order {one['order']} moved by {figure(one['change_arcsec'], 2)}″ "
+            f"in {one['turns']} turns",
+            soft_wrap=True,
+        )
+    write_json(json_file, found)
+    if page_file is not None or out is not None:
+        from arctrue.report.long_run_page import long_run_page, plot_long_run
+
+        if page_file is not None:
+            write_whole_text(page_file, long_run_page(found))
+            console.print(f"wrote {page_file}", soft_wrap=True)
+        if out is not None:
+            console.print(f"wrote {plot_long_run(found, out)}", soft_wrap=True)

@@ -1,0 +1,163 @@
+"""A boot image into the flash of a running device, over its console.
+
+The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the
+flash's beginning on (UG585, chapter 6). At the beginning is the image that is updated, behind it
+the golden one, which is written once and stays. The header of the first image is erased
+first and written last, so that power may be lost at any moment: until then the golden image
+starts. The bitstream behind has a CRC of its own; without a whole one the firmware starts all the
+same.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.refusal import explained, reason_of
+
+GOLDEN = 0x4_0000
+"""Where the golden image is, and how long each of the two may be, bytes; as in flash_map.h of
+firmware/zynq."""
+BITSTREAM = 0x10_0000
+END = 0xF0_0000
+PAGE_BYTES = 256
+WORD_BYTES = 4
+LINE_WORDS = 6
+CHECKED_BYTES = 0x1_0000
+ERASED = b"\xff"
+HEADER_BYTES = 0x8C0
+SIGNATURE_AT, SIGNATURE = 0x24, b"XNLX"
+CHECKED_LAST = 4 * LINE_WORDS * WORD_BYTES
+"""The lines up to here have the width detection word, the signature and, last, the check sum."""
+ATTEMPTS = 3
+"""Of a line that was spoiled on the way."""
+ERASE_S = 15.0
+
+
+class FlashRefusedError(Exception):
+    """The image or the flash cannot be used; the message says why and what to do."""
+
+
+@dataclass(frozen=True)
+class FlashState:
+    """What the device says of its flash."""
+
+    has_golden: bool
+    sector_bytes: int
+    started_from: int
+
+
+def parts_of(image: bytes) -> tuple[bytes, bytes]:
+    """Boot image and what lies from the bitstream's place on, each without erased bytes at its end.
+
+    Raises FlashRefusedError for what ``make image`` did not write.
+    """
+    boot, fabric = image[:GOLDEN].rstrip(ERASED), image[BITSTREAM:].rstrip(ERASED)
+    if boot[SIGNATURE_AT : SIGNATURE_AT + 4] != SIGNATURE or len(boot) <= HEADER_BYTES:
+        raise FlashRefusedError(
+            "it does not begin with the boot ROM's header; expected the BOOT.BIN of make image"
+        )
+    if len(image) > END:
+        raise FlashRefusedError(
+            f"it has {len(image):,} bytes; {END:,} are there, behind them is what the device saves"
+        )
+    return boot, fabric
+
+
+def lines_of(data: bytes, address: int, first: int = 0, last: int | None = None) -> Iterator[str]:
+    """The lines of the console that write ``data[first:last]``; its byte 0 goes to ``address``.
+
+    A line ends where a page does; what is erased anyway is left out.
+    """
+    step = LINE_WORDS * WORD_BYTES
+    end = len(data) if last is None else min(last, len(data))
+    place = first
+    while place < end:
+        page_end = place - (address + place) % PAGE_BYTES + PAGE_BYTES
+        stop = min(place + step, page_end, end)
+        words = data[place:stop].ljust(-(place - stop) // WORD_BYTES * WORD_BYTES, ERASED)
+        words += ERASED * (-len(words) % WORD_BYTES)
+        if words.strip(ERASED):
+            values = struct.unpack(f"<{len(words) // WORD_BYTES}I", words)
+            crc = zlib.crc32(struct.pack("<I", address + place) + words)
+            digits = "".join(f"{value:08X}" for value in values)
+            yield f"flash data {address + place:X} {digits} {crc:08X}"
+        place = stop
+
+
+def state_of(console: Console) -> FlashState:
+    """Raises FlashRefusedError where the device has no flash that it knows."""
+    told = dict(line.split(" ", 1) for line in _ask(console, "flash status") if " " in line)
+    state = FlashState(
+        told.get("golden") == "whole",
+        int(told.get("sector_bytes", "0")),
+        int(told.get("started_from", "0"), 16),
+    )
+    if not state.sector_bytes:
+        raise FlashRefusedError("the device knows no flash of the ID that it reads")
+    return state
+
+
+def write_image(console: Console, image: bytes, progress: Callable[[int, int], None]) -> FlashState:
+    """All of a BOOT.BIN; ``progress`` hears bytes done and all. The state that was found.
+
+    A golden image is written first where there is none. Raises FlashRefusedError, ConsoleError.
+    """
+    boot, fabric = parts_of(image)
+    state = state_of(console)
+    areas = [] if state.has_golden else [(boot, GOLDEN)]
+    if fabric:
+        areas.append((fabric, BITSTREAM))
+    areas.append((boot, 0))
+    all_bytes = sum(len(data) for data, _ in areas)
+    done = 0
+    for data, address in areas:
+        for sector in range(address, address + len(data), state.sector_bytes):
+            _ask(console, f"flash erase {sector:X}", ERASE_S)
+        # What makes the boot ROM take it comes last.
+        for first, last in ((CHECKED_LAST, len(data)), (0, CHECKED_LAST)):
+            for line in lines_of(data, address, first, last):
+                _send(console, line)
+                progress(done + int(line.split()[2], 16) - address, all_bytes)
+            _compare(console, data, address, first, last)
+        done += len(data)
+    progress(all_bytes, all_bytes)
+    return state
+
+
+def _compare(console: Console, data: bytes, address: int, first: int, last: int) -> None:
+    whole = data[:last] + ERASED * (-len(data[:last]) % WORD_BYTES)
+    for place in range(first, len(whole), CHECKED_BYTES):
+        part = whole[place : place + CHECKED_BYTES]
+        answer = _ask(console, f"flash check {address + place:X} {len(part):X}")
+        if answer[0] != f"crc {zlib.crc32(part):08X}":
+            raise FlashRefusedError(
+                f"what was written from {address + place:#x} on does not read back as it was sent; "
+                "is another writing the flash?"
+            )
+
+
+def _send(console: Console, line: str) -> None:
+    for attempt in range(1, ATTEMPTS + 1):
+        try:
+            console.command(line)
+        except ConsoleError as error:
+            if reason_of(error, "flash") != "wrong_crc" or attempt == ATTEMPTS:
+                raise _refused(console, error) from error
+        else:
+            return
+
+
+def _ask(console: Console, line: str, seconds: float = 5.0) -> list[str]:
+    try:
+        return console.command(line, seconds)
+    except ConsoleError as error:
+        raise _refused(console, error) from error
+
+
+def _refused(console: Console, error: ConsoleError) -> Exception:
+    reason = reason_of(error, "flash")
+    return error if reason is None else FlashRefusedError(explained(console, reason))

@@ -1,0 +1,43 @@
+"""Allan deviation of a series: how much a mean over so many readings still wanders.
+
+White noise falls as 1/√m with the number m of readings averaged; a drift of D a reading rises as
+D·m/√2. Where the two meet lies the longest average that is worth making (NIST SP 1065, 5.2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def overlapping_allan_deviation(
+    values: ArrayLike, averaged: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Overlapping Allan deviation, σ²(m) = ½⟨(ȳ_{k+m} − ȳ_k)²⟩ with ȳ the mean of m readings.
+
+    ``values`` (n,): readings at even steps, NaN where one is missing; a pair of means with a
+    missing reading is left out. ``averaged`` (k,): numbers m of readings in a mean.
+
+    Returns deviation (k,) in the unit of the values, NaN where no pair is whole, and the number of
+    pairs (k,). Raises ValueError for an m that is not a whole number from 1 on.
+    """
+    readings = np.asarray(values, dtype=np.float64)
+    lengths = np.atleast_1d(np.asarray(averaged))
+    if readings.ndim != 1 or lengths.ndim != 1:
+        raise ValueError("expected a series of readings and a list of lengths")
+    if np.any(lengths != np.floor(lengths)) or np.any(lengths < 1):
+        raise ValueError(f"lengths: expected whole numbers from 1 on, found {lengths.tolist()}")
+    missing = np.concatenate([[0], np.cumsum(~np.isfinite(readings))])
+    sums = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(readings), readings, 0.0))])
+    deviation = np.full(lengths.size, np.nan)
+    pairs = np.zeros(lengths.size, dtype=np.int64)
+    for place, length in enumerate(lengths.astype(np.int64).tolist()):
+        if 2 * length > readings.size:
+            continue
+        whole = missing[2 * length :] == missing[: missing.size - 2 * length]
+        middle = sums[length : sums.size - length]
+        second = sums[2 * length :] - 2.0 * middle + sums[: sums.size - 2 * length]
+        pairs[place] = int(whole.sum())
+        if pairs[place]:
+            deviation[place] = np.sqrt(0.5 * np.mean((second[whole] / length) ** 2))
+    return deviation, pairs

@@ -1,0 +1,126 @@
+"""Which orders of the error follow a trend, turn after turn, from what the device tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+Float = NDArray[np.float64]
+
+BLOCK_TURNS = 16
+"""Turns in a mean: more than the firmware's running average remembers (``keep`` 0.8: 5)."""
+BLOCKS = 8
+"""Means in the straight line that is judged."""
+FALSE_ALARMS = 1e-3
+"""Chance that a line of means tells of a trend in any order where there is only noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trend:
+    """One order that moves."""
+
+    order: int
+    cosine_arcsec: float
+    """Change of the coefficient of cos nθ over the turns of the line."""
+    sine_arcsec: float
+    u_arcsec: float
+    """Standard uncertainty of each of the two, by the scatter of the means about the line."""
+    turns: int
+    """From the first mean's middle to the last one's."""
+    chance: float
+    """That noise alone shows as much in this order."""
+
+    @property
+    def change_arcsec(self) -> float:
+        """How far the order moved, as an amplitude."""
+        return float(np.hypot(self.cosine_arcsec, self.sine_arcsec))
+
+    def __str__(self) -> str:
+        """For people."""
+        return (
+            f"order {self.order} moves: {self.change_arcsec:.2g}″ in {self.turns} turns "
+            f"(u = {self.u_arcsec:.1g}″)"
+        )
+
+
+class TrendWatch:
+    """Judges the latest ``BLOCKS`` means of ``BLOCK_TURNS`` turns whenever a mean is whole.
+
+    A line through the means of cosine and sine; F test of its slope against the scatter about it,
+    with 2 and 2·(BLOCKS − 2) degrees of freedom. The noise of a turn need not be known. A change
+    of less than ``matters_arcsec`` over the line is not told.
+    """
+
+    def __init__(
+        self,
+        matters_arcsec: float = 0.0,
+        *,
+        block_turns: int = BLOCK_TURNS,
+        blocks: int = BLOCKS,
+        false_alarms: float = FALSE_ALARMS,
+    ) -> None:
+        """Raises ValueError for fewer than three blocks: a line through two has no scatter."""
+        if blocks < 3 or block_turns < 1:
+            raise ValueError("expected three blocks or more, of one turn or more")
+        self._matters_arcsec, self._false_alarms = matters_arcsec, false_alarms
+        self._block_turns, self._blocks = block_turns, blocks
+        self._last = -1
+        self._turns: list[tuple[float, dict[int, complex]]] = []
+        self._means: list[tuple[float, dict[int, complex]]] = []
+
+    def add(self, turn: int, harmonics: Sequence[Sequence[float]]) -> list[Trend]:
+        """Orders that move, the strongest first; none as long as no further mean is whole.
+
+        ``harmonics``: order, amplitude in arcsec and phase in radians first, as the telemetry has
+        them; none for a turn that was refused, which is passed over, as is one told again.
+        """
+        if not harmonics or turn == self._last:
+            return []
+        values = {int(h[0]): h[1] * np.exp(-1j * h[2]) for h in harmonics}
+        known = self._turns or self._means
+        if turn < self._last or (known and set(known[0][1]) != set(values)):
+            # A new start, or other orders than before: nothing to compare with.
+            self._turns, self._means = [], []
+        self._last = turn
+        self._turns.append((float(turn), values))
+        if len(self._turns) < self._block_turns:
+            return []
+        middle = float(np.mean([number for number, _ in self._turns]))
+        self._means.append(
+            (middle, {n: complex(np.mean([v[n] for _, v in self._turns])) for n in values})
+        )
+        self._turns = []
+        self._means = self._means[-self._blocks :]
+        return self._judge() if len(self._means) == self._blocks else []
+
+    def _judge(self) -> list[Trend]:
+        at = np.array([middle for middle, _ in self._means])
+        orders = list(self._means[0][1])
+        values = np.array([[mean[order] for order in orders] for _, mean in self._means])
+        centred = at - at.mean()
+        spread = float(centred @ centred)
+        slope = centred @ values / spread
+        scatter = values - values.mean(axis=0) - np.outer(centred, slope)
+        freedom = 2 * (at.size - 2)
+        variance = (np.abs(scatter) ** 2).sum(axis=0) / freedom
+        ratio = np.abs(slope) ** 2 * spread / (2.0 * np.maximum(variance, np.finfo(float).tiny))
+        chance = stats.f.sf(ratio, 2, freedom)
+        span = float(at[-1] - at[0])
+        found = [
+            Trend(
+                order,
+                float(slope[place].real) * span,
+                float(slope[place].imag) * span,
+                float(np.sqrt(variance[place] / spread)) * span,
+                round(span),
+                float(chance[place]),
+            )
+            for place, order in enumerate(orders)
+            if chance[place] < self._false_alarms / len(orders)
+            and abs(slope[place]) * span > self._matters_arcsec
+        ]
+        return sorted(found, key=lambda trend: trend.chance)

@@ -1,0 +1,27 @@
+"""Writes a figure of matplotlib as a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from arctrue.whole_file import whole_file
+
+
+def save_picture(figure: Figure, path: Path, *, dots_per_inch: int = 150) -> Path:
+    """Write the figure in the format that the name ends in; the folder is made.
+
+    Date and program are not written: the same figure gives the same file. A figure in the style
+    of the house is saved within ``house_style``.
+    """
+    kind = path.suffix.removeprefix(".")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as unfinished:
+        figure.savefig(
+            unfinished,
+            format=kind,
+            dpi=dots_per_inch,
+            metadata={"Date" if kind == "svg" else "Software": None},
+        )
+    return path

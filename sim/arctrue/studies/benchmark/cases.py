@@ -1,0 +1,45 @@
+"""Sets on which the diagnosis failed once: kept, so that each can be asked again by itself."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.outcome import Judged
+from arctrue.studies.campaign.task import Task
+from arctrue.whole_file import write_whole_text
+
+FILE = Path(__file__).with_name("cases.json")
+OF_A_SET = ("world", "content", "seed", "samples")
+
+
+def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
+    """Every case: what makes its set, and ``found``: what was hidden and said, by which commit."""
+    found: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["cases"]
+    return found
+
+
+def case_tasks(subject: str, file: Path = FILE) -> list[Task]:
+    """The sets of all cases as tasks."""
+    return [
+        {**{name: case[name] for name in OF_A_SET}, "subject": subject} for case in kept_cases(file)
+    ]
+
+
+def keep(failures: Iterable[Judged], commit: str | None, file: Path = FILE) -> int:
+    """Add the failures that are no cases yet; how many those are."""
+    cases = kept_cases(file)
+    known = {set_name({name: case[name] for name in OF_A_SET}) for case in cases}
+    new = [item for item in failures if set_name(item.task) not in known]
+    cases += [_case(item, commit) for item in new]
+    text = json.dumps({"cases": cases}, indent=1, ensure_ascii=False)
+    write_whole_text(file, text + "\n")
+    return len(new)
+
+
+def _case(item: Judged, commit: str | None) -> dict[str, Any]:
+    found = {"hidden": item.hidden, "said": item.said, "outcome": item.outcome, "commit": commit}
+    return {**{name: item.task[name] for name in OF_A_SET}, "found": found}

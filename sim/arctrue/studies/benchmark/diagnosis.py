@@ -1,0 +1,57 @@
+"""The diagnosis of this project as a subject of the benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from arctrue.measurement import MeasurementSet, read_measurement_set
+from arctrue.studies.benchmark.subject import Answer
+from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis, diagnose
+from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.effects.registry import catalogue
+from arctrue.workbench.model.growth import settle
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.build import observations_of
+
+
+def diagnosed(
+    measurement: MeasurementSet, matters_counts: float = MATTERS_COUNTS
+) -> tuple[Observations, Diagnosis]:
+    """Rows of a set and what the diagnosis of the default model says of them."""
+    observations = observations_of(measurement)
+    effects = catalogue([])
+    terms = settle(default_model(), observations, effects)
+    return observations, diagnose(observations, terms, effects, matters_counts=matters_counts)
+
+
+def arctrue(folder: Path) -> Answer:
+    """The diagnosis of this project, from the folder alone."""
+    _, found = diagnosed(read_measurement_set(folder))
+    return answer_of(diagnosis_data(found, default_model().names()))
+
+
+def answer_of(data: Mapping[str, Any]) -> Answer:
+    """What is scored of ``diagnose --json``, schema 1 or 2, in plain JSON."""
+    candidates = list(data.get("candidates", []))
+    first = next((item for item in candidates if item["effect"] == data.get("named")), None)
+    before = candidates[0]["heldout_before_arcsec"] if candidates else {}
+    probability = data.get("probability")
+    return {
+        "verdict": data["verdict"],
+        "named": data.get("named"),
+        "class": list(data.get("class") or []),
+        "parts": list(data.get("parts") or []),
+        "beside": list(data.get("beside") or []),
+        "probability": None
+        if probability is None
+        else {name: round(float(value), 6) for name, value in probability.items()},
+        "held_out_arcsec": _rounded(first["heldout_after_arcsec"] if first else before),
+    }
+
+
+def _rounded(values: Mapping[str, float]) -> dict[str, float]:
+    # Seven digits: the last bits of a sum may differ between processors.
+    return {name: float(f"{value:.7g}") for name, value in values.items()}

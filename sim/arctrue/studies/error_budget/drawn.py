@@ -1,0 +1,44 @@
+"""The uncertainty that the calibration states beside drawn ones, by ``arctrue monte-carlo``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from arctrue.studies.campaign import read_results
+from arctrue.studies.campaign.store import read_header
+from arctrue.studies.monte_carlo.inputs import CASES, INPUTS
+from arctrue.studies.monte_carlo.score import scored
+
+
+def drawn_calibrations(folder: Path) -> dict[str, Any]:
+    """By case: trials, stated u and deviation over the turn (RMS, arcsec), coverage.
+
+    Raises ValueError for a folder without a trial.
+    """
+    found = scored([(item.task, item.result) for item in read_results([folder])])
+    cases = [
+        {
+            "case": case,
+            "title": _title(case),
+            "trials": one["trials"],
+            "stated_arcsec": one["turn"]["rms_stated_arcsec"],
+            "deviation_arcsec": one["turn"]["rms_deviation_arcsec"],
+            "coverage": one["turn"]["rate"],
+            "stated_uncertainty": one["turn"]["stated_uncertainty"],
+        }
+        for case, one in found.items()
+        if "turn" in one
+    ]
+    if not cases:
+        raise ValueError(f"{folder}: no trial is there; 'arctrue monte-carlo {folder}' makes them")
+    return {"plan": read_header(folder)["plan"], "cases": cases}
+
+
+def _title(case: str) -> str:
+    """As the page of Monte Carlo calls it."""
+    if case == "quantisation":
+        return "quantisation alone"
+    if case == "all":
+        return "all"
+    return ", ".join(INPUTS[name].title for name in CASES[case])

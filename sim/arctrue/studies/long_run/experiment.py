@@ -1,0 +1,256 @@
+"""One long scenario, several ways of holding the correction; what of them is left, turn by turn."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.instrument import Progress
+from arctrue.instrument.build import Say
+from arctrue.metrology.allan import overlapping_allan_deviation
+from arctrue.metrology.trend import TrendWatch
+from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
+from arctrue.studies.long_run.truth import Truth
+from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
+from arctrue.units import arcsec_per_count
+
+Float = NDArray[np.float64]
+
+LEARNED_PART = 0.45
+"""Of the run, from its beginning: what the model of the temperature is learned from."""
+AVERAGE_KEEP = 0.8
+"""The firmware's preset."""
+DECIMALS = 4
+"""Of what is told of every turn, ″ and °C."""
+STRATEGIES = {
+    "held": "the first turn's coefficients, then frozen",
+    "single": "calibrated anew in every turn, no average",
+    "average": "calibrated in every turn, running average (keep 0.8)",
+    "model": "the orders that follow the temperature by a thermometer, the others as the average",
+}
+
+
+def shortened(scenario: Scenario, turns: float) -> Scenario:
+    """The same course in fewer turns: temperatures and faults come at the same part of it.
+
+    Raises ValueError for a scenario that is not one leg of turns.
+    """
+    if len(scenario.legs) != 1 or not scenario.legs[0].turns:
+        raise ValueError("a long run has one leg of turns and no pause")
+    (leg,) = scenario.legs
+    factor = turns / abs(leg.turns)
+    return dataclasses.replace(
+        scenario,
+        legs=(dataclasses.replace(leg, turns=leg.turns * factor),),
+        temperature=tuple(
+            dataclasses.replace(point, turn=(point.turn or 0.0) * factor)
+            for point in scenario.temperature
+        ),
+        faults=tuple(
+            dataclasses.replace(fault, at_turn=np.floor(fault.at_turn * factor) + fault.at_turn % 1)
+            for fault in scenario.faults
+        ),
+    )
+
+
+def run_long(
+    scenario: Scenario,
+    *,
+    strategies: Sequence[str] = tuple(STRATEGIES),
+    progress: Callable[[Progress], None] | None = None,
+    say: Say | None = None,
+) -> dict[str, Any]:
+    """Run it once for each strategy; everything as plain values.
+
+    ``single`` always runs: its turns are independent, so that the Allan deviation and the model are
+    taken from them. Raises InstrumentError, and ValueError where the part that the model is learned
+    from holds too little.
+    """
+    begun = time.process_time()
+    told: dict[str, list[dict[str, Any]]] = {}
+    found: dict[str, ScenarioResult] = {}
+    learned: list[LearnedOrder] = []
+    reference_c = 20.0
+    for name in ("single", *(name for name in strategies if name != "single")):
+        if say is not None:
+            say(f"{name}: {STRATEGIES[name]}")
+        wanted = _by_strategy(scenario, name)
+        if name == "model":
+            learned, reference_c = _learned(found["single"], told["single"])
+            bank = as_coefficients(
+                learned, reference_c, scenario.scale.counts_per_rev, scenario.scale.lanes
+            )
+            wanted = dataclasses.replace(
+                wanted,
+                firmware=dataclasses.replace(wanted.firmware, loaded=bank, thermometer=True),
+            )
+        result = run_scenario(wanted, progress=progress, say=say)
+        told[name] = [one for turn in result.turns for one in turn.told]
+        found[name] = result
+    truth = Truth(scenario)
+    last = round(LEARNED_PART * len(found["single"].turns))
+    return {
+        "schema": 1,
+        "title": scenario.title,
+        "about": scenario.about.strip(),
+        "turns": len(found["single"].turns),
+        "counts_per_rev": scenario.scale.counts_per_rev,
+        "samples": scenario.scale.samples,
+        "lanes": scenario.scale.lanes,
+        "noise_arcsec": scenario.errors.noise_arcsec,
+        "orders": scenario.firmware.orders,
+        "turn_s": 2.0 * np.pi / scenario.speeds_rad_s[0],
+        "learned_turns": last,
+        "temperature_c": np.round([turn.temperature_c for turn in found["single"].turns], DECIMALS),
+        "events": {
+            str(turn.number): list(turn.events) for turn in found["single"].turns if turn.events
+        },
+        "strategies": {
+            name: _scored(found[name], truth, last) for name in STRATEGIES if name in found
+        },
+        "model": {
+            "reference_c": reference_c,
+            "orders": [
+                {
+                    "order": one.order,
+                    "slope_arcsec_per_k": abs(one.slope_arcsec_per_k),
+                    "u_arcsec_per_k": one.u_slope_arcsec_per_k,
+                }
+                for one in learned
+            ],
+        },
+        "allan": _allan(told["single"], len(found["single"].turns), scenario.orders),
+        "trends": _trends(told["single"]),
+        "uncorrected_rms_arcsec": np.round(
+            [_rms(truth.error_arcsec(turn.number)) for turn in found["single"].turns], DECIMALS
+        ),
+        "clocks": sum(result.clocks for result in found.values()),
+        "cpu_s": time.process_time() - begun,
+    }
+
+
+def _by_strategy(scenario: Scenario, name: str) -> Scenario:
+    given = dict(scenario.firmware.parameters)
+    given["keep"] = 0.0 if name in ("held", "single") else AVERAGE_KEEP
+    firmware = dataclasses.replace(
+        scenario.firmware,
+        recalibrate="first_turn" if name == "held" else "every_turn",
+        parameters=tuple(given.items()),
+    )
+    return dataclasses.replace(scenario, firmware=firmware)
+
+
+def _learned(
+    result: ScenarioResult, told: Sequence[dict[str, Any]]
+) -> tuple[list[LearnedOrder], float]:
+    """The model, and the temperature at which its cold part holds."""
+    turns, values = told_orders(told)
+    first = turns <= round(LEARNED_PART * len(result.turns))
+    celsius = np.array([turn.temperature_c for turn in result.turns])[turns - 1]
+    reference_c = round(float(celsius[first].mean()), 3)
+    return learn(turns[first], values[first], celsius[first], reference_c), reference_c
+
+
+def _scored(result: ScenarioResult, truth: Truth, learned_turns: int) -> dict[str, Any]:
+    """What the coefficients leave in each turn, and what left the core."""
+    told = [one for turn in result.turns for one in turn.told]
+    left = np.array([truth.left_arcsec(turn) for turn in result.turns])
+    worst = SETTLED_TURNS + int(np.argmax(left[SETTLED_TURNS:]))
+    output = [
+        np.nan if turn.corrected is None else turn.corrected.rms_arcsec for turn in result.turns
+    ]
+    mean = [
+        np.nan if turn.corrected is None else turn.corrected.mean_arcsec for turn in result.turns
+    ]
+    refused = {
+        str(turn.number): one["reason"]
+        for turn in result.turns
+        for one in turn.told
+        if one["result"] == "refused"
+    }
+    alarms = {
+        str(turn.number): sorted({alarm for one in turn.told for alarm in one["alarms"]})
+        for turn in result.turns
+        if any(one["alarms"] for one in turn.told)
+    }
+    return {
+        "left_arcsec": np.round(left, DECIMALS),
+        "mean_arcsec": np.round(mean, DECIMALS),
+        "rms_arcsec": _rms(left[SETTLED_TURNS:]),
+        "rms_after_learning_arcsec": _rms(left[max(SETTLED_TURNS, learned_turns) :]),
+        "largest_arcsec": float(left[worst]),
+        "largest_turn": worst + 1,
+        "largest_orders": _applied(result, worst),
+        "output_rms_median_arcsec": float(np.nanmedian(output[SETTLED_TURNS:])),
+        "applied": sum(one["result"] == "applied" for one in told),
+        "refused": refused,
+        "alarms": alarms,
+    }
+
+
+def _applied(result: ScenarioResult, place: int) -> dict[str, float]:
+    """Amplitude in arcsec of each order that is active at the end of a turn."""
+    bank = result.turns[place].bank
+    if bank is None:
+        return {}
+    count = arcsec_per_count(result.scenario.scale.counts_per_rev)
+    return {
+        str(order): float(amplitude) * count
+        for order, amplitude in zip(bank.orders.tolist(), bank.amplitudes_counts, strict=True)
+        if amplitude
+    }
+
+
+SETTLED_TURNS = 2
+"""Captured, and fading in."""
+
+
+def _rms(values: Float) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _allan(told: Sequence[dict[str, Any]], turns: int, orders: Sequence[int]) -> dict[str, Any]:
+    """Of each shown order: root mean of the variances of cosine and sine."""
+    numbers, values = told_orders(told)
+    series = np.full((turns + 1, values.shape[1]), np.nan, dtype=np.complex128)
+    series[numbers[numbers <= turns]] = values[numbers <= turns]
+    series = series[1:]
+    most = turns // 3
+    averaged = np.unique(np.rint(np.geomspace(1, most, 25)).astype(np.int64))
+    uncertainty = {
+        str(order): float(
+            np.median([one["harmonics"][order - 1][3] for one in told if one.get("harmonics")])
+        )
+        for order in orders
+    }
+    found = {}
+    for order in orders:
+        column = series[:, order - 1]
+        both = [
+            overlapping_allan_deviation(part, averaged)[0] for part in (column.real, column.imag)
+        ]
+        found[str(order)] = np.sqrt((both[0] ** 2 + both[1] ** 2) / 2.0)
+    return {"averaged_turns": averaged, "deviation_arcsec": found, "u_arcsec": uncertainty}
+
+
+def _trends(told: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What ``arctrue monitor`` would say of a trend."""
+    watch = TrendWatch()
+    found = []
+    for one in told:
+        for trend in watch.add(int(one["turn"]), one.get("harmonics", [])):
+            found.append(
+                {
+                    "turn": int(one["turn"]),
+                    "order": trend.order,
+                    "change_arcsec": trend.change_arcsec,
+                    "turns": trend.turns,
+                    "u_arcsec": trend.u_arcsec,
+                }
+            )
+    return found

@@ -1,0 +1,180 @@
+"""How late the thermometer of a set is: a parameter of what follows the temperature, fitted.
+
+A thermometer of first order shows T_s with T_s′ = (T − T_s)/τ, so that the table is at
+T = T_s + τ·T_s′. The effects of a model that depend on T fit best with the right τ; the time
+constant is the maximum of the likelihood over τ, all coefficients fitted anew beside each, and its
+standard uncertainty comes from the curvature there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.measurement import Capture, MeasurementSet, Reference
+from arctrue.workbench.effects.base import Effect, Parameter
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.model import Model
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.observations import Observations
+
+Float = NDArray[np.float64]
+Channel = TypeVar("Channel", Capture, Reference)
+
+LONGEST_S: Final = 3600.0
+"""As the firmware holds it."""
+TRIED_S: Final = (0.0, *(float(5 * 2**step) for step in range(10)), LONGEST_S)
+SLOPE_SHARE: Final = 16.0
+"""The slope of T_s is that of a parabola over this part of the time constant to either side."""
+LEAST_HALF_WINDOW_S: Final = 1.0
+WINDOWS_MOST: Final = 500
+"""Of a run, side by side."""
+SHRINK: Final = 0.5 * (np.sqrt(5.0) - 1.0)
+"""Of the golden section."""
+TOLERANCE: Final = 1e-3
+"""Of the time constant: far below its uncertainty."""
+
+
+class NoLagError(ValueError):
+    """The set or the model cannot tell a lag; the text says why."""
+
+
+def slope_k_s(
+    temperature_c: Float, time_s: Float, run: NDArray[np.int64], window_s: float
+) -> Float:
+    """dT_s/dt, (rows,): of the parabola through the rows of the run within ``window_s``.
+
+    It is worked out at instants a quarter of that apart and is straight in between. At the ends of
+    a run the rows are on one side only, where a straight line would have the slope of later.
+    """
+    found = np.zeros_like(temperature_c)
+    for number in np.unique(run):
+        rows = np.flatnonzero(run == number)
+        rows = rows[np.argsort(time_s[rows], kind="stable")]
+        time, shown = time_s[rows] - time_s[rows[0]], temperature_c[rows]
+        half_s = max(window_s, time[-1] / WINDOWS_MOST)
+        knots = np.linspace(0.0, time[-1], max(int(np.ceil(4.0 * time[-1] / half_s)), 1) + 1)
+        slopes = [_slope_at(knot, time, shown, half_s) for knot in knots]
+        found[rows] = np.interp(time, knots, slopes)
+    return found
+
+
+def _slope_at(instant_s: float, time_s: Float, shown: Float, half_s: float) -> float:
+    first, last = np.searchsorted(time_s, (instant_s - half_s, instant_s + half_s))
+    since = (time_s[first:last] - instant_s) / half_s
+    degree = min(2, np.unique(since).size - 1)
+    if degree < 1:
+        return 0.0
+    columns = since[:, np.newaxis] ** np.arange(degree + 1)
+    parabola, *_ = np.linalg.lstsq(columns, shown[first:last] - shown[first], rcond=None)
+    return float(parabola[1] / half_s)
+
+
+def without_lag(
+    temperature_c: Float, time_s: Float, run: NDArray[np.int64], time_constant_s: float
+) -> Float:
+    """T of the table from what its thermometer shows, °C, (rows,)."""
+    if time_constant_s == 0.0:
+        return temperature_c
+    window_s = max(time_constant_s / SLOPE_SHARE, LEAST_HALF_WINDOW_S)
+    return np.asarray(
+        temperature_c + time_constant_s * slope_k_s(temperature_c, time_s, run, window_s)
+    )
+
+
+def set_without_lag(measurement: MeasurementSet, time_constant_s: float) -> MeasurementSet:
+    """The set with the temperature of the table in place of its thermometer's."""
+    return replace(
+        measurement,
+        capture=_channel(measurement.capture, time_constant_s),
+        reference=_channel(measurement.reference, time_constant_s),
+    )
+
+
+def _channel(rows: Channel | None, time_constant_s: float) -> Channel | None:
+    if rows is None or rows.temperature_c is None or rows.time_s is None:
+        return rows
+    run = np.zeros(rows.time_s.size, dtype=np.int64) if rows.run is None else rows.run
+    warm = without_lag(rows.temperature_c, rows.time_s, run, time_constant_s)
+    return replace(rows, temperature_c=warm)
+
+
+def fitted_sensor_lag(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> Parameter:
+    """Time constant of the thermometer, seconds, with its standard uncertainty.
+
+    ``model`` is fitted to the set. Raises NoLagError where the set has no temperatures with times,
+    or where they or the model do not depend on a lag.
+    """
+    rows = observations.capture
+    if rows is None or rows.temperature_c is None:
+        raise NoLagError("a lag of the thermometer needs a capture with temperature_c")
+    terms = [Term(entry.effect(effects), entry.search) for entry in model.effects]
+    noise: Noise | None = None
+    known: dict[float, float] = {}
+
+    def likelihood(time_constant_s: float) -> float:
+        if time_constant_s not in known:
+            shifted = _shifted(observations, time_constant_s)
+            known[time_constant_s] = fit(terms, shifted, noise=noise).log_likelihood
+        return known[time_constant_s]
+
+    best = 0.0
+    # The noise is that beside the best lag, else the lag's own misfit is a part of it.
+    for _ in range(2):
+        noise = fit(terms, _shifted(observations, best)).noise
+        known.clear()
+        tried = max(range(len(TRIED_S)), key=lambda place: likelihood(TRIED_S[place]))
+        low, high = TRIED_S[max(tried - 1, 0)], TRIED_S[min(tried + 1, len(TRIED_S) - 1)]
+        while high - low > TOLERANCE * high:
+            left, right = high - SHRINK * (high - low), low + SHRINK * (high - low)
+            if likelihood(left) >= likelihood(right):
+                high = right
+            else:
+                low = left
+        best = max((low, high), key=likelihood)
+    sigma = _sigma_s(likelihood, best)
+    if not sigma < LONGEST_S:
+        raise NoLagError(
+            "the set does not tell the lag of its thermometer: nothing in the model follows a "
+            "temperature that changes at more than one rate"
+        )
+    return Parameter(best, sigma, "s")
+
+
+def _sigma_s(likelihood: Callable[[float], float], best_s: float) -> float:
+    """From half the curvature of the likelihood; infinite where it is flat."""
+    step = max(0.05 * best_s, 1.0)
+    if best_s < step:
+        # At the edge: how far up the likelihood falls by a half.
+        fall = likelihood(best_s) - likelihood(best_s + step)
+        return step / np.sqrt(2.0 * fall) if fall > 0.0 else np.inf
+    sides = likelihood(best_s - step) + likelihood(best_s + step)
+    curvature = (2.0 * likelihood(best_s) - sides) / step**2
+    return 1.0 / np.sqrt(curvature) if curvature > 0.0 else np.inf
+
+
+def _shifted(observations: Observations, time_constant_s: float) -> Observations:
+    rows, reference = observations.capture, observations.reference
+    assert rows is not None
+    assert rows.temperature_c is not None
+    warm = without_lag(rows.temperature_c, rows.time_s, rows.run, time_constant_s)
+    if reference is not None:
+        shown, time_s = reference.temperature_c, reference.time_s
+        if shown is not None and time_s is not None:
+            warm_there = without_lag(shown, time_s, reference.run, time_constant_s)
+            reference = replace(reference, temperature_c=warm_there)
+    return replace(
+        observations,
+        capture=replace(rows, temperature_c=warm),
+        reference=reference,
+        stored=None,
+        stored_reference=None,
+        kept_columns={},
+    )

@@ -1,0 +1,247 @@
+"""What becomes of every effect of an exported model: who takes it away, and how much is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.measurement import MeasurementSet
+from arctrue.workbench.effects.base import Effect, FitContext
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.solution import context_of_terms
+from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K
+from arctrue.workbench.model.model import Model, ModelEffect
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.rows import ReferenceRows
+
+Float = NDArray[np.float64]
+
+Taker = Literal["lanes", "firmware's model", "nothing", "not in the output", "reference"]
+"""Lanes; lanes that the firmware works out at the table's temperature; nobody; head 2 alone has it;
+it is an error of the reference and no error of the table."""
+
+
+@dataclass(frozen=True, slots=True)
+class TakenAway:
+    """One effect of the model and what the exported coefficients do to it."""
+
+    effect: str
+    by: Taker
+    part_arcsec: float
+    """RMS of it in the error of head 1, under the conditions of the set; of an error of the
+    reference: in the reference run."""
+    left_arcsec: float
+    """The same with the coefficients at work."""
+    note: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All effects of a model, in its order, and what is left of the table's in all."""
+
+    effects: list[TakenAway]
+    left_arcsec: float
+    """RMS of what is left of all of them together."""
+
+    @property
+    def of_the_reference(self) -> list[TakenAway]:
+        """The errors of the reference, which are no matter of the table."""
+        return [item for item in self.effects if item.by == "reference"]
+
+
+def outcome(
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+    coefficients: Coefficients,
+    *,
+    temperature_c: float | None,
+) -> Outcome:
+    """What the fitted model says of itself with ``coefficients``, which were exported from it.
+
+    Nothing is measured here: the figures are the model's, on the rows of the capture where there is
+    one, else on those of the reference. ``temperature_c`` is that of the export.
+    """
+    table_rows, reference_rows = _rows_of_head1(observations), observations.every_reference_row
+    assert table_rows is not None
+    context = _context(model, effects)
+    found: list[TakenAway] = []
+    together = np.zeros(table_rows.run.size)
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        if effect.compensation == "reference":
+            size = _rms(_values(entry, effect, reference_rows, context))
+            found.append(TakenAway(entry.name, "reference", size, size, effect.compensation_note))
+            continue
+        values = _values(entry, effect, table_rows, context)
+        if values is None or not values.any():
+            note = effect.compensation_note or "head 2 alone has it"
+            found.append(TakenAway(entry.name, "not in the output", 0.0, 0.0, note))
+            continue
+        by: Taker = "nothing"
+        left = values
+        if effect.compensation == "lanes":
+            lanes = _LanesOf(entry, effect, observations, coefficients, temperature_c)
+            left = values - lanes.correction_arcsec(table_rows)
+            if lanes.orders:
+                by = "firmware's model" if lanes.following else "lanes"
+        together += left
+        found.append(TakenAway(entry.name, by, _rms(values), _rms(left), effect.compensation_note))
+    return Outcome(found, _rms(together))
+
+
+def reference_error_arcsec(
+    model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
+) -> Float:
+    """What the model says the reference itself errs by, at each of its rows that is used, (rows,).
+
+    Raises ValueError without a reference.
+    """
+    rows = observations.every_reference_row
+    if rows is None:
+        raise ValueError("the set has no reference")
+    context = _context(model, effects)
+    total = np.zeros(rows.run.size)
+    for entry in model.effects:
+        effect = entry.effect(effects)
+        if effect.compensation == "reference":
+            values = _values(entry, effect, rows, context)
+            total += 0.0 if values is None else values
+    return total
+
+
+def without_reference_errors(
+    measurement: MeasurementSet,
+    model: Model,
+    observations: Observations,
+    effects: Mapping[str, type[Effect]],
+) -> MeasurementSet:
+    """The set with the errors of its reference taken off, so that they judge no correction."""
+    reference = measurement.reference
+    if reference is None or observations.every_reference_row is None:
+        return measurement
+    errors = reference_error_arcsec(model, observations, effects)
+    used = observations.used_reference_rows
+    error_arcsec = reference.error_arcsec.copy()
+    error_arcsec[slice(None) if used is None else used] -= errors
+    return replace(measurement, reference=replace(reference, error_arcsec=error_arcsec))
+
+
+@dataclass(frozen=True)
+class _LanesOf:
+    """The lanes of one effect that have a place in the coefficients."""
+
+    entry: ModelEffect
+    effect: Effect
+    observations: Observations
+    coefficients: Coefficients
+    temperature_c: float | None
+
+    @property
+    def orders(self) -> list[int]:
+        """Of this effect, in the coefficients."""
+        there = self.coefficients.orders[self.coefficients.amplitudes != 0].tolist()
+        return [order for order in self._at(self._export_c) if order in there]
+
+    @property
+    def following(self) -> list[int]:
+        """Those whose share of this effect changes with the temperature, in the firmware too."""
+        thermal = self.coefficients.thermal
+        cold = self._at(self._export_c)
+        warm = self._at(self._export_c + THERMAL_SPAN_K)
+        return [
+            order
+            for order in self.orders
+            if thermal is not None
+            and order in thermal.orders
+            and not np.array_equal(cold[order], warm[order])
+        ]
+
+    @property
+    def _export_c(self) -> float:
+        known = self.temperature_c
+        return self.observations.reference_temperature_c if known is None else known
+
+    def _at(self, celsius: float) -> dict[int, Float]:
+        """Cosine and sine of every order, arcseconds."""
+        found: dict[int, Float] = {}
+        values = np.array(self.entry.coefficients)
+        for lane in self.effect.lanes(values, self.entry.search, self.observations, celsius):
+            pair = np.array([lane.cosine_arcsec, lane.sine_arcsec])
+            found[lane.order] = found.get(lane.order, np.zeros(2)) + pair
+        return found
+
+    def correction_arcsec(self, rows: ReferenceRows) -> Float:
+        """What they take away at every row, (rows,), at the temperature of the row.
+
+        A lane that follows the temperature is a polynomial through three temperatures, as the
+        firmware works it out.
+        """
+        below, at, above = (
+            self._at(self._export_c + step) for step in (-THERMAL_SPAN_K, 0.0, THERMAL_SPAN_K)
+        )
+        following = self.following
+        total = np.zeros(rows.run.size)
+        for order in self.orders:
+            pair = at[order][:, np.newaxis]
+            if order in following and rows.temperature_c is not None:
+                warmth = (rows.temperature_c - self._export_c) / THERMAL_SPAN_K
+                slope = np.outer(0.5 * (above[order] - below[order]), warmth)
+                curve = 0.5 * (above[order] + below[order] - 2.0 * at[order])
+                pair = pair + slope + np.outer(curve, warmth**2)
+            phase = order * (rows.angle_rad if order <= LOW_ORDERS else rows.line_rad)
+            total += pair[0] * np.cos(phase) + pair[1] * np.sin(phase)
+        return total
+
+
+def _rms(values: Float | None) -> float:
+    """About the mean: a constant is where the zero is."""
+    return 0.0 if values is None or not values.size else float(values.std())
+
+
+def _context(model: Model, effects: Mapping[str, type[Effect]]) -> FitContext:
+    terms = [Term(entry.effect(effects), entry.search) for entry in model.effects]
+    return context_of_terms(terms, [np.array(entry.coefficients) for entry in model.effects])
+
+
+def _values(
+    entry: ModelEffect, effect: Effect, rows: ReferenceRows | None, context: FitContext
+) -> Float | None:
+    """What an effect adds to ε of head 1, (rows,), arcseconds; None: nothing."""
+    if rows is None:
+        return None
+    columns = effect.reference_columns(rows, entry.search, context)
+    return None if columns is None else np.asarray(columns @ np.array(entry.coefficients))
+
+
+def _rows_of_head1(observations: Observations) -> ReferenceRows | None:
+    """Where the error of head 1 is asked for: at the rows of the capture, else of the reference."""
+    rows = observations.capture
+    if rows is None:
+        return observations.every_reference_row
+    return ReferenceRows(
+        run=rows.run,
+        cycle=None,
+        time_s=rows.time_s,
+        temperature_c=rows.temperature_c,
+        direction=rows.direction,
+        target_rad=rows.angle_rad,
+        angle_rad=rows.angle_rad,
+        line_rad=rows.line1_rad,
+        face=None,
+        faces=None,
+        electrical1_rad=rows.electrical1_rad,
+        teeth=observations.drive_gear_teeth,
+        speed_rad_s=rows.speed_rad_s,
+        run_start_s=rows.run_start_s,
+        set_start_s=rows.set_start_s,
+        middle_time_s=float(rows.time_s.mean()),
+        reference_temperature_c=rows.reference_temperature_c,
+        error_arcsec=np.zeros(rows.run.size),
+        conditions=rows.conditions,
+    )

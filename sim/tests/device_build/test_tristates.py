@@ -1,0 +1,25 @@
+"""Tri-state pads in FASM: which ones need the feature that nextpnr leaves out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scripts.bitstream_tristates import add_straight_enables, straight_enables
+
+TWO_WIRES = """\
+RIOI3_X73Y51.IOI_OLOGIC0_T1.IOI_IMUX15_1
+RIOI3_X73Y51.IOI_OLOGIC1_T1.IOI_IMUX15_0
+RIOI3_X73Y51.OLOGIC_Y1.ZINV_T1
+RIOI3_X73Y87.OLOGIC_Y0.OSERDES.DATA_RATE_TQ.BUF
+RIOI3_X73Y87.IOI_OLOGIC0_D1.IOI_IMUX34_1
+"""
+
+
+def test_a_routed_enable_is_straight_once(tmp_path: Path) -> None:
+    """The second has the feature already; an output that always drives needs its inversion."""
+    wanted = ["RIOI3_X73Y51.OLOGIC_Y0.ZINV_T1"]
+    assert straight_enables(TWO_WIRES) == wanted
+    path = tmp_path / "routed.fasm"
+    path.write_text(TWO_WIRES, encoding="ascii")
+    assert add_straight_enables(path) == 1
+    assert straight_enables(path.read_text(encoding="ascii")) == []

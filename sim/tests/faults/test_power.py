@@ -1,0 +1,38 @@
+"""Power off and on: the board corrects again, and nobody has typed anything."""
+
+from __future__ import annotations
+
+import pytest
+from sim.tests.faults.conftest import MakeScene
+from sim.tests.faults.scene import Scene
+
+from arctrue.instrument import InstrumentError
+
+
+def test_what_is_saved_corrects_again_within_a_captured_turn(
+    scene: Scene, make_scene: MakeScene
+) -> None:
+    """Another instrument, of which the flash alone is the same: banks and registers are empty."""
+    before = scene.bank()
+    assert scene.firmware.send("save") == ""
+    while not (answer := scene.firmware.step()):
+        pass
+    assert answer.startswith("ok, record 1: parameters and ")
+    again = make_scene(flash=scene.firmware.flash)
+    assert again.firmware.coefficients is None
+    assert "saved waiting" in again.firmware.send("status").splitlines()
+    # The index of both heads, and one captured turn that confirms them: telemetry is on, as saved.
+    again.calibrate()
+    assert len(again.firmware.telemetry) <= 2
+    assert again.bank() == before
+    assert "saved confirmed" in again.firmware.send("status").splitlines()
+
+
+def test_an_empty_flash_leaves_the_presets(make_scene: MakeScene, scene: Scene) -> None:
+    """Of another number of counts than this table; a flash of another size is refused."""
+    empty = b"\xff" * len(scene.firmware.flash)
+    assert scene.firmware.flash == empty
+    bare = make_scene(flash=empty)
+    assert "settings preset" in bare.firmware.send("status").splitlines()
+    with pytest.raises(InstrumentError, match="bytes"):
+        make_scene(flash=b"")

@@ -1,0 +1,26 @@
+"""What scripts/firmware_coverage.py counts; the whole of it is ``make coverage-firmware``."""
+
+from __future__ import annotations
+
+import json
+
+from scripts.firmware_coverage import FIRMWARE, LEAST, counted, share
+
+
+def _answer(file: str, lines: dict[int, int]) -> str:
+    rows = [{"line_number": number, "count": count} for number, count in lines.items()]
+    return json.dumps({"files": [{"file": file, "lines": rows}]})
+
+
+def test_a_line_that_any_object_runs_is_run() -> None:
+    """A header is a part of several objects; what is not the firmware's is left out."""
+    header = str(FIRMWARE / "calibration" / "capture.h")
+    counts = counted(
+        [
+            _answer(header, {10: 0, 11: 3, 12: 0}),
+            _answer(header, {10: 2, 11: 0, 12: 0}),
+            _answer("/usr/include/math.h", {1: 0}),
+        ]
+    )
+    assert counts == {"calibration/capture.h": {10: 2, 11: 3, 12: 0}}
+    assert share(counts["calibration/capture.h"]) == 2 / 3 < LEAST

@@ -1,0 +1,145 @@
+"""The long run: its page beside its data, its model beside a known table, and a small one run."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from sim.tests.instrument.sizes import LANES, SAMPLES
+
+from arctrue.report.long_run_page import long_run_page, plot_long_run
+from arctrue.report.numbers import plain
+from arctrue.studies.long_run.experiment import run_long, shortened
+from arctrue.studies.long_run.learned_model import as_coefficients, learn, told_orders
+from arctrue.studies.long_run.truth import Truth
+from arctrue.studies.scenario import Scenario, read_scenario
+from arctrue.table import DISC_RADIUS_M
+
+ROOT = Path(__file__).resolve().parents[4]
+DOCS = ROOT / "docs"
+SCENARIO = ROOT / "sim" / "scenarios" / "long_run.toml"
+COUNTS = 1 << 14
+TURNS = 30
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    """The shipped course on the core that the other tests build, with twice the counts."""
+    short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
+    scale = dataclasses.replace(short.scale, lanes=LANES, samples=SAMPLES)
+    errors = dataclasses.replace(short.errors, noise_arcsec=4.0)
+    return dataclasses.replace(short, scale=scale, errors=errors)
+
+
+@pytest.fixture(scope="module")
+def found(scenario: Scenario) -> dict[str, Any]:
+    result: dict[str, Any] = plain(run_long(scenario, strategies=("held", "average", "model")))
+    return result
+
+
+def test_recalibration_and_model_follow_what_held_coefficients_do_not(
+    found: dict[str, Any],
+) -> None:
+    """The disc's centre moves by 2 µm/K at the radius of its lines: plane geometry."""
+    per_k = np.degrees(2e-6 / DISC_RADIUS_M) * 3600
+    order, *_ = found["model"]["orders"]
+    assert order["order"] == 1
+    assert order["slope_arcsec_per_k"] == pytest.approx(per_k, abs=4 * order["u_arcsec_per_k"])
+    held, single, model = (found["strategies"][name] for name in ("held", "single", "model"))
+    # Warmed by up to 5.4 K, an order of 7.6″/K: held, its RMS is 29″ at the end.
+    last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
+    assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
+    # A turn behind, in the steepest part of a course that is 33 times as fast, and its noise.
+    assert single["rms_arcsec"] < 0.4 * held["rms_arcsec"]
+    assert model["rms_arcsec"] < 0.5 * single["rms_arcsec"]
+
+
+def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
+    page = long_run_page(found)
+    assert page == long_run_page(json.loads(json.dumps(found)))
+    assert "| order 1 by the thermometer, the others averaged |" in page
+
+
+def test_a_short_run_claims_nothing_of_noise_and_trends(found: dict[str, Any]) -> None:
+    """The course in 30 turns: heat 33 times as fast is in every difference of two turns."""
+    for deviation in found["allan"]["deviation_arcsec"].values():
+        deviation[-1] = None
+    page = long_run_page(found)
+    assert "what it says of its noise is right" not in page
+    assert "Too few turns for a line" in page
+
+
+def test_lost_counts_come_back(found: dict[str, Any]) -> None:
+    """At the index the core moves its zero and, with ``heal``, puts the counts back."""
+    ((turn, _),) = found["events"].items()
+    count_arcsec = 1_296_000 / found["counts_per_rev"]
+    for one in found["strategies"].values():
+        assert set(one["refused"].values()) <= {"index_error"}
+        (told,) = (number for number, said in one["alarms"].items() if "zero_lost" in said)
+        assert 0 <= int(told) - int(turn) <= 2
+        assert abs(one["mean_arcsec"][int(turn) - 1]) > 5 * count_arcsec
+        assert abs(one["mean_arcsec"][int(turn) + 2]) < count_arcsec
+
+
+def test_what_is_left_of_an_uncorrected_turn_is_its_error(scenario: Scenario) -> None:
+    """The paper's table: [−150.0″, 137.9″] at 20 °C; 5 K warmer its order 1 has grown."""
+    truth = Truth(scenario)
+    first, last = truth.error_arcsec(1), truth.error_arcsec(TURNS)
+    assert (first.min(), first.max()) == pytest.approx((-150.0, 137.9), abs=12.0)
+    grown = 2 * (np.fft.rfft(last)[1] - np.fft.rfft(first)[1]) / last.size
+    assert abs(grown) == pytest.approx(7.6 * 5.3, rel=0.15)
+
+
+def test_the_model_learns_heat_and_leaves_creep_to_the_turns() -> None:
+    rng = np.random.default_rng(3)
+    turns = np.arange(1, 401)
+    celsius = 20 + 3 * np.sin(turns / 60)
+    warm, crept = 1.0 - 2.0j, 0.02 + 0.01j
+    values = np.zeros((400, 3), dtype=np.complex128)
+    values[:, 0] = 40 + warm * (celsius - 21.0)
+    values[:, 2] = 3 + crept * turns
+    values += 0.5 * (rng.normal(size=values.shape) + 1j * rng.normal(size=values.shape))
+    (learned,) = learn(turns, values, celsius, 21.0)
+    assert learned.order == 1
+    assert abs(learned.slope_arcsec_per_k - warm) < 4 * learned.u_slope_arcsec_per_k
+    bank = as_coefficients([learned], 21.0, COUNTS, 4)
+    count_arcsec = 1_296_000 / COUNTS
+    for warmth in (-2.0, 0.0, 3.0):
+        lane = bank.at(21.0 + warmth)
+        said = lane.amplitudes_counts[0] * np.exp(-1j * lane.phases_rad[0]) * count_arcsec
+        expected = learned.cold_arcsec + warmth * learned.slope_arcsec_per_k
+        # Words of 2⁻¹¹ count, and of 2⁻²⁰ count a kelvin.
+        assert abs(said - expected) < 2 * count_arcsec / 2**11
+
+
+def test_a_temperature_that_only_rises_evenly_teaches_nothing() -> None:
+    turns = np.arange(1, 101)
+    with pytest.raises(ValueError, match="cannot be told from time"):
+        learn(turns, np.ones((100, 1), dtype=np.complex128), 20 + 0.01 * turns, 20.0)
+
+
+def test_a_turn_that_is_told_twice_counts_once() -> None:
+    once = {"turn": 4, "harmonics": [[1, 2.0, 0.5, 0.1, 1]]}
+    refused = {"turn": 5}
+    turns, values = told_orders([once, once, refused])
+    assert turns.tolist() == [4]
+    assert values[0, 0] == pytest.approx(2.0 * np.exp(-0.5j))
+
+
+def test_only_one_leg_is_a_long_run(scenario: Scenario) -> None:
+    two = dataclasses.replace(scenario, legs=scenario.legs * 2)
+    with pytest.raises(ValueError, match="one leg"):
+        shortened(two, 40)
+
+
+def test_page_and_data_agree(tmp_path: Path) -> None:
+    stored = json.loads((DOCS / "data" / "long-run.json").read_text(encoding="utf-8"))
+    page = (DOCS / "long-run.md").read_text(encoding="utf-8")
+    assert page == long_run_page(stored), "arctrue long-run sim/scenarios/long_run.toml --page ..."
+    assert stored["turns"] == 1000
+    assert stored["counts_per_rev"] == COUNTS
+    assert "<svg" in plot_long_run(stored, tmp_path).read_text(encoding="utf-8")

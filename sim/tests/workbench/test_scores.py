@@ -1,0 +1,108 @@
+"""Score tests of several effects at once, maxima between grid points, and noise that is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import measurement_set
+
+from arctrue.workbench.diagnose.evidence import under
+from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal_equations import Term, channel_columns
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import Place, moved_to_maximum
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+OBSERVATIONS = observations_of(measurement_set())
+SOLUTION = fit([Term(EFFECTS["graduation_harmonics"](), {})], OBSERVATIONS)
+
+
+def test_scores_of_several_effects_are_those_of_each_alone() -> None:
+    """In both channels, in one, and more columns than are taken together."""
+    names = ["hysteresis", "polygon_face_error", "subdivision_error", "thermal_head_drift"]
+    asked = [(EFFECTS[name](), {}) for name in names]
+    asked += [
+        (EFFECTS["vibration"](), {"frequency": frequency}) for frequency in (3.0, 7.5, 11.0, 20.0)
+    ]
+    together = Residuals(SOLUTION).scores(asked)
+    for (effect, place), found in zip(asked, together, strict=True):
+        alone = Residuals(SOLUTION).score(effect, place)
+        assert found.rank == alone.rank
+        assert found.gain == pytest.approx(alone.gain, rel=1e-9)
+        np.testing.assert_allclose(found.coefficients, alone.coefficients, rtol=1e-6, atol=1e-12)
+
+
+def test_score_is_the_fall_of_generalised_least_squares() -> None:
+    """χ² with and without the columns, by dense matrices of the covariance."""
+    residuals = Residuals(SOLUTION)
+    effect = EFFECTS["thermal_head_drift"]()
+    score = residuals.score(effect, {})
+    design = residuals._designs[0]
+    of_rows = SOLUTION.noise.capture
+    assert design is not None
+    assert of_rows is not None
+    columns = channel_columns([Term(effect, {})], OBSERVATIONS, SOLUTION.context, capture=True)
+    further = of_rows.whiten(columns)
+    information = further.T @ further
+    cross = np.zeros((residuals._layout.size, columns.shape[1]))
+    cross[residuals._layout.capture()] = np.vstack(
+        [
+            design.columns.T @ further,
+            [
+                design.ones[design.offset == run] @ further[design.offset == run]
+                for run in range(design.offsets)
+            ],
+        ]
+    )
+    information = information - cross.T @ np.linalg.pinv(residuals._normal) @ cross
+    whitened = residuals.capture_whitened
+    assert whitened is not None
+    moment = further.T @ whitened
+    assert score.gain == pytest.approx(float(moment @ np.linalg.solve(information, moment)), 1e-6)
+
+
+@pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
+def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
+    """Steps of a quarter of what the record resolves; to a thousandth of that."""
+    rows = OBSERVATIONS.capture
+    assert rows is not None
+    step = 0.25 / OBSERVATIONS.longest_run_s
+    true = 7.0 + away * step
+    line = 3.0 * np.sin(2.0 * np.pi * true * rows.time_s)
+    left = Residuals(SOLUTION).with_residuals(line, np.zeros(OBSERVATIONS.reference.run.size))  # type: ignore[union-attr]
+    effect = EFFECTS["vibration"]()
+    begin = Place({"frequency": 7.0}, left.score(effect, {"frequency": 7.0}).gain, 1.0)
+    found = moved_to_maximum(effect, left, [begin], "frequency", step)[0]
+    dense = [
+        left.score(effect, {"frequency": found.nonlinear["frequency"] + move * step}).gain
+        for move in (-0.02, 0.02)
+    ]
+    assert found.gain >= max(dense)
+    assert found.nonlinear["frequency"] == pytest.approx(true, abs=0.05 * step)
+
+
+def test_noise_of_a_channel_that_an_effect_does_not_touch_stays() -> None:
+    """And that of the channel that it does is estimated anew."""
+    turned = observations_of(measurement_set(reversal_arcsec=1.0))
+    solution = fit(SOLUTION.terms, turned)
+    residuals = Residuals(solution)
+    effect = EFFECTS["hysteresis"]()
+    grown = residuals.solution_with(effect, {}, residuals.score(effect, {}))
+    noise = under(grown, solution)
+    assert noise.capture is solution.noise.capture
+    assert noise.reference is not None
+    assert solution.noise.reference is not None
+    assert noise.reference.rms_arcsec < 0.5 * solution.noise.reference.rms_arcsec
+
+
+def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
+    """A wave of order 12.5 beside head 2 stands first among them."""
+    rows = OBSERVATIONS.capture
+    assert rows is not None
+    wave = SOLUTION.noise.capture.draw(np.random.default_rng(2))  # type: ignore[union-attr]
+    wave = wave + 0.5 * np.cos(12.5 * rows.angle_rad + 0.3)
+    left = Residuals(SOLUTION).with_residuals(wave, np.zeros(OBSERVATIONS.reference.run.size))  # type: ignore[union-attr]
+    assert best_parts(left)[0].effect.orders == (12.5,)
