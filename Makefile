@@ -27,7 +27,7 @@ VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 .PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 setup: ## install what is missing: system packages (root or sudo) and .venv from requirements.lock
 	@scripts/setup.sh
@@ -110,10 +110,6 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.formal
 
-coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
-	@scripts/install_ghdl_netlist.sh
-	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
-
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
@@ -135,6 +131,10 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
+
+coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
 
 coverage-firmware: generate ## lines of the firmware's C that its host tests run, at least 90 %
 	$(VENV)/python -m scripts.firmware_coverage
