@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.coefficient_memory import CoefficientMemory, bank_words
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate, compensate_clocks
+from arctrue.gateware.correction_ramp import HOLD
 from arctrue.gateware.error_compensation import correction_limit
 from arctrue.generated.number_formats import (
     CORRECTION_FRACTION,
@@ -353,7 +354,10 @@ def check_continuity(
     applied: NDArray[np.bool_],
     ramp_rate: int,
 ) -> None:
-    """The output's correction changes by |Δε| of the coefficients in force and the rate at most."""
+    """The output's correction changes by |Δε| of the coefficients in force and the rate at most.
+
+    After a marker's hold, Δε is that of two clocks.
+    """
     ideal = np.empty((2, angle.size))
     bounds = np.empty(angle.size)
     for index, entry in enumerate(banks):
@@ -370,7 +374,11 @@ def check_continuity(
     change = np.diff(correction) / UNIT
     assert np.all(change[stepped[1:]] == 0), "a marker's clock changed the correction"
     rate = -(-ramp_rate // RATE_ONE) / UNIT
-    allowed = np.abs(ideal[0] - ideal[1])[1:] + rate + 2 * bounds[1:] + 1 / UNIT
+    moved = np.abs(ideal[0] - ideal[1])
+    # A marker holds the total for three clocks; then ε comes with what it moved in two.
+    after_hold = np.flatnonzero(stepped[:-HOLD]) + HOLD
+    moved[after_hold] += moved[after_hold - 1]
+    allowed = moved[1:] + rate + 2 * bounds[1:] + 1 / UNIT
     assert np.all(np.abs(change) <= allowed), f"step in clock {np.argmax(np.abs(change) - allowed)}"
     # It would be vain if the correction were not moving.
     assert np.abs(change).max() > rate

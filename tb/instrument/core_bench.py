@@ -24,6 +24,8 @@ SAID = ("awready", "wready", "arready", "bvalid", "rvalid")
 
 CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
 """Words of the register: captures in equal time, in equal angle, from outside; parts disabled."""
+DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
+"""What the primitive of the top level has read, which never changes."""
 COMMANDS = ("clear_head1", "clear_head2", "clear_output", "swap", "compare_arm", "alive")
 
 Access = tuple[bool, int, int, int]
@@ -188,7 +190,7 @@ async def note_everything(dut) -> None:
     master, heads, beside = Master(draw), Heads(draw), Beside(draw)
     told = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
     outputs = [getattr(dut, name) for name in told]
-    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock()]
+    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock(), *DNA]
     drivers = [getattr(dut, name) for name in names]
     inputs: list[list[int]] = []
     noted: list[list[str]] = []
@@ -204,7 +206,7 @@ async def note_everything(dut) -> None:
         else:
             master.next_clock(accepted)
         pins = heads.next_clock() | beside.next_clock()
-        row = list({"reset": reset, **master.inputs, **pins}.values())
+        row = list({"reset": reset, **master.inputs, **pins, **DNA}.values())
         for place, value in enumerate(row):
             if value != last[place]:
                 drivers[place].value = value

@@ -14,6 +14,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.workbench.effects.base import Effect, Parameter
@@ -34,8 +35,8 @@ SLOPE_SHARE: Final = 16.0
 LEAST_HALF_WINDOW_S: Final = 1.0
 WINDOWS_MOST: Final = 500
 """Of a run, side by side."""
-SHRINK: Final = 0.5 * (np.sqrt(5.0) - 1.0)
-"""Of the golden section."""
+PIECES: Final = 4
+"""Of half a window, whose rows are averaged before the parabola is fitted."""
 TOLERANCE: Final = 1e-3
 """Of the time constant: far below its uncertainty."""
 
@@ -58,21 +59,42 @@ def slope_k_s(
         rows = rows[np.argsort(time_s[rows], kind="stable")]
         time, shown = time_s[rows] - time_s[rows[0]], temperature_c[rows]
         half_s = max(window_s, time[-1] / WINDOWS_MOST)
-        knots = np.linspace(0.0, time[-1], max(int(np.ceil(4.0 * time[-1] / half_s)), 1) + 1)
-        slopes = [_slope_at(knot, time, shown, half_s) for knot in knots]
+        pieces = max(int(np.ceil(PIECES * time[-1] / half_s)), 1)
+        knots = np.linspace(0.0, time[-1], pieces + 1)
+        slopes = _slopes_at(knots, time, shown)
         found[rows] = np.interp(time, knots, slopes)
     return found
 
 
-def _slope_at(instant_s: float, time_s: Float, shown: Float, half_s: float) -> float:
-    first, last = np.searchsorted(time_s, (instant_s - half_s, instant_s + half_s))
-    since = (time_s[first:last] - instant_s) / half_s
-    degree = min(2, np.unique(since).size - 1)
-    if degree < 1:
-        return 0.0
-    columns = since[:, np.newaxis] ** np.arange(degree + 1)
-    parabola, *_ = np.linalg.lstsq(columns, shown[first:last] - shown[first], rcond=None)
-    return float(parabola[1] / half_s)
+def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
+    """Slope at each knot, (knots,), of the parabola through the pieces to either side.
+
+    A piece, from a knot to the next, is the mean of its rows, weighted by their number. The mean
+    of a parabola over a piece is off by a constant, which leaves the slope as it is.
+    """
+    pieces = knots.size - 1
+    if time_s[-1] == 0.0:
+        return np.zeros_like(knots)
+    piece = np.minimum((time_s / time_s[-1] * pieces).astype(np.int64), pieces - 1)
+    rows = np.bincount(piece, minlength=pieces).astype(np.float64)
+    some = np.maximum(rows, 1.0)
+    at_s = np.bincount(piece, time_s, minlength=pieces) / some
+    mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
+    # Beside each knot: PIECES before and PIECES behind; outside of the run there are none.
+    near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
+    weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
+    near = np.clip(near, 0, pieces - 1)
+    half_s = PIECES * (knots[1] - knots[0])
+    since = (at_s[near] - knots[:, np.newaxis]) / half_s
+    powers = since[..., np.newaxis] ** np.arange(3)
+    # Two pieces with rows have a straight line, one has no slope.
+    filled = np.count_nonzero(weight, axis=1)
+    powers[filled < 3, :, 2] = 0.0
+    powers[filled < 2, :, 1] = 0.0
+    root = np.sqrt(weight)[..., np.newaxis]
+    inverse = np.linalg.pinv(root * powers)
+    fitted = inverse @ (root * mean[near][..., np.newaxis])
+    return np.asarray(fitted[:, 1, 0] / half_s)
 
 
 def without_lag(
@@ -122,7 +144,9 @@ def fitted_sensor_lag(
     def likelihood(time_constant_s: float) -> float:
         if time_constant_s not in known:
             shifted = _shifted(observations, time_constant_s)
-            known[time_constant_s] = fit(terms, shifted, noise=noise).log_likelihood
+            assert noise is not None
+            # Noise keeps the columns that it has whitened: these rows have other temperatures.
+            known[time_constant_s] = fit(terms, shifted, noise=noise.on(shifted)).log_likelihood
         return known[time_constant_s]
 
     best = 0.0
@@ -132,13 +156,13 @@ def fitted_sensor_lag(
         known.clear()
         tried = max(range(len(TRIED_S)), key=lambda place: likelihood(TRIED_S[place]))
         low, high = TRIED_S[max(tried - 1, 0)], TRIED_S[min(tried + 1, len(TRIED_S) - 1)]
-        while high - low > TOLERANCE * high:
-            left, right = high - SHRINK * (high - low), low + SHRINK * (high - low)
-            if likelihood(left) >= likelihood(right):
-                high = right
-            else:
-                low = left
-        best = max((low, high), key=likelihood)
+        found = minimize_scalar(
+            lambda value: -likelihood(float(value)),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": TOLERANCE * high},
+        )
+        best = max((low, float(found.x), high), key=likelihood)
     sigma = _sigma_s(likelihood, best)
     if not sigma < LONGEST_S:
         raise NoLagError(

@@ -30,7 +30,10 @@ class FittedGroup:
 
 @dataclass(frozen=True)
 class Noise:
-    """What makes rows of one set differ from any model of it."""
+    """What makes rows of one set differ from any model of it.
+
+    The columns that it has whitened are kept with it: rows of other conditions need :meth:`on`.
+    """
 
     capture: RowNoise | None
     reference: RowNoise | None

@@ -17,7 +17,7 @@ INTERPOLATION = 256
 
 def small_settings() -> HiddenSettings:
     """1,024 lines × 256, four lanes; a count is 4.9″."""
-    settings = HiddenSettings.of_lines(LINES, LANES, SAMPLES, cycles=1)
+    settings = HiddenSettings.of_lines(LINES, LANES, SAMPLES)
     scale = dataclasses.replace(settings.revolution, interpolation=INTERPOLATION, orders=12)
     return dataclasses.replace(settings, revolution=scale)
 
