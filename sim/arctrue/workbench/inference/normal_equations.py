@@ -241,7 +241,8 @@ def whitened_rows(
         return None
     if any(term.effect.depends_on_model for term in terms):
         return _whitened(terms, observations, context, of_rows, capture=capture)
-    key, kept = tuple(_identity(term) for term in terms), of_rows.whitened_designs
+    key = tuple(_identity(term) for term in terms)
+    kept = of_rows.whitened.under(observations.kept_columns).designs
     if key not in kept:
         # With the terms: while they are kept, no other effect has the id of one of theirs.
         kept[key] = (
@@ -265,10 +266,11 @@ def _whitened(
         _whitened_term(term, observations, context, of_rows, capture=capture) for term in terms
     ]
     columns, start = _side_by_side(blocks, widths, size), 0
+    kept = of_rows.whitened.under(observations.kept_columns).terms
     for term, block, width in zip(terms, blocks, widths, strict=True):
         if block is not None and _keepable(term):
             # The same numbers, and no second copy of them.
-            of_rows.whitened_terms[_key(term)] = columns[:, start : start + width]
+            kept[_key(term)] = columns[:, start : start + width]
         start += width
     ones = of_rows.whitened_ones
     if capture:
@@ -284,8 +286,9 @@ def _whitened_term(
     *,
     capture: bool,
 ) -> Matrix | None:
-    if _keepable(term) and _key(term) in of_rows.whitened_terms:
-        return of_rows.whitened_terms[_key(term)]
+    kept = of_rows.whitened.under(observations.kept_columns).terms
+    if _keepable(term) and _key(term) in kept:
+        return kept[_key(term)]
     columns = term_columns(term, observations, context, capture=capture)
     return None if columns is None else of_rows.whiten(columns)
 

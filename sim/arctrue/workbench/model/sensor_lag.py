@@ -144,9 +144,7 @@ def fitted_sensor_lag(
     def likelihood(time_constant_s: float) -> float:
         if time_constant_s not in known:
             shifted = _shifted(observations, time_constant_s)
-            assert noise is not None
-            # Noise keeps the columns that it has whitened: these rows have other temperatures.
-            known[time_constant_s] = fit(terms, shifted, noise=noise.on(shifted)).log_likelihood
+            known[time_constant_s] = fit(terms, shifted, noise=noise).log_likelihood
         return known[time_constant_s]
 
     best = 0.0

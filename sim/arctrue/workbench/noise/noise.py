@@ -30,10 +30,7 @@ class FittedGroup:
 
 @dataclass(frozen=True)
 class Noise:
-    """What makes rows of one set differ from any model of it.
-
-    The columns that it has whitened are kept with it: rows of other conditions need :meth:`on`.
-    """
+    """What makes rows of one set differ from any model of it."""
 
     capture: RowNoise | None
     reference: RowNoise | None

@@ -104,6 +104,29 @@ class Factor:
         return np.asarray(total[:, 0])
 
 
+class Whitened:
+    """Whitened columns of one set of conditions, kept for further fits."""
+
+    def __init__(self) -> None:
+        """Nothing is kept yet."""
+        self._conditions: object = None
+        self.terms: dict[Hashable, Float] = {}
+        """Columns of linear terms."""
+        self.designs: dict[Hashable, Any] = {}
+        """The same of whole models, with the terms that they are of."""
+
+    def under(self, conditions: object) -> Whitened:
+        """What is kept of rows under ``conditions``; that of others is dropped first.
+
+        Conditions are the same where they are the same object.
+        """
+        if self._conditions is not conditions:
+            self._conditions = conditions
+            self.terms.clear()
+            self.designs.clear()
+        return self
+
+
 @dataclass(frozen=True)
 class RowNoise:
     """Noise of the rows of one channel: stretches of rows, their spectra, and a scale a row."""
@@ -144,14 +167,9 @@ class RowNoise:
         return bool(np.all(self.scale == 1.0))
 
     @cached_property
-    def whitened_terms(self) -> dict[Hashable, Float]:
-        """Whitened columns of linear terms, which many fits with this noise share."""
-        return {}
-
-    @cached_property
-    def whitened_designs(self) -> dict[Hashable, Any]:
-        """The same of whole models, with the terms that they are of."""
-        return {}
+    def whitened(self) -> Whitened:
+        """Whitened columns, which many fits with this noise share."""
+        return Whitened()
 
     @cached_property
     def whitened_ones(self) -> Float:
