@@ -26,6 +26,20 @@ PRIOR_PRODUCT = 0.09
 PRIOR_STRANGER = 0.01
 """Something that no product of parts describes."""
 
+WRONG_NAMES, NAMES = 2, 130
+WRONG_UNKNOWN, ALL_UNKNOWN = 2, 50
+"""Of a calibration run."""
+
+
+def inadequacy(verdict: str) -> float:
+    """Share of the probability of a name, or of ``unknown``, that no likelihood tells.
+
+    Noise, priors and rules are a model too, and may be wrong where the likelihood ratio says 10⁻⁹.
+    The mean of the posterior of the share of wrong answers, Jeffreys' prior: (k + ½)/(n + 1).
+    """
+    wrong, answers = (WRONG_UNKNOWN, ALL_UNKNOWN) if verdict == UNKNOWN else (WRONG_NAMES, NAMES)
+    return (wrong + 0.5) / (answers + 1.0)
+
 
 @dataclass(frozen=True)
 class Weighed:
