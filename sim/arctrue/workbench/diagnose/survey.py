@@ -54,7 +54,7 @@ FAR_TOO_SMALL = 0.5
 SAME_BLOCK = 1e-6
 """Of a gain, and of a canonical correlation: rounding of the same columns."""
 AS_GOOD = 6.0
-"""Gain by which another form or place of an effect must be ahead: odds of 20 to 1."""
+"""BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size."""
 
@@ -392,11 +392,17 @@ def _in_less_noise(item: Candidate, found: Evidence, residuals: Residuals, null:
     if best is None:
         return found
     form, nonlinear, trials = best
-    score = found.base.score(form, nonlinear)
-    if score.gain < found.score.gain + AS_GOOD:
+    score, base = found.base.score(form, nonlinear), residuals.solution
+
+    def worth(gain: float, rank: int, places: float) -> float:
+        return _delta_bic(gain, rank, places, item.size_arcsec, base)
+
+    before = worth(found.score.gain, found.score.rank, item.trials)
+    if worth(score.gain, score.rank, trials) < before + AS_GOOD:
         return found
     anew = evidence(residuals, null, form, nonlinear)
-    if anew.gain < found.gain + AS_GOOD:
+    before = worth(found.gain, found.score.rank, item.trials)
+    if worth(anew.gain, anew.score.rank, trials) < before + AS_GOOD:
         return found
     item.effect, item.nonlinear, item.trials = form, nonlinear, trials
     return anew

@@ -77,13 +77,13 @@ class PolygonFaceError(Effect):
         motion, which a polygon on the table shows as well.
         """
         values = coefficients - coefficients.mean()
-        size, level = values.size, CONTRADICTED_P / 3.0
+        size, level = values.size, CONTRADICTED_P
         square = float(values @ values)
         if size < LEAST_FACES or square <= 0.0:
             return None
         power = np.abs(np.fft.rfft(values)[1 : (size + 1) // 2]) ** 2
         order, share = int(np.argmax(power)) + 1, float(power.max() / power.sum())
-        if power.size * (1.0 - share) ** (power.size - 1) < level:
+        if power.size * (1.0 - share) ** (power.size - 1) < 0.5 * level:
             return (
                 f"the faces follow a wave of order {order} that is {100.0 * share:.0f} % of it; "
                 "the errors of a polygon's faces are independent of each other"
@@ -92,13 +92,13 @@ class PolygonFaceError(Effect):
         largest = float(values[face] ** 2) * (size - 1) / square
         left = max((size - 1) ** 2 - size * largest, 1e-300)
         ratio = float(np.sqrt(size * (size - 2) * largest / left))
-        if 2.0 * size * float(stdtr(size - 2, -ratio)) < level:
+        if 2.0 * size * float(stdtr(size - 2, -ratio)) < 0.25 * level:
             return (
                 f"face {face} is off alone by {values[face]:.2g}″: a place of the table looks the "
                 "same as one bad face"
             )
         times, p_value = _comes_again(values)
-        if p_value < level:
+        if p_value < 0.25 * level:
             return (
                 f"the faces repeat {times} times a turn, as a cam or a lobed bearing does; the "
                 "errors of a polygon's faces are independent of each other"
