@@ -14,11 +14,12 @@ from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
+from arctrue.studies.benchmark.cases import kept_reasons
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
-from arctrue.studies.benchmark.page import said_words
+from arctrue.studies.benchmark.page import reason_words, said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
@@ -100,11 +101,12 @@ def score(
     write_json(json_file, found)
     for name, by_world in found["rates"].items():
         console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    reasons = kept_reasons()
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"
         console.print(
             f"{item['outcome']} ({said_words(item)}), {item['world']}, {hidden}\n"
-            f"  {item['command']}",
+            f"  {item['command']}\n  {reason_words(item, reasons)}",
             soft_wrap=True,
         )
 
@@ -120,7 +122,7 @@ def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
     beside = None if peers is None else score_beside(peers)
-    write_whole_text(path, page_of(header, found, beside))
+    write_whole_text(path, page_of(header, found, beside, kept_reasons()))
     console.print(f"wrote {path}")
 
 
