@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import relpath
 from pathlib import Path
 
 import click
@@ -116,13 +117,21 @@ def score(
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
 @click.option("--peers", type=Folder, help="A folder of the public tier: all who answered there.")
 @click.option("--to", "path", type=OutputFile(), required=True, help="The Markdown file.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
-def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path) -> None:
+def page(
+    folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path, out: Path | None
+) -> None:
     """Write what came out as a page."""
+    from arctrue.report.benchmark_picture import plot_benchmark
+
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
     beside = None if peers is None else score_beside(peers)
-    write_whole_text(path, page_of(header, found, beside, kept_reasons()))
+    picture = None
+    if out is not None:
+        picture = Path(relpath(plot_benchmark(found, out), path.parent)).as_posix()
+    write_whole_text(path, page_of(header, found, beside, kept_reasons(), picture))
     console.print(f"wrote {path}")
 
 

@@ -14,6 +14,7 @@ from arctrue.studies.benchmark.worlds import WORLDS
 from arctrue.studies.campaign.store import told_state
 
 MOST_FAILURES = 200
+PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = 0.03
@@ -32,8 +33,8 @@ count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
-    make peers                                   # the rivals on the 200 public sets
-    arctrue benchmark page FOLDER --peers build/benchmark/public --to docs/blind.md
+    make peers                                   # the rivals on the 200 public sets: PUBLIC
+    arctrue benchmark page FOLDER --peers PUBLIC --to docs/blind.md --out docs/images
     python -m scripts.keep_failures FOLDER       # its failures become cases, for TIER=cases
     python -m scripts.keep_reason --help         # why a case fails, to stand on this page
 
@@ -182,11 +183,13 @@ def page(
     found: Mapping[str, Any],
     peers: Mapping[str, Mapping[str, Any]] | None = None,
     reasons: Mapping[str, Reason] | None = None,
+    picture: str | None = None,
 ) -> str:
     """The page as Markdown, from the header of the campaign and from what was scored.
 
     ``peers``: the scores of each subject over the frozen public sets. ``reasons``: what was found
-    by looking into failures, by the name of the set.
+    by looking into failures, by the name of the set. ``picture``: the address of the confusion
+    matrix and the reliability curve, as the page would link them.
     """
     lines = [HEAD, "## Result", "", *_provenance(header, found), ""]
     lines += _rates(found)
@@ -196,6 +199,8 @@ def page(
         lines += ["### Beside simple rivals", "", *_peers(peers, header), ""]
     lines += ["### Outcomes by world", "", *_outcomes(found), ""]
     lines += ["### What was said of what", "", *_confusion(found), ""]
+    if picture is not None:
+        lines += [f"![{PICTURE_TOLD}]({picture})", ""]
     lines += ["### Not as it should be", "", *_failures(found, reasons or {}), ""]
     lines += _static()
     return "\n".join(lines)
