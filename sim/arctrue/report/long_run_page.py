@@ -278,8 +278,9 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
         "",
         f"Turn {turn}: {text}. Where calibrated in every turn: {', '.join(refused)}; alarm "
         f"`zero_lost` in turn {', '.join(lost)}. The mean of the output",
-        f"is off by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three turns later: the "
-        "next index shows the counts that are lost, and with `heal` they are put back",
+        f"is off by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
+        "turns later: the next index shows the counts that are lost, and with `heal` they are put "
+        "back",
         "([faults](faults.md)). No coefficient is touched by it, and what was captured of the turn "
         "is in no average, Allan deviation or trend.",
         "",
