@@ -66,6 +66,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
     Mutation(
+        "waiting_coefficients_are_not_saved",
+        "a save before the first turn drops the coefficients that wait for it",
+        "firmware/application/application.c",
+        "        return save_begin(save);\n    }\n",
+        "    }\n",
+        f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
+    ),
+    Mutation(
         "sine_follows_backwards",
         "the sine of a lane follows the temperature with the wrong sign",
         "firmware/application/thermal.c",

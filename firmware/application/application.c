@@ -411,7 +411,8 @@ enum load_answer application_load_end(struct application *application, uint32_t 
                     crc);
 }
 
-/* What waits to be confirmed is replaced by what is active. */
+/* What waits for its first turn is saved again, unless it is of another table; what no turn has confirmed is
+   replaced by what is active. */
 enum save_answer application_save(struct application *application) {
     struct save *save = application->save;
     if (save == NULL) {
@@ -421,7 +422,12 @@ enum save_answer application_save(struct application *application) {
         return SAVE_UNDER_WAY;
     }
     struct saved *saved = &save->content;
-    *saved = (struct saved){.settings = present_settings(application)};
+    saved->settings = present_settings(application);
+    if (application->saved_state == SAVED_WAITING && !application->has_active &&
+        saved->own.counts_per_rev == application->parameters.counts_per_rev) {
+        return save_begin(save);
+    }
+    *saved = (struct saved){.settings = saved->settings};
     if (application->has_active) {
         load_own_lanes(&application->load, &application->active, &saved->own);
         saved->loaded = application->load.loaded;
