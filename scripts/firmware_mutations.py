@@ -131,6 +131,22 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_application.py::test_a_stuck_capture_ends_in_the_safe_state",
     ),
     Mutation(
+        "compare_begins_behind_the_table",
+        "the compare is armed at a place that the table has passed",
+        "firmware/application/core.c",
+        "position + (uint32_t)(upwards ? counts : -counts)",
+        "position + (uint32_t)(upwards ? -counts : counts)",
+        f"{_TESTS}/test_pins.py::test_compare_begins_at_the_next_place_in_the_way_of_the_table",
+    ),
+    Mutation(
+        "no_edge_is_a_stuck_capture",
+        "where no edge of sync_in comes the correction is taken away",
+        "firmware/application/application.c",
+        "    if (application_capture(application) == CAPTURE_BY_SYNC) {\n        return;\n    }\n",
+        "",
+        f"{_TESTS}/test_pins.py::test_samples_at_the_edges_of_sync_in",
+    ),
+    Mutation(
         "dna_is_shifted",
         "the upper bits of the chip's identifier are a place too low",
         "firmware/application/core.c",
