@@ -62,7 +62,7 @@ BAD = {
     f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = ["x"]': 'a finite number, found "x"',
     f'schema = 1\n{EFFECT}columns = ["a"]\ncoefficients = [nan]': "a finite number, found nan",
     f'schema = 1\n{EFFECT}[effect.parameters.size]\nvalue = 1.0\nunit = "parsec"': "found .parsec",
-    f"schema = 1\n{EFFECT}[effect.parameters.size]\nvalue = 1.0": "size.unit: is missing: .* a unit",
+    f"schema = 1\n{EFFECT}[effect.parameters.size]\nvalue = 1.0": "unit: is missing: .* a unit",
     f"schema = 1\n{EFFECT}[effect.search]\norder = true": "a finite number, found true",
     f"schema = 1\neffect_folders = 3\n{EFFECT}": "expected a list of texts, found 3",
     f"schema = 1\nhistory = 3\n{EFFECT}": "history",
