@@ -7,7 +7,6 @@ and what was found.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import sys
@@ -19,6 +18,7 @@ import msgspec
 from msgspec import Meta, inspect
 
 from arctrue.printable import is_printable, one_line
+from arctrue.similar import similar
 
 T = TypeVar("T")
 
@@ -71,11 +71,11 @@ def unknown_keys(content: dict[str, Any], kind: type) -> dict[str, list[str]]:
     fields = _fields(inspect.type_info(kind))
     for key, value in content.items():
         if key not in fields:
-            found[key] = difflib.get_close_matches(key, fields, 1)
+            found[key] = similar(key, fields)
         elif isinstance(value, dict) and (inner := _fields(_branch(fields[key], value))):
             for name in value:
                 if name not in inner:
-                    found[f"{key}.{name}"] = difflib.get_close_matches(name, inner, 1)
+                    found[f"{key}.{name}"] = similar(name, inner)
     return found
 
 
@@ -126,8 +126,8 @@ def _told(content: object, kind: type, place: str, error: msgspec.ValidationErro
     if named[1] == "missing required":
         expected = _words(fields[name]) if name in fields else "a text"
         return ContentError(f"{spot.inside(name)}: is missing: expected {expected}", missing=True)
-    near = difflib.get_close_matches(name, fields, 1)
-    meant = f" (did you mean {near[0]}?)" if near else ""
+    near = similar(name, fields)
+    meant = f" (did you mean {' or '.join(near)}?)" if near else ""
     return ContentError(
         f"{one_line(spot.inside(name))}: is not known{meant}; there are: {', '.join(fields)}"
     )

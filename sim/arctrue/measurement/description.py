@@ -118,7 +118,7 @@ def read_description(folder: Path) -> Description:
     for dotted, near in unknown_keys(content, Keys).items():
         section, _, key = dotted.partition(".")
         other[dotted] = content[section][key] if section in SECTIONS else content[dotted]
-        meant = f"; did you mean {near[0]}?" if near else ""
+        meant = f"; did you mean {' or '.join(near)}?" if near else ""
         warnings.append(f"{path}: {one_line(dotted)}: is not known and is not used{meant}")
     return Description(path, keys, other, tuple(warnings))
 
