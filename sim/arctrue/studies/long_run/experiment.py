@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.instrument import Progress
-from arctrue.instrument.build import Say
+from arctrue.instrument import RunProgress
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
+from arctrue.progress import Say
 from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
@@ -62,7 +62,7 @@ def run_long(
     scenario: Scenario,
     *,
     strategies: Sequence[str] = tuple(STRATEGIES),
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> dict[str, Any]:
     """Run it once for each strategy; everything as plain values.

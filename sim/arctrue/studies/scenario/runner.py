@@ -11,9 +11,9 @@ import numpy as np
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument import Instrument, InstrumentError, PinFault, Progress
-from arctrue.instrument.build import Say
+from arctrue.instrument import Instrument, InstrumentError, PinFault, RunProgress
 from arctrue.instrument.turn_score import score_turns
+from arctrue.progress import Say
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
 from arctrue.studies.scenario.reader import FLAGS
@@ -156,7 +156,7 @@ class _Run:
 def run_scenario(
     scenario: Scenario,
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> ScenarioResult:
     """Run it.
