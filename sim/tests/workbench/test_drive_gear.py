@@ -9,11 +9,14 @@ import pytest
 from sim.tests.workbench.small_sets import CAPTURE_NOISE, REFERENCE_NOISE, measurement_set
 
 from arctrue.measurement import MeasurementSet
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.effects.catalogue.drive_gear_error import USUAL
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
@@ -56,6 +59,24 @@ def test_a_gear_that_the_faces_divide_shows_itself_by_its_side_lines() -> None:
     assert effect.settings["multiples"] == []
     assert sorted([effect.settings["below"], effect.settings["above"]]) == [[], [1]]
     assert trials > 1.0
+
+
+def test_side_lines_that_only_the_noise_beside_the_gear_shows_are_taken() -> None:
+    """In the noise that holds the gear itself the side lines are nothing; in that of the rows they
+    stand at 20 σ, and without them the faces of the polygon fit better than the gear."""
+    measurement = _with_lines(65, {65: 2.1, 64: 0.22, 66: 0.22})
+    found = diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
+    assert found.candidates[0].name == "drive_gear_error"
+    assert found.effect_class[0] == "drive_gear_error"
+    assert found.candidates[0].effect.settings == {"multiples": [1], "below": [1], "above": [1]}
+
+
+def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
+    """90 and 270 are orders 6 and 6 of the other sign on 24 faces."""
+    effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
+    assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
+    # A wave with its pair of side lines is what a gear off its centre shows: one of few forms.
+    assert trials == len(USUAL)
 
 
 def test_nothing_there_leaves_the_effect_as_it_is() -> None:

@@ -138,6 +138,14 @@ class Judged:
         right = name in truth or (name == "none" and not self.seen())
         return float(stated[name]), right
 
+    def first_kind(self) -> str | None:
+        """What the largest probability is given to: a name, ``unknown`` or ``none``."""
+        stated = self.answer.get("probability")
+        if not stated:
+            return None
+        name = max(stated, key=lambda key: float(stated[key]))
+        return name if name in ("unknown", "none") else "name"
+
     def held_out_over_floor(self) -> float | None:
         """The worse channel's held-out error over the noise that was put in."""
         floor, found = self.truth["floor_arcsec"], self.answer.get("held_out_arcsec") or {}

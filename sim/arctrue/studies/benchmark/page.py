@@ -32,6 +32,7 @@ for an order, a frequency or an instant paid for. What moves the prediction by l
 count RMS does not count as visible.
 
     make blind                                   # dev: 600 sets; TIER=quick, public, sealed, cases
+    make blind TIER=calibration                  # 180 sets: how often a sure answer is wrong
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
@@ -380,7 +381,8 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
     lines += [
         f"| {item['mean_probability']:.3f} | {_percent(item)} |" for item in stated["reliability"]
     ]
-    return lines
+    kinds = (f"{kind} {of['hits']} of {of['of']}" for kind, of in stated["right_of"].items())
+    return [*lines, "", f"Right, by what it is given to: {', '.join(kinds)}."]
 
 
 def _held_out(found: Mapping[str, Any]) -> list[str]:

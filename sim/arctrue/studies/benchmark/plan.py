@@ -49,6 +49,7 @@ CASES = "cases"
 TIERS = {
     "quick": Tier(60, SAMPLES_A_RUN // 4, 1),
     "dev": Tier(600, SAMPLES_A_RUN, 2),
+    "calibration": Tier(180, SAMPLES_A_RUN, 4),
     "public": Tier(200, SAMPLES_A_RUN, 3, frozen=True),
     "sealed": Tier(6_600, SAMPLES_A_RUN, None),
     CASES: Tier(len(kept_cases()), SAMPLES_A_RUN, 0),

@@ -189,7 +189,14 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
         "reliability": [
             {"mean_probability": item.mean_probability, **item.right.data()} for item in bins
         ],
+        "right_of": {kind: _right_of(sets, kind).data() for kind in ("name", "unknown", "none")},
     }
+
+
+def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
+    """How often the largest probability is given to the truth, where it is given to a ``kind``."""
+    stated = [item.first_probability() for item in sets if item.first_kind() == kind]
+    return rate([pair[1] for pair in stated if pair is not None])
 
 
 def _mean_of_truth(sets: Iterable[Judged]) -> float | None:

@@ -35,6 +35,8 @@ class Candidate:
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Places that its p pays for, where the level is not shared out evenly among them."""
+    asked: Effect | None = None
+    """The effect before it was narrowed to what is there; None for a product of parts."""
     evidence: Evidence | None = None
     """With the noise estimated anew; None where the first test tells enough."""
     held_out: HeldOut | None = None

@@ -13,6 +13,7 @@ from arctrue.workbench.diagnose.probabilities import (
     PRIOR_STRANGER,
     UNKNOWN,
     Weighed,
+    inadequacy,
     log_evidence,
     log_evidence_of_p,
     normalised,
@@ -79,10 +80,24 @@ def posterior(
             if name not in effect_class:
                 # Beside the first it adds nothing, or the first adds to it: at such a p.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
-            elif named:
+            else:
                 weights[name] = min(value, first)
         weights |= dict.fromkeys(look_alikes, first)
-    return normalised({NONE: none, UNKNOWN: unknown} | weights)
+    found = normalised({NONE: none, UNKNOWN: unknown} | weights)
+    return found if verdict == "adequate" else _allowed_for(found, verdict, candidates)
+
+
+def _allowed_for(
+    found: dict[str, float], verdict: str, candidates: list[Candidate]
+) -> dict[str, float]:
+    """The same less what model and rules cannot claim: it goes from effects to ``unknown``, and
+    from ``unknown`` to the effects."""
+    share = inadequacy(verdict)
+    others = [item.name for item in candidates] if verdict == "unknown" else [UNKNOWN]
+    if not others:
+        return found
+    kept = {name: (1.0 - share) * value for name, value in found.items()}
+    return kept | {name: kept[name] + share / len(others) for name in others}
 
 
 def _weighed(item: Candidate, rows: int) -> Weighed:

@@ -10,7 +10,12 @@ import numpy as np
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.workbench.diagnose.every_pass import on_every_pass
-from arctrue.workbench.diagnose.evidence import Evidence, evidence, restricted_likelihood
+from arctrue.workbench.diagnose.evidence import (
+    MUCH_MORE,
+    Evidence,
+    evidence,
+    restricted_likelihood,
+)
 from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
 from arctrue.workbench.diagnose.heldout import (
     HeldOut,
@@ -47,6 +52,8 @@ FAR_TOO_SMALL = 0.5
 """Share of what matters: the noise estimated anew does not double a size."""
 SAME_BLOCK = 1e-6
 """Of a gain, and of a canonical correlation: rounding of the same columns."""
+AS_GOOD = 6.0
+"""Gain by which another form or place of an effect must be ahead: odds of 20 to 1."""
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size."""
 
@@ -146,26 +153,36 @@ def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
 
 def _try_effect(effect: Effect, residuals: Residuals, candidates: int) -> Candidate | None:
     observations = residuals.observations
-    nonlinear: dict[str, float] = {}
-    effect, trials = effect.narrowed(residuals)
-    if effect.search:
-        places = places_of(effect, residuals)
-        if not places:
-            return None
-        nonlinear, trials = places[0].nonlinear, places[0].trials
-    score = residuals.score(effect, nonlinear)
+    found = _looked_for(effect, residuals)
+    if found is None:
+        return None
+    form, nonlinear, trials = found
+    score = residuals.score(form, nonlinear)
     if score.rank == 0:
         return None
-    return _candidate(
-        effect,
+    candidate = _candidate(
+        form,
         nonlinear,
         score.gain,
         score.rank,
         trials,
         residuals,
         candidates,
-        effect.variety(observations),
+        form.variety(observations),
     )
+    candidate.asked = effect
+    return candidate
+
+
+def _looked_for(
+    effect: Effect, residuals: Residuals
+) -> tuple[Effect, dict[str, float], float] | None:
+    """The form and the place in which an effect fits best, and how many were tried."""
+    form, trials = effect.narrowed(residuals)
+    if not form.search:
+        return form, {}, trials
+    places = places_of(form, residuals)
+    return (form, places[0].nonlinear, places[0].trials) if places else None
 
 
 def _candidate(
@@ -353,11 +370,33 @@ def _judge(item: Candidate, result: Survey, null: float, candidates: int, progre
     residuals = result.residuals
     progress(f"the noise beside {item.name}")
     found = evidence(residuals, null, item.effect, item.nonlinear)
+    if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
+        found = _in_less_noise(item, found, residuals, null)
     _settle(item, found, result, candidates)
     of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
     if item.p_corrected < SIGNIFICANCE and result.matters(item) and of_rows:
         progress(f"held-out rows for {item.name}")
         _hold_out(item, found)
+
+
+def _in_less_noise(item: Candidate, found: Evidence, residuals: Residuals, null: float) -> Evidence:
+    """The evidence of the form and the place that fit best with the noise beside the effect.
+
+    Without it the noise holds the effect itself, and hides what is smaller: the lines beside a
+    gear's tooth count, or by how little an order is not whole.
+    """
+    best = None if item.asked is None else _looked_for(item.asked, found.base)
+    if best is None:
+        return found
+    form, nonlinear, trials = best
+    score = found.base.score(form, nonlinear)
+    if score.gain < found.score.gain + AS_GOOD:
+        return found
+    anew = evidence(residuals, null, form, nonlinear)
+    if anew.gain < found.gain + AS_GOOD:
+        return found
+    item.effect, item.nonlinear, item.trials = form, nonlinear, trials
+    return anew
 
 
 def _same_columns(item: Candidate, real: Candidate) -> bool:

@@ -6,7 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
+from arctrue.workbench.inference.line_spectrum import (
+    LEAST_PERIODS,
+    LineSpectrum,
+    line_spectrum,
+)
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import BEST_PLACES, Place, moved_to_maximum, peaks, scored
 from arctrue.workbench.observations.one_speed import speed_turns_s
@@ -54,7 +58,9 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     name = "frequency" if found[0].nonlinear["in_time"] else "order"
     refined = moved_to_maximum(effect, residuals, found, name, step)
     parameter = next(item for item in effect.search if item.name == name)
-    inside = parameter.low <= refined[0].nonlinear[name] <= parameter.high
+    # A step is 1/(2·span): a line moved below its fewest periods would be a slow curve.
+    lowest = max(parameter.low, 2.0 * LEAST_PERIODS * step)
+    inside = lowest <= refined[0].nonlinear[name] <= parameter.high
     return refined if inside else found
 
 

@@ -40,6 +40,8 @@ class Score:
     """Of the block, after the model is projected out."""
     cross: Matrix
     """Of the model's coefficients (terms, run offsets, constant) with the block."""
+    own_share: float
+    """Of the block's weighted squares: what the model cannot make itself, 0 to 1."""
 
 
 class Residuals:
@@ -276,7 +278,10 @@ class Residuals:
             moment = np.where(alive, moment, 0.0)
         coefficients, covariance, rank, _ = solve_symmetric(kept, np.where(alive, moment, 0.0))
         gain = float(np.where(alive, moment, 0.0) @ coefficients)
-        return Score(max(gain, 0.0), rank, coefficients, covariance, moment, projected, cross)
+        own_share = float(np.trace(projected)) / max(float(np.trace(information)), 1e-300)
+        return Score(
+            max(gain, 0.0), rank, coefficients, covariance, moment, projected, cross, own_share
+        )
 
     @cached_property
     def log_determinant(self) -> float:

@@ -17,7 +17,7 @@ from scipy.fft import next_fast_len
 from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import ReferenceRows
 
@@ -34,6 +34,14 @@ PARABOLAS = 3
 SAME_PLACE = 2e-3
 """Of the distance between the outer two: a maximum that moves less is exact enough."""
 DISC_BINS = 1 << 15
+TOLD_APART = 30.0
+"""Gain by which an order must be ahead of the whole or half one beside it: p < 10⁻⁶ for one more
+number, with a gap at every half order."""
+LINES = frozenset({"frequency", "line", "unwrapped_order"})
+"""Searches for a wave of any rate."""
+LEAST_OWN = 0.05
+"""Of a line's squares: what the model of whole orders must leave of it. In one run of T turns that
+is 1 − sinc²(δT), so that a line is looked for from an eighth of a period beside an order on."""
 BLIND_FACTOR = 0.02
 """|e^{jnα} − 1| below this: two heads cannot see the order."""
 STATION_DECIMALS = 6
@@ -59,10 +67,16 @@ def scored(
     tried = list(places)
     scores = residuals.scores([(effect, place) for place in tried])
     found = [
-        Place(place, score.gain, max(trials, 1.0))
+        Place(place, _gain_of_its_own(effect, score), max(trials, 1.0))
         for place, score in zip(tried, scores, strict=True)
     ]
     return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def _gain_of_its_own(effect: Effect, score: Score) -> float:
+    """0 for a line that the model makes nearly whole: beside one of the model's own orders it is
+    that order, slowly changing, with a size that has no meaning."""
+    return score.gain if effect.search_kind not in LINES or score.own_share > LEAST_OWN else 0.0
 
 
 def peaks(power: Float, count: int) -> NDArray[np.int64]:
@@ -162,20 +176,54 @@ def unwrapped_order_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     binned = np.bincount(place, weights=precise, minlength=length)
     padded = 1 << int(np.ceil(np.log2(4 * length)))
     power = np.abs(np.fft.rfft(binned, padded)) ** 2
-    orders = np.arange(power.size) * (bins_a_turn / padded)
+    orders: Float = np.arange(power.size).astype(np.float64) * (bins_a_turn / padded)
     power, orders = power[orders <= highest], orders[orders <= highest]
-    power /= order_information(residuals, np.asarray(orders, dtype=np.float64))
+    power /= order_information(residuals, orders)
     turns = length / bins_a_turn
-    away = np.abs(orders * 2.0 - np.round(orders * 2.0)) / 2.0
     resolution = residuals.observations.order_resolution
-    power[(away < resolution) | (orders > highest) | (orders < max(resolution, lowest))] = 0.0
+    power[(orders > highest) | (orders < max(resolution, lowest))] = 0.0
+    trials, step = 2.0 * turns * highest, 0.25 / turns
+    away = _away_from_halves(orders)
     # Beside a gap (whole and half orders) the highest point may be its edge: no local maximum.
-    coarse = [{"order": float(orders[index])} for index in peaks(power, BEST_PLACES)]
-    found = scored(effect, residuals, coarse, 2.0 * turns * highest)
-    refined = moved_to_maximum(effect, residuals, found, "order", 0.25 / turns)
-    order = refined[0].nonlinear["order"] if refined else 0.0
-    # Refined into the gap around a whole or half order it would be one of these.
-    return found if abs(2.0 * order - round(2.0 * order)) / 2.0 < resolution else refined
+    coarse = [
+        {"order": float(orders[index])}
+        for index in peaks(np.where(away < resolution, 0.0, power), BEST_PLACES)
+    ]
+    found = scored(effect, residuals, coarse, trials)
+    refined = moved_to_maximum(effect, residuals, found, "order", step)
+    if refined and _away_from_halves(refined[0].nonlinear["order"]) < resolution:
+        # Refined into the gap around a whole or half order it would be one of these.
+        refined = found
+    inside = _inside_a_gap(effect, residuals, power, orders, trials, step)
+    return inside if inside and (not refined or inside[0].gain > refined[0].gain) else refined
+
+
+def _away_from_halves(orders: Float | float) -> Float:
+    """Distance to the nearest whole or half order."""
+    twice = np.multiply(orders, 2.0)
+    return np.asarray(np.abs(twice - np.round(twice)) / 2.0)
+
+
+def _inside_a_gap(
+    effect: Effect, residuals: Residuals, power: Float, orders: Float, trials: float, step: float
+) -> list[Place]:
+    """The best order nearer to a whole or half one than the turns resolve, if it is told from it.
+
+    Two lines are resolved at 1/(2·turns). One line alone is placed as much better as it stands
+    above the noise (Rife and Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591): it is at an order of
+    its own where it takes more there than at the whole or half one.
+    """
+    near = _away_from_halves(orders) < residuals.observations.order_resolution
+    coarse = [{"order": float(orders[at])} for at in peaks(np.where(near, power, 0.0), BEST_PLACES)]
+    found = moved_to_maximum(
+        effect, residuals, scored(effect, residuals, coarse, trials), "order", step
+    )
+    if not found:
+        return []
+    order = found[0].nonlinear["order"]
+    half = {"order": round(2.0 * order) / 2.0}
+    told = found[0].gain - residuals.score(effect, half).gain > TOLD_APART
+    return found if told and order != half["order"] else []
 
 
 def frequency_scan(effect: Effect, residuals: Residuals) -> list[Place]:
@@ -274,7 +322,8 @@ def moved_to_maximum(
     def gain(place: float) -> float:
         if not allowed(place):
             return 0.0
-        return residuals.score(effect, {**first.nonlinear, name: float(place)}).gain
+        score = residuals.score(effect, {**first.nonlinear, name: float(place)})
+        return _gain_of_its_own(effect, score)
 
     centre, top = first.nonlinear[name], first.gain
     for _ in range(MOST_MOVES):

@@ -152,6 +152,8 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
     found = scored([two, judged("named", pair[0], named="vibration", probability=stated)])
     assert found["probability"]["mean_of_truth_where_visible"] == pytest.approx(0.8)
     assert found["probability"]["expected_calibration_error"] == pytest.approx(0.3)
+    assert (found["probability"]["right_of"]["name"]["hits"], two.first_kind()) == (2, "name")
+    assert found["probability"]["right_of"]["unknown"]["of"] == 0
     assert scored([judged("adequate")])["probability"] is None
 
 

@@ -56,6 +56,17 @@ def test_one_face_alone_may_be_a_place_of_the_table() -> None:
     assert "face 7" in told
 
 
+@pytest.mark.parametrize("times", [2, 4, 6])
+def test_faces_that_repeat_within_a_turn_are_a_shape_of_the_table(times: int) -> None:
+    random = np.random.default_rng(times)
+    part = random.normal(0.0, 0.2, FACES // times)
+    told = _of_faces(np.tile(part, times) + random.normal(0.0, 0.03, FACES))
+    assert told is not None
+    if times == 2:
+        # Twelve values that are drawn make no wave: nothing else speaks against them.
+        assert "repeat 2 times a turn" in told
+
+
 def test_few_faces_are_not_judged() -> None:
     effect = EFFECTS["polygon_face_error"]()
     assert effect.contradiction(np.array([1.0, -1.0, 1.0, -1.0]), np.eye(4), {}, None) is None  # type: ignore[arg-type]

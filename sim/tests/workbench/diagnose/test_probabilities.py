@@ -13,6 +13,7 @@ from arctrue.workbench.diagnose.probabilities import (
     PRIOR_CATALOGUE,
     PRIOR_NONE,
     Weighed,
+    inadequacy,
     log_evidence,
     log_evidence_of_p,
     normalised,
@@ -118,12 +119,37 @@ def test_what_is_named_has_the_largest(gain: float) -> None:
     assert found["none"] < found["latency"] * 0.08
 
 
+@pytest.mark.parametrize("verdict", ["named", "ambiguous", "unknown"])
+def test_no_likelihood_makes_an_answer_surer_than_such_answers_have_been(verdict: str) -> None:
+    others = [_candidate("vibration", 30.0, 1e-3, rank=2), _candidate("count_slip", 1.0, 1)]
+    found = _posterior(
+        verdict, [_candidate("latency", 1e6, 1e-9), *others],
+        effect_class=[] if verdict == "unknown" else ["latency"],
+        product=_candidate("product_of_parts", 2e6, 1e-12) if verdict == "unknown" else None,
+    )  # fmt: skip
+    first = "unknown" if verdict == "unknown" else "latency"
+    assert max(found, key=found.__getitem__) == first
+    assert found[first] == pytest.approx(1.0 - inadequacy(verdict), abs=1e-3)
+    assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_first_of_a_class_is_no_less_probable_than_the_others() -> None:
+    """The faces of a polygon come first as one family; their evidence pays for 23 sizes."""
+    faces, motion = (
+        _candidate("polygon_face_error", 250.0, 1e-9, rank=23),
+        _candidate("x", 230.0, 0),
+    )
+    found = _posterior("ambiguous", [faces, motion], effect_class=["polygon_face_error", "x"])
+    assert max(found, key=found.__getitem__) == "polygon_face_error"
+
+
 def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
     found = _posterior(
         "ambiguous", [_candidate("hysteresis", 80.0, 1e-9)],
         effect_class=["hysteresis", "latency"], look_alikes=["latency"],
     )  # fmt: skip
-    assert found["latency"] == found["hysteresis"] == pytest.approx(0.5, abs=1e-3)
+    half = 0.5 * (1.0 - inadequacy("ambiguous"))
+    assert found["latency"] == found["hysteresis"] == pytest.approx(half, abs=1e-3)
 
 
 def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:

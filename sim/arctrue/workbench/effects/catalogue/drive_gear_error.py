@@ -34,6 +34,13 @@ LISTS = {"multiples": 0, "below": -1, "above": 1}
 Line = tuple[int, int]
 """A multiple of the tooth count, and the orders beside it."""
 
+USUAL: list[list[Line]] = [
+    [(multiple, away) for away in beside for multiple in range(1, highest + 1)]
+    for highest in range(1, HIGHEST_MULTIPLE + 1)
+    for beside in ((0,), tuple(LISTS.values()))
+]
+"""The teeth's wave with its multiples from the first on, of a gear on its centre or off it."""
+
 
 class DriveGearError(Effect):
     """cos, sin of the tooth count and its multiples, in the reference run only.
@@ -122,7 +129,7 @@ class DriveGearError(Effect):
         ]
         kept: list[Line] = []
         gain = 0.0
-        while waiting := [line for line in lines if line not in kept]:
+        while waiting := [line for line in lines if self._is_another(line, kept, reference)]:
             found = [self._gain(residuals, [*kept, line]) for line in waiting]
             if max(found) < gain + worth:
                 break
@@ -132,12 +139,39 @@ class DriveGearError(Effect):
             gain = found[place]
         if not kept or set(kept) == set(self._lines):
             return self, 1.0
-        return self._of(kept), float(comb(len(lines), len(kept)))
+        trials = comb(len(lines), len(kept))
+        usual = [self._shown(form, lines, reference) for form in USUAL]
+        if set(kept) in usual:
+            # What a gear would be expected to show is no choice among all sets of lines.
+            trials = min(trials, len(USUAL))
+        return self._of(kept), float(trials)
+
+    def _shown(self, form: list[Line], lines: list[Line], reference: ReferenceRows) -> set[Line]:
+        """Of the lines of a form those that the stations show, each once."""
+        shown: list[Line] = []
+        for line in form:
+            if line in lines and self._is_another(line, shown, reference):
+                shown.append(line)
+        return set(shown)
 
     def _varies(self, line: Line, reference: ReferenceRows) -> bool:
         """It is no constant at the stations, as one that the faces divide is."""
         columns = self._of([line]).reference_columns(reference, {}, FitContext())
         return columns is not None and float(np.var(columns, axis=0).sum()) > LEAST_VARIANCE
+
+    def _is_another(self, line: Line, kept: list[Line], reference: ReferenceRows) -> bool:
+        """The stations tell it from the lines that are kept: it is no alias of theirs."""
+        if not kept:
+            return True
+        columns, others = (
+            self._of(lines).reference_columns(reference, {}, FitContext())
+            for lines in ([line], kept)
+        )
+        assert columns is not None
+        assert others is not None
+        columns, others = columns - columns.mean(axis=0), others - others.mean(axis=0)
+        left = columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+        return float(np.sum(left**2)) > LEAST_VARIANCE * float(np.sum(columns**2))
 
     @staticmethod
     def _of(lines: list[Line]) -> DriveGearError:

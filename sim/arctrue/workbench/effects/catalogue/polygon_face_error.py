@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr
+from scipy.special import fdtrc, stdtr
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
@@ -71,12 +71,13 @@ class PolygonFaceError(Effect):
     ) -> str | None:
         """Faces are lapped one by one: their errors are draws without an order.
 
-        A wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125 (1929) 54), or
-        one face that is off alone among the others (Grubbs, Ann. Math. Stat. 21 (1950) 27), is a
-        shape of the table's own motion, which a polygon on the table shows as well.
+        A wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125 (1929) 54),
+        one face that is off alone among the others (Grubbs, Ann. Math. Stat. 21 (1950) 27), or a
+        shape that comes again several times a turn (analysis of variance), is of the table's own
+        motion, which a polygon on the table shows as well.
         """
         values = coefficients - coefficients.mean()
-        size, level = values.size, 0.5 * CONTRADICTED_P
+        size, level = values.size, CONTRADICTED_P / 3.0
         square = float(values @ values)
         if size < LEAST_FACES or square <= 0.0:
             return None
@@ -95,6 +96,12 @@ class PolygonFaceError(Effect):
             return (
                 f"face {face} is off alone by {values[face]:.2g}″: a place of the table looks the "
                 "same as one bad face"
+            )
+        times, p_value = _comes_again(values)
+        if p_value < level:
+            return (
+                f"the faces repeat {times} times a turn, as a cam or a lobed bearing does; the "
+                "errors of a polygon's faces are independent of each other"
             )
         return None
 
@@ -117,3 +124,22 @@ class PolygonFaceError(Effect):
         for index, (value, error) in enumerate(zip(values, sigma, strict=True)):
             found[f"face_{index}"] = Parameter(float(value), float(error), "arcsec")
         return found
+
+
+def _comes_again(values: NDArray[np.float64]) -> tuple[int, float]:
+    """How often a turn the faces' errors repeat, if they do, and the p value of that.
+
+    For each number of equal parts of a turn: the variance of the mean part over that within, by
+    the F distribution, for all numbers together after Bonferroni.
+    """
+    size = values.size
+    found = [(1, 1.0)]
+    counts = [count for count in range(2, size // 2 + 1) if size % count == 0]
+    for count in counts:
+        mean = values.reshape(count, -1).mean(axis=0)
+        between = count * float(np.sum((mean - values.mean()) ** 2))
+        within = float(np.sum((values.reshape(count, -1) - mean) ** 2))
+        freedom = size // count - 1, size - size // count
+        ratio = between / freedom[0] / max(within / freedom[1], 1e-300)
+        found.append((count, len(counts) * float(fdtrc(*freedom, ratio))))
+    return min(found, key=lambda item: item[1])

@@ -1,0 +1,87 @@
+"""Where a line is looked for: beside whole and half orders, and where it repeats."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from sim.tests.workbench.small_sets import (
+    CAPTURE_NOISE,
+    REFERENCE_NOISE,
+    measurement_set,
+    paper_error,
+)
+
+from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.workbench.diagnose.diagnosis import diagnose
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.line_spectrum import LEAST_PERIODS
+from arctrue.workbench.inference.noise_fit import white_noise
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import LEAST_OWN, Place
+from arctrue.workbench.inference.search import places_of
+from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.model.model import default_model
+from arctrue.workbench.observations.build import observations_of
+
+Float = NDArray[np.float64]
+EFFECTS = built_in()
+
+
+def _left(measurement: MeasurementSet) -> Residuals:
+    observations = observations_of(measurement)
+    noise = white_noise(observations, (CAPTURE_NOISE * np.sqrt(2.0), REFERENCE_NOISE))
+    term = Term(EFFECTS["graduation_harmonics"](), {})
+    return Residuals(fit([term], observations, noise=noise))
+
+
+def _ball_pass(order: float, size: float = 1.0) -> list[Place]:
+    def error(disc: Float, temperature: Float, speed: float) -> Float:
+        return paper_error(disc, temperature, speed) + size * np.cos(order * disc + 0.7)
+
+    return places_of(EFFECTS["bearing_ball_pass"](), _left(measurement_set(error)))
+
+
+def test_a_strong_line_is_found_nearer_to_a_whole_order_than_the_turns_resolve() -> None:
+    """Twelve turns resolve 0.042; a line of 7 σ a row is placed to some 10⁻⁴ (Rife, Boorstyn)."""
+    for order in (3.025, 9.53):
+        assert abs(_ball_pass(order)[0].nonlinear["order"] - order) < 0.002
+
+
+def test_a_half_order_is_no_ball_pass() -> None:
+    order = _ball_pass(2.5)[0].nonlinear["order"]
+    assert abs(order - 2.5) > 1.0 / 24.0
+
+
+def test_an_order_that_grows_is_no_vibration_beside_it() -> None:
+    """θ·cos 6θ is a line beside order 6 of any size that the graduation takes back."""
+
+    def error(disc: Float, temperature: Float, speed: float) -> Float:
+        return paper_error(disc, temperature, speed) + 0.15 * disc * np.cos(6.0 * disc)
+
+    measurement = measurement_set(error, runs=1, reference=False)
+    left = _left(measurement)
+    vibration = EFFECTS["vibration"]()
+    place = places_of(vibration, left)[0].nonlinear
+    assert left.score(vibration, place).own_share > LEAST_OWN
+    found = diagnose(observations_of(measurement), default_model().terms(EFFECTS), EFFECTS)
+    assert found.verdict == "unknown"
+    assert found.described is not None
+    assert found.described.effect.parts[:2] == ["time", "order:6"]
+
+
+def test_less_than_its_fewest_periods_is_no_line() -> None:
+    """A curve of 1.2 periods in the record lies below all that is looked for."""
+    target = np.arange(1080.0)
+    time = target / 2.0
+    random = np.random.default_rng(5)
+    error = 40.0 * np.cos(2.0 * np.pi * 1.2 * time / time[-1]) + random.normal(0.0, 0.2, time.size)
+    reference = Reference(
+        target_deg=target, error_arcsec=error, time_s=time, run=np.zeros(time.size, dtype=np.int64)
+    )
+    observations = observations_of(MeasurementSet(Table(), None, reference, title="slow"))
+    noise = white_noise(observations, (0.0, 0.2))
+    left = Residuals(fit(default_model().terms(EFFECTS), observations, noise=noise))
+    place = places_of(EFFECTS["periodic_error"](), left)[0].nonlinear
+    periods = place["order"] * 1079.0 / 360.0 + place["frequency"] * time[-1]
+    assert periods >= LEAST_PERIODS
