@@ -269,6 +269,31 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{OUTLIERS}::test_white_noise_of_few_rows_has_no_outliers",
     ),
     Mutation(
+        "outliers_beside_missing_rows_stay",
+        "rows on both sides of a gap are compared as if none were missing",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "            step[place] > SIDE_ROWS * float(np.median(around))\n",
+        "            step[place] > 1e9 * float(np.median(around))\n",
+        f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
+    ),
+    Mutation(
+        "each_reversal_is_an_outlier",
+        "what comes again after each reversal is left out as single wrong rows",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter",
+        "found[number] = False",
+        f"{OUTLIERS}::test_what_comes_again_after_each_reversal_is_kept",
+    ),
+    Mutation(
+        "a_step_of_single_rows",
+        "a single wrong row at the end of a run is a slip",
+        "sim/arctrue/workbench/inference/scan.py",
+        "LEAST_STEP_ROWS = 4\n",
+        "LEAST_STEP_ROWS = 1\n",
+        "sim/tests/workbench/diagnose/test_rules.py"
+        "::test_rows_that_are_off_at_the_end_of_a_run_are_no_slip",
+    ),
+    Mutation(
         "any_share_of_outliers",
         "so many rows are masked that the recording is no longer called faulty",
         "sim/arctrue/workbench/observations/used_rows.py",

@@ -324,6 +324,8 @@ def highest(
     return float(found.x), -float(found.fun)
 
 
+LEAST_STEP_ROWS = 4
+"""Rows of its run on either side of a step: one more than single wrong rows may stand together."""
 STEP_PLACES = 24
 """Places of a run at which what a step tells is worked out; it changes slowly between them."""
 
@@ -339,7 +341,7 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     told = 1.0 / residuals.solution.noise.index_variance
     for part in noise.stretches:
         size = part.stop - part.start
-        if size < 8:
+        if size < 2 * LEAST_STEP_ROWS:
             continue
         moment = np.cumsum(precise[part][::-1])[::-1][1:]
         alone = RowNoise(
@@ -356,8 +358,9 @@ def step_scan(effect: Effect, residuals: Residuals) -> list[Place]:
         information = np.exp(np.interp(np.arange(1, size), tried, np.log(own)))
         information -= beside[1:] ** 2 / (beside[0] + told)
         power = moment**2 / np.maximum(information, 1e-6 * float(own.max()))
-        for index in peaks(power, 2):
-            row = part.start + int(index) + 1
+        inner = power[LEAST_STEP_ROWS - 1 : size - LEAST_STEP_ROWS]
+        for index in peaks(inner, 2):
+            row = part.start + int(index) + LEAST_STEP_ROWS
             instant = float(capture.time_s[row])
             run = float(capture.run[row])
             places.append((float(power[index]), {"run": run, "instant": instant}))

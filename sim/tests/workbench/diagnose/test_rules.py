@@ -70,6 +70,20 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
+    """Too few to tell a step from single wrong rows, and too small to be masked: 5 σ each."""
+    made = measurement_set(reference=False)
+    assert made.capture is not None
+    made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
+    observations = observations_of(made)
+    assert observations.masked == ()
+    base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
+    times = made.capture.time_s[-4:]
+    for place in places_of(EFFECTS["count_slip"](), Residuals(base)):
+        assert place.nonlinear["run"] != 3.0 or place.nonlinear["instant"] <= times[0]
+
+
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:
     """A polygon's faces have some order 4 by chance: the 19 others are more than chance too."""
     found = _weak("polygon_face_error", 0.1, 50_000)
