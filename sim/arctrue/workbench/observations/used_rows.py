@@ -13,6 +13,7 @@ from arctrue.runs import run_spans
 from arctrue.units import arcsec_per_count, rad_per_count
 from arctrue.workbench.observations.outliers import (
     LEAST_ROWS,
+    LEAST_VISITS,
     MOST_SHARE,
     SIDE_ROWS,
     MaskedRow,
@@ -93,7 +94,7 @@ def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
     for part in passes:
         step = np.abs(np.diff(rows.target_deg[part]))
         near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
-        if near and float(np.median(visited[part])) < 2.0:
+        if near and float(np.median(visited[part])) < LEAST_VISITS:
             pieces = pieces_between_gaps(rows.target_deg[part])
             away[part], scatter[part] = far_from_neighbours(
                 rows.error_arcsec[part], least, pieces=pieces

@@ -153,12 +153,15 @@ def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) 
     assert data_faults(observations_of(made)) == []
 
 
-def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
+@pytest.mark.parametrize("passes", [1, 3])
+def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
+    """Three visits of a station do not tell which of them is wrong; its neighbours do."""
     random = np.random.default_rng(2)
-    target = np.linspace(0.0, 40.0, 800)
-    error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, 800)
+    target = np.tile(np.linspace(0.0, 40.0, 800), passes)
+    error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, target.size)
     error[400] += 6.0
-    made = MeasurementSet(measurement_set().table, reference=Reference(target, error))
+    cycle = np.repeat(np.arange(passes), 800)
+    made = MeasurementSet(measurement_set().table, reference=Reference(target, error, cycle=cycle))
     assert _masked(made, "reference") == [400]
 
 
