@@ -36,6 +36,22 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{GUARDS}::test_every_candidate_is_charged",
     ),
     Mutation(
+        "a_second_survey_is_free",
+        "what is looked for beside a name does not pay for the further look",
+        f"{DIAGNOSE}/survey.py",
+        "candidates * result.looks, found.freedom",
+        "candidates, found.freedom",
+        f"{GUARDS}::test_every_survey_of_a_diagnosis_is_charged",
+    ),
+    Mutation(
+        "instants_are_few",
+        "a step pays for the logarithm of the rows, however large it is",
+        "sim/arctrue/workbench/inference/scan.py",
+        "    return float(np.exp(log_any - log_once) * np.sum(rate * share))\n",
+        "    return 4.0 * float(np.log(rows))\n",
+        "sim/tests/workbench/diagnose/test_rules.py::test_a_step_pays_for_all_its_instants",
+    ),
+    Mutation(
         "noise_is_known",
         "noise known from few runs is taken as known for sure",
         f"{DIAGNOSE}/significance.py",
