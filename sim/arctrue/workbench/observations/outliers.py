@@ -41,6 +41,8 @@ LEAST_ROWS = 3 * SIDE_ROWS
 """Of a run or pass in which single rows can be told to be wrong."""
 SCALE_ROWS = 256
 """Rows that one value of the local scatter is taken over."""
+END_ROWS = 4 * SCALE_ROWS
+"""Rows at each end of a run that tell how well a row is known from one side."""
 MOST_SHARE = 0.05
 """A larger share of outliers is no matter of single rows: the recording is faulty."""
 NORMAL_MAD = 1.4826
@@ -172,15 +174,16 @@ def far_from_neighbours(
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
     LEAST_ROWS rows or more each, between which rows are missing; one where none are. The first and
     last SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the scatter that
-    this makes of all rows: it is larger than that from both sides.
+    this makes of the END_ROWS rows there: it is larger than that from both sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()
     for piece in pieces or [slice(0, values.size)]:
         own = values[piece]
         away[piece] = own - from_both_sides(own)
-        after[piece] = own - from_one_side(own)
-        before[piece] = own - from_one_side(own[::-1])[::-1]
+        first, last = own[:END_ROWS], own[-END_ROWS:]
+        after[piece][: first.size] = first - from_one_side(first)
+        before[piece][-last.size :] = last - from_one_side(last[::-1])[::-1]
     scatter = _scatter_of_all(away, resolution)
     for one_sided in (after, before):
         end = np.isnan(away) & ~np.isnan(one_sided)
