@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import write_measurement_set
+from arctrue.progress import Say
 from arctrue.studies.benchmark.digests import folder_digest, set_name
 from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
@@ -27,9 +28,7 @@ class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def write_sets(
-    plan: Plan, out: Path, first: int | None, say: Callable[[str], None]
-) -> dict[str, str]:
+def write_sets(plan: Plan, out: Path, first: int | None, say: Say) -> dict[str, str]:
     """Write the sets of a plan into folders of their names; the digest of each by its name.
 
     A digest is the same on every machine whose sines and cosines are: one that differs may be a

@@ -8,14 +8,15 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from arctrue.instrument.turn_score import MOST_ORDER, TurnScore
 from arctrue.printable import time_left
+from arctrue.progress import Say
 from arctrue.source_tree import ROOT
+from arctrue.studies.demo.bench_stage import BenchStage
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
     decode_recording,
@@ -24,15 +25,12 @@ from arctrue.studies.demo.judgement import (
     output_score,
     pin_to_pin_latency,
 )
-from arctrue.studies.demo.progress import Progress
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
-
-Say = Callable[[str], None]
 
 # Table 1 of the paper, clocks.
 PAPER_LATENCY_CLOCKS = {
@@ -135,12 +133,12 @@ def _follow(
     # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
-    last: Progress | None = None
+    last: BenchStage | None = None
     spoken = begun
     while process.poll() is None:
         time.sleep(0.2)
         now = time.monotonic()
-        seen = Progress.read(files.progress)
+        seen = BenchStage.read(files.progress)
         if seen is None or (now - spoken < _PROGRESS_EVERY_S and last and last.stage == seen.stage):
             continue
         spoken, last = now, seen

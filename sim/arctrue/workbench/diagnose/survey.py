@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.evidence import Evidence, evidence, restricted_likelihood
@@ -28,8 +29,6 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
-
-Progress = Callable[[str], None]
 
 SIGNIFICANCE = 0.01
 """Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
@@ -98,7 +97,7 @@ def survey(
     residuals: Residuals,
     effects: Mapping[str, type[Effect]],
     matters_arcsec: float,
-    progress: Progress,
+    progress: Say,
     *,
     negligible: bool = True,
     looks: int = 1,
@@ -238,7 +237,7 @@ def _try_parts(residuals: Residuals, looks: int) -> list[Candidate]:
     return sorted(found, key=lambda item: -item.delta_bic)
 
 
-def _weigh(result: Survey, progress: Progress, *, negligible: bool) -> None:
+def _weigh(result: Survey, progress: Say, *, negligible: bool) -> None:
     """Evidence with the noise free on both sides, for whatever may be named.
 
     That is the catalogue's candidates, best first, until those that follow have no chance to come
@@ -353,9 +352,7 @@ def _same_noise(result: Survey, real: Candidate) -> None:
             )
 
 
-def _judge(
-    item: Candidate, result: Survey, null: float, candidates: int, progress: Progress
-) -> None:
+def _judge(item: Candidate, result: Survey, null: float, candidates: int, progress: Say) -> None:
     """Evidence, and rows that the fit never saw where that is significant and matters."""
     residuals = result.residuals
     progress(f"the noise beside {item.name}")

@@ -13,6 +13,7 @@ from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.optimize import minimize_scalar
 from scipy.special import log_ndtr, ndtr
 
@@ -245,7 +246,8 @@ def _window_power(since_s: Float, precise: Float, period: float, spacing: float)
     """Power of one window at the multiples of ``spacing``; what it cannot resolve is zero."""
     place = np.round((since_s - since_s[0]) / period).astype(np.int64)
     values = np.bincount(place, weights=precise)
-    size = max(int(np.ceil(1.0 / (spacing * period))), values.size)
+    # A length of small prime factors: others take several times as long.
+    size = next_fast_len(max(int(np.ceil(1.0 / (spacing * period))), values.size), real=True)
     power = np.abs(np.fft.rfft(values, size)) ** 2 * (2.0 / since_s.size)
     grid = np.arange(int(0.5 / (period * spacing)) + 1) * spacing
     power = np.interp(grid, np.arange(power.size) / (size * period), power)
