@@ -11,6 +11,7 @@ from arctrue.workbench.diagnose.classes import without_unspecific
 from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import (
+    DEEPEST,
     NEAR_TIE,
     PARTS_ADVANTAGE,
     Case,
@@ -122,7 +123,9 @@ def diagnose(
         progress(f"once more beside {first.name}")
         # A line beside its place would leave a rest for others.
         left = Residuals(refined(first.solution))
-        return survey(left, effects, matters, lambda text: None, negligible=False)
+        return survey(
+            left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
+        )
 
     found = decide(Case(tried, effects, with_first))
     result = _told(observations, tried, found)

@@ -67,6 +67,8 @@ class Survey:
     """An effect that moves the prediction by less than this is negligible."""
     absent: int
     """Effects of the catalogue that the model lacks: its p pays for so many."""
+    looks: int = 1
+    """Surveys of this kind that a diagnosis makes: every p pays for so many."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: dict[str, list[str]] = field(default_factory=dict)
@@ -105,11 +107,13 @@ def survey(
     progress: Say,
     *,
     negligible: bool = True,
+    looks: int = 1,
 ) -> Survey:
     """Try everything beside the model of ``residuals``.
 
     Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
     An effect with a search is tried again beside itself: it may be there at another place.
+    ``looks``: surveys of this kind that the diagnosis makes.
     """
     base = residuals.solution
     present = {term.effect.name for term in base.terms}
@@ -117,7 +121,7 @@ def survey(
     repeatable = {
         name: effect for name, effect in effects.items() if name in present and effect.search
     }
-    found = Survey(residuals, matters_arcsec, len(absent))
+    found = Survey(residuals, matters_arcsec, len(absent), looks)
     _judge_fit(found)
     for name, kind in [*absent.items(), *repeatable.items()]:
         effect = kind()
@@ -126,11 +130,11 @@ def survey(
             found.untestable[name] = lacking
             continue
         progress(f"trying {name}")
-        candidate = _try_effect(effect, residuals, found.absent)
+        candidate = _try_effect(effect, residuals, found.absent * looks)
         if candidate is not None:
             found.candidates.append(candidate)
     progress("trying products of parts")
-    found.parts = _try_parts(residuals)
+    found.parts = _try_parts(residuals, looks)
     _weigh(found, progress, negligible=negligible)
     found.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
     return found
@@ -238,14 +242,14 @@ def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     )
 
 
-def _try_parts(residuals: Residuals) -> list[Candidate]:
+def _try_parts(residuals: Residuals, looks: int) -> list[Candidate]:
     found = []
     for item in best_parts(residuals):
         if item.rank == 0:
             continue
         tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, residuals, 1, [])
         tried.level_trials = item.level_trials
-        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, 1)
+        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
         found.append(tried)
     return sorted(found, key=lambda item: -item.delta_bic)
 
@@ -428,7 +432,9 @@ def _settle(item: Candidate, found: Evidence, result: Survey, candidates: int) -
     item.solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     item.size_arcsec = sizes_arcsec(found.base.solution, item.solution)
     trials = item.trials if item.level_trials is None else item.level_trials
-    item.p_corrected = corrected_p_value(item.gain, item.rank, trials, candidates, found.freedom)
+    item.p_corrected = corrected_p_value(
+        item.gain, item.rank, trials, candidates * result.looks, found.freedom
+    )
     item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.size_arcsec, result.base)
 
 

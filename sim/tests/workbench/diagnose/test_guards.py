@@ -76,6 +76,22 @@ def test_every_candidate_is_charged() -> None:
     assert corrected_p_value(30.0, 2, 1.0, 20) == pytest.approx(20.0 * chi2.sf(30.0, 2), rel=1e-6)
 
 
+def test_every_survey_of_a_diagnosis_is_charged() -> None:
+    """What is looked for once more beside a name, and once more beside that, may be chance too."""
+    made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
+    residuals = Residuals(fit([_base()], observations_of(made)))
+    effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
+    once, thrice = (
+        survey.survey(residuals, effects, 0.0, lambda _: None, looks=looks) for looks in (1, 3)
+    )
+    for first, charged in (
+        (once.candidates[0], thrice.candidates[0]),
+        (once.parts[0], thrice.parts[0]),
+    ):
+        assert charged.p_corrected < 0.1
+        assert charged.p_corrected == pytest.approx(3.0 * first.p_corrected, rel=1e-6)
+
+
 def test_noise_that_is_little_known_makes_a_gain_less_rare() -> None:
     assert corrected_p_value(12.0, 1, 1.0, 1, freedom=4.0) > 4.0 * chi2.sf(12.0, 1)
 
