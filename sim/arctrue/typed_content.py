@@ -13,6 +13,7 @@ import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -95,7 +96,7 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
 def unknown_keys(content: dict[str, Any], kind: type) -> dict[str, list[str]]:
     """Dotted keys that neither ``kind`` nor a structure in it knows, with known ones like each."""
     found: dict[str, list[str]] = {}
-    fields = _fields(inspect.type_info(kind))
+    fields = _fields(_declared(kind))
     if not fields:
         return found
     for key, value in content.items():
@@ -117,7 +118,12 @@ def shown(value: object) -> str:
     else:
         text = repr(value)
     text = one_line(text)
-    return text if len(text) <= LONGEST_FOUND else text[: LONGEST_FOUND - 3] + "…"
+    return text if len(text) <= LONGEST_FOUND else text[: LONGEST_FOUND - 1] + "…"
+
+
+@cache
+def _declared(kind: Any) -> inspect.Type:
+    return inspect.type_info(kind)
 
 
 @dataclass(frozen=True)
@@ -163,7 +169,7 @@ def _told(content: object, kind: type, place: str, error: msgspec.ValidationErro
 
 
 def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spot:
-    spot = _Spot(place, inspect.type_info(kind), content)
+    spot = _Spot(place, _declared(kind), content)
     taken: list[str | int] = []
     for name, index, _ in _STEP.findall(path):
         spot = _Spot(spot.key, _branch(spot.declared, spot.value), spot.value)
