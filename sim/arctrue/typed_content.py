@@ -7,11 +7,14 @@ and what was found.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -45,7 +48,7 @@ Positive = Annotated[float, above(0.0)]
 
 
 class ContentError(ValueError):
-    """Content that does not fit its declaration; the text has the key, and no file."""
+    """Content that does not fit its declaration; the text begins with the key."""
 
     def __init__(self, text: str, *, missing: bool = False) -> None:
         """``missing``: a key that has to be there is not."""
@@ -65,10 +68,37 @@ def typed(content: object, kind: type[T], place: str = "") -> T:
         raise _told(content, kind, place, error) from error
 
 
+def read_json(path: Path, kind: type[T]) -> T:
+    """The content of a JSON file that a program wrote: every key is declared.
+
+    Raises OSError where it cannot be read, ContentError, which names the file, for its content.
+    """
+    return typed_json(path.read_bytes(), kind, str(path))
+
+
+def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
+    """JSON text as ``kind``; ``file`` says where it stands. Raises ContentError, which names it."""
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ContentError(f"{file}: no JSON: {one_line(str(error))}") from error
+    try:
+        found = typed(content, kind)
+    except ContentError as error:
+        told = re.sub(r"expected a table( \[[^]]*\])?", "expected an object", str(error))
+        raise ContentError(f"{file}: {told}", missing=error.missing) from error
+    for key, near in (unknown_keys(content, kind) if isinstance(content, dict) else {}).items():
+        meant = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise ContentError(f"{file}: {one_line(key)}: is not known{meant}")
+    return found
+
+
 def unknown_keys(content: dict[str, Any], kind: type) -> dict[str, list[str]]:
     """Dotted keys that neither ``kind`` nor a structure in it knows, with known ones like each."""
-    found = {}
-    fields = _fields(inspect.type_info(kind))
+    found: dict[str, list[str]] = {}
+    fields = _fields(_declared(kind))
+    if not fields:
+        return found
     for key, value in content.items():
         if key not in fields:
             found[key] = similar(key, fields)
@@ -88,7 +118,12 @@ def shown(value: object) -> str:
     else:
         text = repr(value)
     text = one_line(text)
-    return text if len(text) <= LONGEST_FOUND else text[: LONGEST_FOUND - 3] + "…"
+    return text if len(text) <= LONGEST_FOUND else text[: LONGEST_FOUND - 1] + "…"
+
+
+@cache
+def _declared(kind: Any) -> inspect.Type:
+    return inspect.type_info(kind)
 
 
 @dataclass(frozen=True)
@@ -134,7 +169,7 @@ def _told(content: object, kind: type, place: str, error: msgspec.ValidationErro
 
 
 def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spot:
-    spot = _Spot(place, inspect.type_info(kind), content)
+    spot = _Spot(place, _declared(kind), content)
     taken: list[str | int] = []
     for name, index, _ in _STEP.findall(path):
         spot = _Spot(spot.key, _branch(spot.declared, spot.value), spot.value)

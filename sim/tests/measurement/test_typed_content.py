@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -12,7 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import Meta, Struct, field
 
-from arctrue.typed_content import ContentError, Number, Positive, typed, unknown_keys
+from arctrue.typed_content import (
+    ContentError,
+    Number,
+    Positive,
+    read_json,
+    typed,
+    unknown_keys,
+)
 
 
 class Ball(Struct, tag_field="kind", tag="ball", forbid_unknown_fields=True):
@@ -115,6 +123,27 @@ def test_unknown_keys_of_a_file_that_may_have_them() -> None:
         "disc.line": ["lines"],
         "further": [],
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{", "no JSON: "),
+        ("[" * 100_000, "no JSON: "),
+        ("\xff", "no JSON: "),
+        ("3", "expected an object, found 3"),
+        ('{"lines": "4"}', 'lines: expected a whole number of 4 or more, found "4"'),
+        ('{"line": 4}', "line: is not known; did you mean lines?"),
+    ],
+)
+def test_a_json_file_is_named(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "disc.json"
+    file.write_text(text, encoding="latin-1")
+    with pytest.raises(ContentError) as caught:
+        read_json(file, Disc)
+    assert str(caught.value).startswith(f"{file}: {said}")
+    file.write_text('{"lines": 4, "width": 2}')
+    assert read_json(file, Disc) == Disc(4, 2.0)
 
 
 VALUES = st.recursive(

@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 
 
@@ -25,4 +26,4 @@ class BenchStage:
         """The last stage written, or None before the first."""
         if not file.exists():
             return None
-        return cls(**json.loads(file.read_text(encoding="utf-8")))
+        return read_json(file, cls)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shutil
 import subprocess
@@ -31,6 +30,7 @@ from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
+from arctrue.typed_content import read_json
 
 # Table 1 of the paper, clocks.
 PAPER_LATENCY_CLOCKS = {
@@ -82,7 +82,7 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
     before = output_score(scene, settings, output, _index_clock(scene, settings), pin_clocks)
     after = output_score(scene, settings, output, run.settled_clock, pin_clocks)
     index_offset = index_offset_counts(scene, settings, output, pin_clocks)
-    measured = json.loads(files.latency.read_text(encoding="utf-8"))
+    measured = read_json(files.latency, dict[str, int])
     return DemoResult(
         settings=settings,
         before=before,

@@ -29,6 +29,7 @@ from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noi
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
@@ -117,7 +118,7 @@ def survey(
     """
     base = residuals.solution
     present = {term.effect.name for term in base.terms}
-    absent = {name: effect for name, effect in effects.items() if name not in present}
+    absent = absent_effects(effects, present)
     repeatable = {
         name: effect for name, effect in effects.items() if name in present and effect.search
     }

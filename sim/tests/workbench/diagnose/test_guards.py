@@ -328,7 +328,7 @@ def test_what_says_why_goes_before_what_says_what_is_seen(
 
 def test_a_more_natural_frame_is_left_only_for_odds_of_twenty_to_one() -> None:
     disc, head = (
-        PartsCandidate(ProductOfParts(ALWAYS, (2.0,), frame), gain, 2, 1.0, 1.0)  # type: ignore[arg-type]
+        PartsCandidate(ProductOfParts.of(ALWAYS, (2.0,), frame), gain, 2, 1.0, 1.0)  # type: ignore[arg-type]
         for frame, gain in (("disc", 100.0), ("head2", 104.0))
     )
     assert _natural([disc, head], 1000) is disc
@@ -336,8 +336,8 @@ def test_a_more_natural_frame_is_left_only_for_odds_of_twenty_to_one() -> None:
 
 
 def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
-    plain = PartsCandidate(ProductOfParts(ALWAYS, (2.0,), "disc"), 100.0, 2, 1.0, 1.0)
-    warm = PartsCandidate(ProductOfParts(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
+    plain = PartsCandidate(ProductOfParts.of(ALWAYS, (2.0,), "disc"), 100.0, 2, 1.0, 1.0)
+    warm = PartsCandidate(ProductOfParts.of(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
     order = [ALWAYS, TEMPERATURE]
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
@@ -365,7 +365,7 @@ def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
 
 def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
     product = SimpleNamespace(
-        effect=ProductOfParts(TEMPERATURE, (2.0,), "disc"),
+        effect=ProductOfParts.of(TEMPERATURE, (2.0,), "disc"),
         solution=SimpleNamespace(observations=SimpleNamespace(has_temperature=True)),
     )
     for ahead, is_unknown in ((11.0, True), (9.0, False)):
