@@ -408,9 +408,13 @@ static void arm_compare(const struct application *application) {
     if (parameters->compare_on == 0.0) {
         core_disarm_compare(&application->core);
     } else if (application->phase != PHASE_WAIT_FOR_INDEX) {
+        const struct core_places places = {
+            .first = (uint32_t)parameters->compare_first,
+            .interval = (uint32_t)parameters->compare_interval,
+            .counts_per_rev = (uint32_t)parameters->counts_per_rev,
+        };
         int32_t position = core_position(&application->core).head1_position;
-        core_arm_compare(&application->core, (uint32_t)parameters->compare_first,
-                         (uint32_t)parameters->compare_interval,
+        core_arm_compare(&application->core, &places,
                          counts_apart(position, application->position_at_bank) >= 0);
     }
 }
@@ -663,6 +667,7 @@ static void take_temperature(struct application *application) {
    then. The coefficients belong to the index and stay. */
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
+    core_disarm_compare(&application->core);
     forget_zeros(application);
     tell_between_turns(application, ALARM_ZERO_LOST);
     application->phase = PHASE_WAIT_FOR_INDEX;

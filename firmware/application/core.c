@@ -140,18 +140,17 @@ struct core_probe core_probe(const struct core_access *core) {
     return probe;
 }
 
-void core_arm_compare(const struct core_access *core, uint32_t angle, uint32_t interval,
+void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards) {
-    uint32_t turn = read_at(core, AT(counts_per_rev_active));
-    int64_t margin = turn / COMPARE_MARGIN + 1;
-    int64_t period = interval != 0 ? interval : turn;
+    int64_t margin = places->counts_per_rev / COMPARE_MARGIN + 1;
+    int64_t period = places->interval != 0 ? places->interval : places->counts_per_rev;
     (void)read_wide(core, AT(snapshot.time));
     uint32_t position = read_at(core, AT(snapshot.corrected_position));
-    int64_t away = (int64_t)angle - read_at(core, AT(snapshot.corrected_angle));
+    int64_t away = (int64_t)places->first - read_at(core, AT(snapshot.corrected_angle));
     int64_t beyond = ((upwards ? away : -away) - margin) % period;
     int64_t counts = margin + beyond + (beyond < 0 ? period : 0);
     write_at(core, AT(compare.first), position + (uint32_t)(upwards ? counts : -counts));
-    write_at(core, AT(compare.interval), interval);
+    write_at(core, AT(compare.interval), places->interval);
     write_at(core, AT(command), BIT(COMMAND__COMPARE_ARM));
 }
 

@@ -121,9 +121,15 @@ bool core_resume(const struct core_access *core, const struct core_setup *setup)
 /* Widths of the pulses and edges of the pulse inputs, at once. */
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
-/* Pulses at `angle` and each `interval` from there, counts, from the next such place upwards or downwards
-   that is 1/1024 turn away. Interval 0: at `angle` once. */
-void core_arm_compare(const struct core_access *core, uint32_t angle, uint32_t interval,
+struct core_places {
+    /* Behind the index, and from one to the next; counts. Interval 0: once. */
+    uint32_t first;
+    uint32_t interval;
+    uint32_t counts_per_rev;
+};
+
+/* Pulses at these places, from the next one upwards or downwards that is 1/1024 turn away. */
+void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards);
 void core_disarm_compare(const struct core_access *core);
 /* The correction is applied. */

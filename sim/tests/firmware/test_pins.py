@@ -158,6 +158,25 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
     assert len(running.core.armed) == 2
 
 
+def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
+    """Head 1 lost counts and no mark proves it for four turns: the old places are none any more."""
+    running.turn(turn())
+    running.send("compare on 1")
+    begin = running.core.get("snapshot.head1_position")
+    for turns in (0.0, 4.1):
+        position = int(begin + turns * TURN)
+        running.application.position_at_bank = position
+        running.core.set("snapshot.head1_position", position)
+        running.core.head1_slips(-8)
+        running.core.set("head1.flags", 0b11)
+        running.step()
+    assert running.phase == "wait_for_index"
+    assert lines(running, "compare")[-2] == "armed no"
+    running.core.see_index()
+    running.step()
+    assert len(running.core.armed) == 2
+
+
 def test_a_fault_of_the_firmware_leaves_the_compare_at_work() -> None:
     core = ModelCore()
     core.set("status", bit("status", "compare_armed"))
