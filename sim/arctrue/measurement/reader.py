@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.measurement.csv_blocks import Columns, CsvFile, Progress
+from arctrue.measurement.csv_blocks import BytesRead, Columns, CsvFile
 from arctrue.measurement.description import (
     Channel,
     Description,
@@ -35,7 +35,7 @@ def read_measurement_set(
     *,
     capture: bool = True,
     reference: bool = True,
-    progress: Progress | None = None,
+    progress: BytesRead | None = None,
 ) -> MeasurementSet:
     """Read a whole set; memory is 8 bytes a field and one block of the file.
 
@@ -121,7 +121,7 @@ def _require_for_capture(description: Description) -> None:
 
 
 def _capture(
-    description: Description, path: Path, warnings: list[str], progress: Progress | None
+    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
 ) -> Capture:
     _require_for_capture(description)
     file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
@@ -162,7 +162,7 @@ def _count_on_past_the_turn(
 
 
 def _reference(
-    description: Description, path: Path, warnings: list[str], progress: Progress | None
+    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
 ) -> Reference:
     file = CsvFile(
         path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress, with_conditions=True
