@@ -19,6 +19,8 @@ RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = 0.03
 """Goals, as those of the scores."""
+TRUTH_PROBABILITY = "probability given to the truth in the catalogue"
+CALIBRATION_ERROR = "expected calibration error"
 
 HEAD = """# How often the diagnosis is right
 
@@ -244,9 +246,27 @@ def _goals_met(found: Mapping[str, Any]) -> str:
             continue
         told = f"{score.name} ({100 * data['hits'] / data['of']:.1f} %, goal {_goal(*goal)})"
         (missed if _missed(data, *goal) else met).append(told)
+    for name, value, goal_told, kept in _goals_of_probabilities(found):
+        (met if kept else missed).append(f"{name} ({value:.3f}, goal {goal_told})")
     return f"Goals over all sets, met: {'; '.join(met) or 'none'}. Missed: " + (
         f"{'; '.join(missed)}." if missed else "none."
     )
+
+
+def _goals_of_probabilities(found: Mapping[str, Any]) -> list[tuple[str, float, str, bool]]:
+    """Name, value, goal in words and whether it is kept; none where no probability is stated."""
+    stated = found["probability"]
+    if stated is None:
+        return []
+    goals = []
+    right, truth = found["rates"][RIGHT_FIRST]["all"], stated["mean_of_truth_of_catalogue"]
+    if truth is not None:
+        least = right["hits"] / right["of"] - PROBABILITY_BELOW_RIGHT
+        goals.append((TRUTH_PROBABILITY, truth, f"≥ {least:.3f}", truth >= least))
+    error = stated["expected_calibration_error"]
+    kept = error <= MOST_CALIBRATION_ERROR
+    goals.append((CALIBRATION_ERROR, error, f"≤ {MOST_CALIBRATION_ERROR:g}", kept))
+    return goals
 
 
 def _percent(data: Mapping[str, Any]) -> str:
@@ -337,20 +357,22 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
     stated = found["probability"]
     if stated is None:
         return ["The answers state no probability (schema 1), so none is scored."]
-    right = found["rates"][RIGHT_FIRST]["all"]
+    told, goals = {}, {}
+    for name, value, goal, kept in _goals_of_probabilities(found):
+        told[name], goals[name] = f"{value:.3f}" if kept else f"**{value:.3f}**", goal
     truth = []
     if stated["mean_of_truth_where_visible"] is not None:
         truth.append(f"{stated['mean_of_truth_where_visible']:.3f} of all that the oracle sees")
-    if stated["mean_of_truth_of_catalogue"] is not None:
-        goal = right["hits"] / right["of"] - PROBABILITY_BELOW_RIGHT
+    if TRUTH_PROBABILITY in goals:
         truth.append(
-            f"{stated['mean_of_truth_of_catalogue']:.3f} of that in the catalogue (goal ≥ "
-            f"{goal:.3f}: the rate of right first less {PROBABILITY_BELOW_RIGHT:g})"
+            f"{told[TRUTH_PROBABILITY]} of that in the catalogue (goal "
+            f"{goals[TRUTH_PROBABILITY]}: the rate of right first less "
+            f"{PROBABILITY_BELOW_RIGHT:g})"
         )
     lines = [
         f"Mean probability that is given to the truth: {', '.join(truth) or 'nothing is seen'}. "
-        f"Expected calibration error: {stated['expected_calibration_error']:.3f} "
-        f"(goal ≤ {MOST_CALIBRATION_ERROR:g}).",
+        "Expected calibration error, the mean distance of the curve below from what is stated: "
+        f"{told[CALIBRATION_ERROR]} (goal {goals[CALIBRATION_ERROR]}).",
         "",
         "| largest probability, mean | right, percent |",
         "|---|---|",

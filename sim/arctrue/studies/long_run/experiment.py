@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from arctrue.instrument import RunProgress
@@ -48,8 +49,7 @@ def shortened(scenario: Scenario, turns: float) -> Scenario:
         scenario,
         legs=(dataclasses.replace(leg, turns=leg.turns * factor),),
         temperature=tuple(
-            dataclasses.replace(point, turn=(point.turn or 0.0) * factor)
-            for point in scenario.temperature
+            structs.replace(point, at_turn=point.at_turn * factor) for point in scenario.temperature
         ),
         faults=tuple(
             dataclasses.replace(fault, at_turn=np.floor(fault.at_turn * factor) + fault.at_turn % 1)

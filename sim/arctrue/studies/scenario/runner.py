@@ -16,9 +16,8 @@ from arctrue.instrument.turn_score import score_turns
 from arctrue.progress import Say
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
-from arctrue.studies.scenario.reader import FLAGS
 from arctrue.studies.scenario.result import ScenarioResult, Turn
-from arctrue.studies.scenario.scenario import Scenario
+from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36

@@ -203,7 +203,9 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
     text = page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
-    assert "Expected calibration error: 0.100 (goal ≤ 0.03)" in text
+    assert "is stated: **0.100** (goal ≤ 0.03)" in text
+    assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
+    assert "expected calibration error (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
     assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
     stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
     assert "1.000 of all that the oracle sees. " in page(header_of(sets=1), scored([stranger]))
