@@ -708,7 +708,7 @@ static bool zero_has_moved(struct application *application) {
     bool moved = moves != application->zero_moves;
     application->zero_moves = moves;
     application->report.alarms |= moved ? ALARM_ZERO_LOST : 0;
-    if (moved) {
+    if (moved && core_status(&application->core).compare_armed) {
         arm_compare(application);
     }
     return moved;

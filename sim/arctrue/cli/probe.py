@@ -10,13 +10,14 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
+from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.probe import Latch, Probe, as_csv
 from arctrue.whole_file import write_whole_text
 
 NO_DEVICE = 2
-HEAD = f"{'edge':>6} {'time s':>14} {'position counts':>16} {'angle °':>13}"
+COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12))
 
 
 @click.command(short_help="Show where a probe's edges found the table.")
@@ -42,7 +43,7 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     try:
         try:
             latch = Probe(Console(port))
-            say(HEAD)
+            say(live_head(COLUMNS))
             while count is None or len(latches) < count:
                 found = latch.wait(silence)
                 if found is None:
@@ -61,8 +62,13 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
 
 
 def _row(latch: Latch) -> str:
-    line = (
-        f"{latch.edge:>6} {figure(latch.time_s, 6):>14} {figure(latch.position_counts, 0):>16} "
-        f"{figure(latch.angle_deg, 6):>13}"
+    line = live_row(
+        [
+            figure(latch.edge, 0),
+            figure(latch.time_s, 6),
+            figure(latch.position_counts, 0),
+            figure(latch.angle_deg, 6),
+        ],
+        COLUMNS,
     )
     return f"{line}  {latch.missed} missed before it" if latch.missed else line

@@ -156,6 +156,12 @@ def test_compare_follows_a_zero_that_moved(running: Firmware) -> None:
     running.core.hand_over(turn())
     running.step(4)
     assert len(running.core.armed) == 2
+    # A single place that has been passed is not armed again.
+    running.core.set("status", 0)
+    running.core.moves_zero(-4)
+    running.core.hand_over(turn())
+    running.step(4)
+    assert len(running.core.armed) == 2
 
 
 def test_compare_begins_anew_with_a_zero_that_is_found_anew(running: Firmware) -> None:
