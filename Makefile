@@ -122,7 +122,7 @@ blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
-	    --to build/benchmark/$(TIER)/page.md
+	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)
 
 peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 public sets, resumable
 	@test -f build/benchmark/public/plan.json || $(VENV)/arctrue benchmark make build/benchmark/public --tier public

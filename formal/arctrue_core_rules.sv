@@ -125,7 +125,10 @@ module arctrue_core_rules #(
 
     // For the lemmas: where the access under way is.
     wire [1:0] probe_state;
-    wire probe_taken, probe_ask, probe_is_write;
+    wire probe_taken, probe_is_write;
+    // Units are asked in the clock after it was taken.
+    reg asks = 0;
+    always @(posedge clock) asks <= probe_taken && !reset;
     wire probe_to_registers, probe_to_coefficients, probe_to_offset, probe_to_capture;
     wire probe_refused;
     wire [17:0] probe_address;
@@ -168,8 +171,8 @@ module arctrue_core_rules #(
 
             // Lemmas. One access at a time: taken, asked for, with its unit, answered.
             assert (probe_state != 3);
-            assert (!probe_taken || (probe_state == BUSY && !probe_ask));
-            assert (!probe_ask || probe_state == BUSY);
+            assert (!probe_taken || (probe_state == BUSY && !asks));
+            assert (!asks || probe_state == BUSY);
             assert (!probe_taken || (probe_is_write ? awvalid && wvalid : arvalid));
             assert (!probe_taken
                     || probe_address == {probe_is_write ? awaddr[17:2] : araddr[17:2], 2'b00});
@@ -181,7 +184,7 @@ module arctrue_core_rules #(
             assert (reads == (is_out && !probe_is_write));
             assert (!is_out || 3'd0 + probe_to_registers + probe_to_coefficients + probe_to_offset
                                + probe_to_capture + probe_refused == 1);
-            assert (asked == (probe_state == BUSY && !probe_taken && !probe_ask));
+            assert (asked == (probe_state == BUSY && !probe_taken && !asks));
             assert (!asked || !probe_refused);
             assert (!capture_reads || probe_to_capture);
             assert (!coefficient_reads || probe_to_coefficients);

@@ -27,8 +27,8 @@ module sampler_rules #(
         .read_enable(read_enable), .read_address(read_address), .read_valid(read_valid)
     );
 
-    wire probe_write_enable, probe_handing_over, probe_filling_bank, probe_first;
-    wire [14:0] probe_write_address, probe_memory_read_address, probe_samples, probe_next_address;
+    wire probe_write_enable, probe_handing_over, probe_filling_bank, probe_first, probe_is_last;
+    wire [14:0] probe_write_address, probe_memory_read_address, probe_samples;
     wire [2:0] probe_readable;
 
     wire written_bank = probe_write_address >= DEPTH;
@@ -73,7 +73,7 @@ module sampler_rules #(
             assert (!(bank_ready || probe_handing_over) || ready_bank != probe_filling_bank);
             assert (!(bank_ready && probe_handing_over && !release_bank) || was_released);
             assert (probe_samples < DEPTH);
-            assert (probe_next_address == probe_samples + (probe_filling_bank ? DEPTH : 0));
+            assert (probe_is_last == (probe_samples == DEPTH - 1));
             assert (!probe_first || probe_samples == 0);
             assert (!(bank_ready || probe_handing_over) || header_sample_count <= DEPTH);
 

@@ -42,6 +42,8 @@ DEVICE_VIVADO = (
     "zynq_processor",
     "input_synchroniser",
     "quadrature_output",
+    "pulse_output",
+    "chip_dna",
     "arctrue_zynq_top",
 )
 TOPS = {

@@ -66,6 +66,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
     Mutation(
+        "waiting_coefficients_are_not_saved",
+        "a save before the first turn drops the coefficients that wait for it",
+        "firmware/application/application.c",
+        "        return save_begin(save);\n    }\n",
+        "    }\n",
+        f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
+    ),
+    Mutation(
         "sine_follows_backwards",
         "the sine of a lane follows the temperature with the wrong sign",
         "firmware/application/thermal.c",
@@ -121,6 +129,22 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "report->between_turns = report->between_turns || !report->fresh;",
         "report->between_turns = report->between_turns && !report->fresh;",
         f"{_TESTS}/test_application.py::test_a_stuck_capture_ends_in_the_safe_state",
+    ),
+    Mutation(
+        "compare_begins_behind_the_table",
+        "the compare is armed at a place that the table has passed",
+        "firmware/application/core.c",
+        "position + (uint32_t)(upwards ? counts : -counts)",
+        "position + (uint32_t)(upwards ? -counts : counts)",
+        f"{_TESTS}/test_pins.py::test_compare_begins_at_the_next_place_in_the_way_of_the_table",
+    ),
+    Mutation(
+        "no_edge_is_a_stuck_capture",
+        "where no edge of sync_in comes the correction is taken away",
+        "firmware/application/application.c",
+        "    if (application_capture(application) == CAPTURE_BY_SYNC) {\n        return;\n    }\n",
+        "",
+        f"{_TESTS}/test_pins.py::test_samples_at_the_edges_of_sync_in",
     ),
     Mutation(
         "dna_is_shifted",

@@ -247,7 +247,7 @@ PROOFS = (
             "probe_filling_bank": "capture.fill_filling_bank",
             "probe_first": "capture.fill_first",
             "probe_samples": "capture.fill_samples",
-            "probe_next_address": "capture.fill_next_address",
+            "probe_is_last": "capture.fill_is_last",
         },
         breaks=(
             Break(
@@ -262,8 +262,8 @@ PROOFS = (
             ),
             Break(
                 "a bank is one sample too long",
-                "        is_last      := samples = DEPTH - 1;\n",
-                "        is_last      := samples = DEPTH;\n",
+                "      is_before    := samples ?= DEPTH - 2;\n",
+                "      is_before    := samples ?= DEPTH - 1;\n",
             ),
             Break(
                 "the banks are not exchanged",
@@ -272,13 +272,13 @@ PROOFS = (
             ),
             Break(
                 "a read goes to the bank being filled",
-                "      if sample < DEPTH and ready_bank = '1' then\n",
-                "      if sample < DEPTH and ready_bank = '0' then\n",
+                "      if is_inside and ready_bank = '1' then\n",
+                "      if is_inside and ready_bank = '0' then\n",
             ),
             Break(
                 "the header follows the turn under way",
-                "        next_address := next_address + 1;\n",
-                "        next_address := next_address + 1;\n"
+                "        samples      := samples + 1;\n",
+                "        samples      := samples + 1;\n"
                 "        header_sample_count <= resize(samples, 16);\n",
             ),
         ),
@@ -381,7 +381,6 @@ PROOFS = (
             "probe_read_under_way": "core.read_under_way",
             "probe_state": "core.processor.bus_port.state",
             "probe_taken": "core.processor.bus_port.taken",
-            "probe_ask": "core.processor.bus_port.ask",
             "probe_is_write": "core.processor.bus_port.is_write",
             "probe_address": "core.processor.bus_port.address",
             "probe_data": "core.processor.bus_port.write_data",
@@ -419,8 +418,8 @@ PROOFS = (
             ),
             Break(
                 "a reset leaves an answer out",
-                "        ask   <= '0';\n        state <= IDLE;\n",
-                "        ask   <= '0';\n",
+                "        is_write <= '0';\n        state <= IDLE;\n",
+                "        is_write <= '0';\n",
                 entity="axi_lite_access",
             ),
             Break(
@@ -431,8 +430,8 @@ PROOFS = (
             ),
             Break(
                 "a coefficient of a lane that is not built is written",
-                "and not partial and lane <= LANES - 1;\n",
-                "and not partial and lane <= LANES;\n",
+                "and not partial and is_at_most(lane, LANES - 1);\n",
+                "and not partial and is_at_most(lane, LANES);\n",
                 entity="access_guard",
             ),
             Break(

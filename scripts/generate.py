@@ -22,7 +22,7 @@ from systemrdl.node import AddrmapNode, RegNode
 
 from scripts.generate_python import write_if_changed, write_python
 from scripts.number_formats import NUMBER_FORMATS, read_number_formats
-from scripts.register_map import REGISTERS, compile_registers, memories_of
+from scripts.register_map import REGISTERS, compile_registers, memories_of, registers_of
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "build" / "generated"
@@ -41,6 +41,17 @@ def c_number_formats(constants: dict[str, int]) -> str:
     return "\n".join([*lines, "", "#endif", ""])
 
 
+def legal_words(block: AddrmapNode, words: int, kind: str) -> str:
+    """A ``1`` for each of so many words that may be ``read``, or ``written``."""
+    legal = ["0"] * words
+    for register in registers_of(block):
+        allowed = register.has_sw_readable if kind == "read" else register.has_sw_writable
+        first = register.absolute_address // 4
+        for word in range(first, first + register.size // 4):
+            legal[word] = "1" if allowed else "0"
+    return "".join(legal)
+
+
 def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
     """A VHDL package with the addresses that hand-written VHDL has to know."""
     offset = top.get_child_by_name("coefficient_offset")
@@ -48,10 +59,22 @@ def vhdl_addresses(top: AddrmapNode, block: AddrmapNode) -> str:
     named = [(memory.inst_name, memory.absolute_address) for memory in memories_of(top)]
     named += [("coefficient_offset", offset.absolute_address)]
     lines = [f"-- Generated from {REGISTERS} by scripts/generate.py. Do not edit."]
+    lines += ["", "library ieee;", "  use ieee.std_logic_1164.all;"]
     lines += ["", "package register_addresses_pkg is", ""]
     for name, address in named:
         lines += [f"  constant {name.upper()}_ADDRESS : natural := 16#{address:05X}#;"]
-    lines += [f"  constant REGISTERS_ADDRESS_WIDTH : natural := {(block.size - 1).bit_length()};"]
+    width = (block.size - 1).bit_length()
+    words = 2 ** (width - 2)
+    lines += [f"  constant REGISTERS_ADDRESS_WIDTH : natural := {width};"]
+    lines += [
+        "",
+        "  -- Whether the word in this place of the register block may be read, and written.",
+    ]
+    for kind in ("read", "written"):
+        bits = legal_words(block, words, kind)
+        lines += [f"  constant MAY_BE_{kind.upper()} : std_ulogic_vector(0 to {words - 1}) :="]
+        rows = [f'    "{bits[first : first + 64]}"' for first in range(0, words, 64)]
+        lines += [" &\n".join(rows) + ";"]
     return "\n".join([*lines, "", "end package register_addresses_pkg;", ""])
 
 
@@ -79,9 +102,7 @@ def write_registers() -> None:
             str(made / "vhdl"),
             cpuif_cls=PassthroughCpuif,  # register_access has the bus
             reuse_hwif_typedefs=False,  # types named by their place, not by a hash
-            err_if_bad_addr=True,
-            err_if_bad_rw=True,
-            copy_utils_pkg=True,
+            copy_utils_pkg=True,  # it refuses nothing: access_guard does
         )
         CHeaderExporter().export(
             top, path=str(made / "c" / "arctrue_registers.h"), std=CStandard.gnu11

@@ -30,8 +30,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "index_reversal_within_a_count",
         "a change of Z within a count is taken for one beside the next step",
         "rtl/decoder/quadrature_decoder.vhd",
-        "        if (since_settled > INDEX_SKEW) then\n",
-        "        if (since_settled = 0) then\n",
+        "      if (until_settled = 0 and since_settled >= INDEX_SKEW) then\n",
+        "      if (until_settled /= 0) then\n",
         "tb/decoder/test_quadrature_decoder.py",
     ),
     Mutation(
@@ -110,8 +110,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "capture_before_ready",
         "the capture window answers without a ready bank",
         "rtl/registers/access_guard.vhd",
-        "and is_write = '0' and capture_ready = '1' and sample <= CAPTURE_DEPTH - 1;",
-        "and is_write = '0' and sample <= CAPTURE_DEPTH - 1;",
+        "and is_write = '0' and capture_ready = '1' and is_at_most(sample, CAPTURE_DEPTH - 1);",
+        "and is_write = '0' and is_at_most(sample, CAPTURE_DEPTH - 1);",
         "tb/registers/test_arctrue_registers.py::test_register_block",
     ),
     Mutation(
@@ -214,8 +214,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "turn_one_way",
         "a turn closes only when the table turns up",
         "rtl/sampler/sampler.vhd",
-        "(is_above_then = '1' or is_below_then = '1')",
-        "is_above_then = '1'",
+        "not above(above'high) or not below(below'high);",
+        "not above(above'high);",
         "tb/sampler/test_sampler.py",
     ),
     Mutation(

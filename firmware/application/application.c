@@ -237,6 +237,11 @@ static struct core_setup setup_of(const struct application *application) {
         .output_pins = (uint32_t)parameters->output_pins,
         .alarm = (uint32_t)parameters->release_sources << 8 |
                  (uint32_t)parameters->alarm_sources,
+        .pulse_widths = (uint32_t)parameters->compare_width << 16 |
+                        (uint32_t)parameters->trigger_width,
+        .pulse_inputs = (uint32_t)parameters->pulse_filter << 8 |
+                        (uint32_t)parameters->probe_falling << 1 |
+                        (uint32_t)parameters->sync_falling,
     };
 }
 
@@ -251,9 +256,16 @@ bool application_corrects(const struct application *application) {
     return (application->has_active || application->inherited) && !application->bypassed;
 }
 
+enum core_capture application_capture(const struct application *application) {
+    if (application->parameters.sync_capture != 0.0) {
+        return CAPTURE_BY_SYNC;
+    }
+    return application->by_angle ? CAPTURE_BY_ANGLE : CAPTURE_BY_TIME;
+}
+
 static void set_control(const struct application *application) {
     core_control(&application->core, application_corrects(application), true,
-                 application->by_angle ? CAPTURE_BY_ANGLE : CAPTURE_BY_TIME);
+                 application_capture(application));
 }
 
 /* From what the core had seen before the re-arm nothing can be used. */
@@ -296,6 +308,7 @@ static int32_t zero_of(const struct application *application, uint32_t head, int
 
 /* Both are made anew by the next index of each head. */
 static void forget_zeros(struct application *application) {
+    application->position_at_bank = core_position(&application->core).head1_position;
     application->head2_zero = 0;
     application->zero_moves = core_zero_moves(&application->core);
     application->zero_in_doubt = false;
@@ -315,6 +328,7 @@ void application_start(struct application *application) {
     if (!core_set_up(&application->core, &setup)) {
         return;
     }
+    core_disarm_compare(&application->core);
     forget_zeros(application);
     give_back_old_bank(application);
     application->overruns = core_overrun_count(&application->core);
@@ -388,6 +402,39 @@ void application_rearm(struct application *application) {
     application_start(application);
 }
 
+/* The angle is that behind the index: before it nothing is armed. */
+static void arm_compare(const struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    if (parameters->compare_on == 0.0) {
+        core_disarm_compare(&application->core);
+    } else if (application->phase != PHASE_WAIT_FOR_INDEX) {
+        const struct core_places places = {
+            .first = (uint32_t)parameters->compare_first,
+            .interval = (uint32_t)parameters->compare_interval,
+            .counts_per_rev = (uint32_t)parameters->counts_per_rev,
+        };
+        int32_t position = core_position(&application->core).head1_position;
+        core_arm_compare(&application->core, &places,
+                         counts_apart(position, application->position_at_bank) >= 0);
+    }
+}
+
+/* What has been captured of the turn has another zero, or other steps. */
+static void capture_anew(const struct application *application) {
+    core_control(&application->core, application_corrects(application), true, CAPTURE_OFF);
+    set_control(application);
+}
+
+static void change_pins(const struct application *application, enum parameter_effect effect) {
+    struct core_setup setup = setup_of(application);
+    core_set_pins(&application->core, &setup);
+    if (effect == EFFECT_CAPTURE) {
+        capture_anew(application);
+    } else if (effect == EFFECT_COMPARE) {
+        arm_compare(application);
+    }
+}
+
 enum parameter_answer application_set(struct application *application, const char *name,
                                       double value,
                                       const struct parameter_description **description) {
@@ -396,11 +443,15 @@ enum parameter_answer application_set(struct application *application, const cha
     if (answer != PARAMETER_SET) {
         return answer;
     }
-    if ((*description)->rearms) {
+    if ((*description)->effect == EFFECT_REARM) {
         application_rearm(application);
-    } else {
-        keep_settings(application);
+        return answer;
+    }
+    keep_settings(application);
+    if ((*description)->effect == EFFECT_NEXT_TURN) {
         average_clear(&application->average);
+    } else if (works(application)) {
+        change_pins(application, (*description)->effect);
     }
     return answer;
 }
@@ -411,7 +462,8 @@ enum load_answer application_load_end(struct application *application, uint32_t 
                     crc);
 }
 
-/* What waits to be confirmed is replaced by what is active. */
+/* What waits for its first turn is saved again, unless it is of another table; what no turn has confirmed is
+   replaced by what is active. */
 enum save_answer application_save(struct application *application) {
     struct save *save = application->save;
     if (save == NULL) {
@@ -421,7 +473,12 @@ enum save_answer application_save(struct application *application) {
         return SAVE_UNDER_WAY;
     }
     struct saved *saved = &save->content;
-    *saved = (struct saved){.settings = present_settings(application)};
+    saved->settings = present_settings(application);
+    if (application->saved_state == SAVED_WAITING && !application->has_active &&
+        saved->own.counts_per_rev == application->parameters.counts_per_rev) {
+        return save_begin(save);
+    }
+    *saved = (struct saved){.settings = saved->settings};
     if (application->has_active) {
         load_own_lanes(&application->load, &application->active, &saved->own);
         saved->loaded = application->load.loaded;
@@ -473,8 +530,12 @@ enum output_answer application_clear_output(struct application *application) {
 
 static void wait_for_index(struct application *application) {
     if (core_indices_seen(&application->core)) {
-        application->position_at_bank = core_position(&application->core).head1_position;
         application->phase = PHASE_CAPTURE;
+        /* After a fault of the firmware it goes on where it was. */
+        if (!core_status(&application->core).compare_armed) {
+            arm_compare(application);
+        }
+        application->position_at_bank = core_position(&application->core).head1_position;
     }
 }
 
@@ -496,7 +557,11 @@ static void capture_is_stuck(struct application *application, int32_t position) 
     application->position_at_bank = position;
 }
 
+/* Samples that others ask for may fail to come: no fault of the capture. */
 static void watch_capture(struct application *application) {
+    if (application_capture(application) == CAPTURE_BY_SYNC) {
+        return;
+    }
     int32_t position = core_position(&application->core).head1_position;
     double moved = fabs((double)counts_apart(position, application->position_at_bank));
     if (moved > STUCK_TURNS * application->parameters.counts_per_rev) {
@@ -530,8 +595,9 @@ static void take_bank(struct application *application) {
         .counts_per_rev = turn,
         .angle_offset = words != NULL ? angle_offset(&position, words[0], turn) : 0,
         .head2_zero = application->head2_zero,
-        .period_clocks =
-            application->by_angle ? 0U : (uint32_t)application->parameters.sample_period,
+        .period_clocks = application_capture(application) == CAPTURE_BY_TIME
+                             ? (uint32_t)application->parameters.sample_period
+                             : 0U,
         .clock_hz = application->configuration.clock_hz,
     };
 }
@@ -601,6 +667,7 @@ static void take_temperature(struct application *application) {
    then. The coefficients belong to the index and stay. */
 static void find_zeros_anew(struct application *application) {
     core_rearm(&application->core);
+    core_disarm_compare(&application->core);
     forget_zeros(application);
     tell_between_turns(application, ALARM_ZERO_LOST);
     application->phase = PHASE_WAIT_FOR_INDEX;
@@ -641,13 +708,10 @@ static bool zero_has_moved(struct application *application) {
     bool moved = moves != application->zero_moves;
     application->zero_moves = moves;
     application->report.alarms |= moved ? ALARM_ZERO_LOST : 0;
+    if (moved && core_status(&application->core).compare_armed) {
+        arm_compare(application);
+    }
     return moved;
-}
-
-/* What has been captured of the turn has another zero. */
-static void capture_anew(const struct application *application) {
-    core_control(&application->core, application_corrects(application), true, CAPTURE_OFF);
-    set_control(application);
 }
 
 void application_want_dump(struct application *application) {
@@ -668,7 +732,8 @@ static void after_refusal(struct application *application) {
         follow_head2_zero(application);
     }
     core_clear_faults(&application->core);
-    bool swings = application->report.reason == REFUSED_WRONG_STEP && !application->by_angle;
+    bool swings = application->report.reason == REFUSED_WRONG_STEP &&
+                  application_capture(application) == CAPTURE_BY_TIME;
     application->by_angle = application->by_angle || swings;
     if (zero_has_moved(application) || swings) {
         capture_anew(application);

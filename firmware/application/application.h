@@ -246,6 +246,8 @@ enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAU
 /* The next turn is copied for the console, with times: it is captured at equal ones. */
 void application_want_dump(struct application *application);
 enum output_answer application_clear_output(struct application *application);
+/* When the core takes its samples. */
+enum core_capture application_capture(const struct application *application);
 /* Why the output stands now: "none" where it follows. */
 const char *application_output_fault(const struct application *application);
 /* Parameters, switches and what is active, into the flash; what save_begin() says. */

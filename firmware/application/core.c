@@ -13,14 +13,20 @@
 /* Counts that head 1 loses are a reason to look at once. */
 #define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
 
-/* The capture's mode 1. */
-#define EQUAL_ANGLES (1U << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
+#define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
 enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
+/* Of a turn: the table may move so far between a look at it and what follows from it. */
+enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
 enum { REARM_READS = 128 };
 /* The register file of a head; its masks have names that its description decides. */
 enum { INDEX_SEEN = 1, INDEX_ERROR = 2 };
+
+const char *core_capture_name(enum core_capture capture) {
+    static const char *const names[] = {"off", "equal_times", "equal_angles", "sync_in"};
+    return (unsigned)capture <= CAPTURE_BY_SYNC ? names[capture] : "unknown";
+}
 
 static uint32_t read_at(const struct core_access *core, uint32_t offset) {
     return core->read(core->context, offset);
@@ -73,6 +79,11 @@ void core_hold(const struct core_access *core) {
     core_control(core, false, output, CAPTURE_OFF);
 }
 
+void core_set_pins(const struct core_access *core, const struct core_setup *setup) {
+    write_at(core, AT(pulse_widths), setup->pulse_widths);
+    write_at(core, AT(pulse_inputs), setup->pulse_inputs);
+}
+
 static void write_setup(const struct core_access *core, const struct core_setup *setup) {
     write_at(core, AT(counts_per_rev), setup->counts_per_rev);
     write_at(core, AT(sample_period), setup->sample_period);
@@ -87,6 +98,7 @@ static void write_setup(const struct core_access *core, const struct core_setup 
     write_at(core, AT(head2_input), setup->head2_input);
     write_at(core, AT(output_pins), setup->output_pins);
     write_at(core, AT(alarm), setup->alarm);
+    core_set_pins(core, setup);
     write_at(core, AT(lost_counts),
              BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
 }
@@ -116,6 +128,34 @@ bool core_resume(const struct core_access *core, const struct core_setup *setup)
 
 bool core_compensates(const struct core_access *core) {
     return core_status(core).compensating;
+}
+
+/* The low word of the time latches the whole group. */
+struct core_probe core_probe(const struct core_access *core) {
+    struct core_probe probe;
+    probe.time = read_wide(core, AT(probe.time));
+    probe.position = (int32_t)read_at(core, AT(probe.position));
+    probe.angle = read_at(core, AT(probe.angle));
+    probe.edges = read_at(core, AT(probe.edges));
+    return probe;
+}
+
+void core_arm_compare(const struct core_access *core, const struct core_places *places,
+                      bool upwards) {
+    int64_t margin = places->counts_per_rev / COMPARE_MARGIN + 1;
+    int64_t period = places->interval != 0 ? places->interval : places->counts_per_rev;
+    (void)read_wide(core, AT(snapshot.time));
+    uint32_t position = read_at(core, AT(snapshot.corrected_position));
+    int64_t away = (int64_t)places->first - read_at(core, AT(snapshot.corrected_angle));
+    int64_t beyond = ((upwards ? away : -away) - margin) % period;
+    int64_t counts = margin + beyond + (beyond < 0 ? period : 0);
+    write_at(core, AT(compare.first), position + (uint32_t)(upwards ? counts : -counts));
+    write_at(core, AT(compare.interval), places->interval);
+    write_at(core, AT(command), BIT(COMMAND__COMPARE_ARM));
+}
+
+void core_disarm_compare(const struct core_access *core) {
+    write_at(core, AT(command), BIT(COMMAND__COMPARE_DISARM));
 }
 
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks) {
@@ -160,7 +200,7 @@ void core_control(const struct core_access *core, bool compensate, bool output,
     uint32_t word = (compensate ? BIT(CONTROL__COMPENSATE) : 0U) |
                     (output ? BIT(CONTROL__OUTPUT_ENABLE) : 0U) |
                     (capture != CAPTURE_OFF ? BIT(CONTROL__CAPTURE_ENABLE) : 0U) |
-                    (capture == CAPTURE_BY_ANGLE ? EQUAL_ANGLES : 0U);
+                    (capture != CAPTURE_OFF ? CAPTURE_MODE(capture - CAPTURE_BY_TIME) : 0U);
     write_at(core, AT(control), word);
 }
 
@@ -171,6 +211,7 @@ struct core_status core_status(const struct core_access *core) {
         .ramp_busy = (word & BIT(STATUS__RAMP_BUSY)) != 0,
         .capture_ready = (word & BIT(STATUS__CAPTURE_READY)) != 0,
         .cannot_keep_up = (word & BIT(STATUS__CANNOT_KEEP_UP)) != 0,
+        .compare_armed = (word & BIT(STATUS__COMPARE_ARMED)) != 0,
     };
 }
 

@@ -64,10 +64,14 @@ struct core_setup {
     uint32_t head2_input;
     uint32_t output_pins;
     uint32_t alarm;
+    uint32_t pulse_widths;
+    uint32_t pulse_inputs;
 };
 
 /* When the core takes a sample. */
-enum core_capture { CAPTURE_OFF, CAPTURE_BY_TIME, CAPTURE_BY_ANGLE };
+enum core_capture { CAPTURE_OFF, CAPTURE_BY_TIME, CAPTURE_BY_ANGLE, CAPTURE_BY_SYNC };
+
+const char *core_capture_name(enum core_capture capture);
 
 struct core_header {
     uint64_t start_time;
@@ -84,11 +88,21 @@ struct core_position {
     int32_t correction;
 };
 
+/* Of the last edge of the probe: clocks, and the corrected position and angle in counts. */
+struct core_probe {
+    uint64_t time;
+    int32_t position;
+    uint32_t angle;
+    /* Since the reset of the core; wraps at 2^16. */
+    uint32_t edges;
+};
+
 struct core_status {
     bool compensating;
     bool ramp_busy;
     bool capture_ready;
     bool cannot_keep_up;
+    bool compare_armed;
 };
 
 /* False: no core answers there, or one of another major version. */
@@ -104,6 +118,20 @@ bool core_set_up(const struct core_access *core, const struct core_setup *setup)
 /* The same registers, with the core at work: no re-arm, and control as it is. False: the core counts
    another turn, and nothing was set. */
 bool core_resume(const struct core_access *core, const struct core_setup *setup);
+/* Widths of the pulses and edges of the pulse inputs, at once. */
+void core_set_pins(const struct core_access *core, const struct core_setup *setup);
+struct core_probe core_probe(const struct core_access *core);
+struct core_places {
+    /* Behind the index, and from one to the next; counts. Interval 0: once. */
+    uint32_t first;
+    uint32_t interval;
+    uint32_t counts_per_rev;
+};
+
+/* Pulses at these places, from the next one upwards or downwards that is 1/1024 turn away. */
+void core_arm_compare(const struct core_access *core, const struct core_places *places,
+                      bool upwards);
+void core_disarm_compare(const struct core_access *core);
 /* The correction is applied. */
 bool core_compensates(const struct core_access *core);
 /* The processor works; where this does not come for so many clocks, the core raises an alarm. */

@@ -5,7 +5,8 @@
    The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the beginning
    on (UG585, chapter 6, "BootROM header search"), and leaves where it found it in MULTIBOOT_ADDR. The first place is the image
    that is updated; behind it lies the golden one, which is never written again once it is whole. Where the
-   header of the first image is erased first and written last, power may be lost at any moment. */
+   signature of the first image is overwritten before its sectors are erased, and its header is written last,
+   power may be lost at any moment, in the middle of an erase too. */
 
 #ifndef ARCTRUE_IMAGE_STORE_H
 #define ARCTRUE_IMAGE_STORE_H

@@ -37,6 +37,20 @@ struct parameters {
     /* Faults that raise the alarm, and those that release the outputs. */
     double alarm_sources;
     double release_sources;
+    /* Pulses beside the table: clocks that an output is high; 1: falling edges of an input count. */
+    double trigger_width;
+    /* 1: a sample at each edge of sync_in, in place of equal times. */
+    double sync_capture;
+    double sync_falling;
+    double probe_falling;
+    /* Filter of both inputs, clocks. */
+    double pulse_filter;
+    /* 1: pulses at an angle behind the index and at each multiple of the interval from there, counts;
+       interval 0: once. */
+    double compare_on;
+    double compare_first;
+    double compare_interval;
+    double compare_width;
     double alarm_noise_arcsec;
     double alarm_error_arcsec;
     double alarm_separation_arcsec;
@@ -49,14 +63,24 @@ struct parameters {
     double temperature_still_s;
 };
 
+/* What a new value asks for. */
+enum parameter_effect {
+    EFFECT_NEXT_TURN,
+    /* A re-arm, which forgets the index. */
+    EFFECT_REARM,
+    /* The pins beside the table, at once. */
+    EFFECT_PINS,
+    EFFECT_CAPTURE,
+    EFFECT_COMPARE,
+};
+
 struct parameter_description {
     const char *name;
     double low;
     double high;
     double preset;
     bool whole;
-    /* Takes effect with a re-arm, which forgets the index. */
-    bool rearms;
+    enum parameter_effect effect;
     uint32_t offset;
 };
 

@@ -66,6 +66,11 @@ static bool read_now(const struct table_temperature *table, double *celsius) {
            *celsius <= MOST_C;
 }
 
+/* expm1() is there already; exp() would bring a table of 2 KB. */
+static double decay(double times) {
+    return 1.0 + expm1(-times);
+}
+
 /* The thermometer lags as T_s' = (T - T_s) / tau. An observer of T_s, T - T_s and the slope of T, whose
    three poles are the same, has no error where T rises evenly. Over dt, with a = exp(-dt / tau):
    T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
@@ -73,9 +78,9 @@ static bool read_now(const struct table_temperature *table, double *celsius) {
    The gains are those with which z I - (I - K H) F has the determinant (z - q)^3: at z = 0, 1 and a. */
 static void observe(struct table_temperature *table, double celsius, double passed) {
     double tau = table->time_constant_s;
-    double a = exp(-passed / tau);
+    double a = decay(passed / tau);
     double rest = 1.0 - a;
-    double q = exp(-passed / fmax(tau / LAG_SHARE, LEAST_FILTER_S));
+    double q = decay(passed / fmax(tau / LAG_SHARE, LEAST_FILTER_S));
     double apart = a - q;
     double slope_gain = (1.0 - q) * (1.0 - q) * (1.0 - q) / (rest * passed);
     double behind_gain = tau * slope_gain - apart * apart * apart / (a * rest * rest);

@@ -8,6 +8,7 @@
 #include "dump.h"
 #include "flash_command.h"
 #include "load_commands.h"
+#include "parameter_commands.h"
 #include "save_command.h"
 #include "units.h"
 #include "version_command.h"
@@ -175,7 +176,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
                application->bypassed ? "bypassed"
                                      : (application_corrects(application) ? "on" : "off"));
     named_word(console, "coefficients", application->frozen ? "frozen" : "free");
-    named_word(console, "samples", application->by_angle ? "equal_angles" : "equal_times");
+    named_word(console, "samples", core_capture_name(application_capture(application)));
     named(console, "turns", application->turns);
     named(console, "swaps", application->swaps);
     named(console, "stuck_captures", application->stuck_captures);
@@ -228,52 +229,15 @@ static void show_harmonics(struct console *console) {
     line(console, "ok");
 }
 
-static void show_parameters(struct console *console) {
-    for (uint32_t place = 0; place < parameters_number(); place++) {
-        named_fixed(console, parameters_description(place)->name,
-                    parameters_value(&console->application->parameters, place));
-    }
-    line(console, "ok");
-}
-
 static void show(struct console *console, char *const *words, uint32_t number) {
     (void)number;
     if (text_equal(words[1], "harmonics")) {
         show_harmonics(console);
     } else if (text_equal(words[1], "parameters")) {
-        show_parameters(console);
+        parameters_show(console, "");
+        line(console, "ok");
     } else {
         error(console, "show harmonics or show parameters, not ", words[1]);
-    }
-}
-
-static void set(struct console *console, char *const *words, uint32_t number) {
-    (void)number;
-    const struct parameter_description *description = NULL;
-    double value;
-    if (!text_parse_decimal(words[2], &value)) {
-        error(console, "not a decimal number: ", words[2]);
-        return;
-    }
-    switch (application_set(console->application, words[1], value, &description)) {
-    case PARAMETER_SET:
-        line(console, description->rearms ? "ok, the index is looked for again" : "ok");
-        break;
-    case PARAMETER_OUT_OF_RANGE:
-        text_word(&console->sink, "error: ");
-        text_word(&console->sink, words[1]);
-        text_word(&console->sink, " takes ");
-        text_fixed(&console->sink, description->low, 2);
-        text_word(&console->sink, " to ");
-        text_unsigned(&console->sink, (uint64_t)description->high);
-        text_word(&console->sink, "\r\n");
-        break;
-    case PARAMETER_NOT_WHOLE:
-        error(console, "a whole number is needed, not ", words[2]);
-        break;
-    case PARAMETER_UNKNOWN:
-    default:
-        error(console, "no parameter ", words[1]);
     }
 }
 
@@ -382,7 +346,11 @@ static const struct command commands[] = {
     {"status", "status", 1, 1, status},
     {"version", version_use, 1, 1, version_command},
     {"show", "show harmonics | show parameters", 2, 2, show},
-    {"set", "set PARAMETER VALUE", 3, 3, set},
+    {"set", set_use, 3, 3, set_command},
+    {"trigger", trigger_use, 1, 3, pins_command},
+    {"sync", sync_use, 1, 3, pins_command},
+    {"probe", probe_use, 1, 3, pins_command},
+    {"compare", compare_use, 1, 3, pins_command},
     {"load", load_use, 2, 9, load_command},
     {"save", save_use, 1, 1, save_command},
     {"flash", flash_use, 2, 5, flash_command},

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits
-   from its technical reference manual (UG585). */
+/* Registers of the Zynq-7000's processor side that the firmware uses; names, addresses and bits as in
+   its technical reference manual (UG585). docs/firmware.md tells what they were compared with. */
 
 #ifndef ARCTRUE_ZYNQ_REGISTERS_H
 #define ARCTRUE_ZYNQ_REGISTERS_H
@@ -30,16 +30,16 @@
 #define SLCR_PCAP_CLK_CTRL 0xF8000168U
 #define SLCR_FPGA0_CLK_CTRL 0xF8000170U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
-/* UG585: bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
+/* Bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
    to the whole system, which clears the fabric; at 1 to that processor alone. */
 #define SLCR_RS_AWDT_CTRL 0xF800024CU
 #define SLCR_RS_AWDT_PROCESSOR0 0x1U
-/* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
-   that failed, the four upper bits. */
 /* Of the configuration port: where the boot ROM found its image, in 32 KB (UG585, chapter 6). */
 #define DEVCFG_MULTIBOOT_ADDR 0xF800702CU
 #define DEVCFG_MULTIBOOT_PLACES 0x1FFFU
 #define DEVCFG_MULTIBOOT_BYTES 0x8000U
+/* Outlives every reset but the power-on's. The lower half is the boot ROM's; so are, for a boot
+   that failed, the four upper bits. */
 #define SLCR_REBOOT_STATUS 0xF8000258U
 #define SLCR_REBOOT_WATCHDOG 0x00030000U
 #define SLCR_REBOOT_KEPT 0x0F000000U

@@ -32,8 +32,15 @@ package carry_save_pkg is
     more : std_ulogic
   ) return u_signed;
 
-  -- Sum of numbers of `width` bits side by side, modulo 2**width, on one carry chain. Three to six
-  -- numbers become fewer in a level of logic: 3 numbers take 1 level before the chain, 4 to 6 take 2, up to 12 take 3.
+  -- Numbers of `width` bits side by side become `left` numbers with the same sum modulo 2**width, 0 where there were
+  -- fewer. Three to six of them become fewer in a level of logic: up to 6 numbers take 1 level to 3, up to 12 take 2,
+  -- up to 24 take 3, up to 48 take 4; to 2 numbers is one level more.
+  function carry_saved (
+    numbers     : u_signed;
+    width, left : positive
+  ) return u_signed;
+
+  -- Sum of such numbers on one carry chain, behind the levels to 2 numbers.
   function sum_of_all (
     numbers : u_signed;
     width   : positive
@@ -167,15 +174,15 @@ package body carry_save_pkg is
 
   end function three_of_six;
 
-  function sum_of_all (
-    numbers : u_signed;
-    width   : positive
+  function carry_saved (
+    numbers     : u_signed;
+    width, left : positive
   ) return u_signed is
 
     subtype number is u_signed(width - 1 downto 0);
 
-    -- As long as before, and room for the third of three numbers that six places make.
-    variable left_over : u_signed(numbers'length + 2 * width - 1 downto 0);
+    -- As long as before or asked for, and room for the third of three numbers that six places make.
+    variable left_over : u_signed(maximum(numbers'length, left * width) + 2 * width - 1 downto 0);
     variable count     : natural;
     variable a         : number;
     variable b         : number;
@@ -187,7 +194,7 @@ package body carry_save_pkg is
     left_over(numbers'length - 1 downto 0) := numbers;
     count                                  := numbers'length / width;
 
-    while count > 2 loop
+    while count > left loop
       -- Six places each; what is written here has been read.
       for part in 0 to (count - 1) / 6 loop
         a := number_at(left_over, width, 6 * part, count);
@@ -208,10 +215,25 @@ package body carry_save_pkg is
       count := count / 6 * 3 + minimum(count mod 6, 3) - boolean'pos(count mod 6 = 3);
     end loop;
 
-    if count = 1 then
-      return left_over(width - 1 downto 0);
+    left_over(left_over'high downto count * width) := (others => '0');
+    return left_over(left * width - 1 downto 0);
+
+  end function carry_saved;
+
+  function sum_of_all (
+    numbers : u_signed;
+    width   : positive
+  ) return u_signed is
+
+    variable two : u_signed(2 * width - 1 downto 0);
+
+  begin
+
+    if numbers'length = width then
+      return numbers;
     end if;
-    return left_over(2 * width - 1 downto width) + left_over(width - 1 downto 0);
+    two := carry_saved(numbers, width, 2);
+    return two(2 * width - 1 downto width) + two(width - 1 downto 0);
 
   end function sum_of_all;
 

@@ -171,7 +171,8 @@ begin
       lower_bound <= (whole - top) & next_excess(PAIR_FRACTION - 1 downto 0);
       if ends_now = '1' then
         upper_bound <= top & (PAIR_FRACTION - 1 downto 0 => '0');
-        lower_bound <= (-top) & (PAIR_FRACTION - 1 downto 0 => '0');
+        -- The negative, in a form that Yosys does not make one with the difference above: that would wait for ends_now.
+        lower_bound <= (not (top - 1)) & (PAIR_FRACTION - 1 downto 0 => '0');
       end if;
 
       excess      <= next_excess;

@@ -81,12 +81,10 @@ end entity error_compensation;
 architecture rtl of error_compensation is
 
   constant PAIRS : positive := (LANES + 1) / 2;
-  -- Up to six numbers are added in the first clock, the groups in the second.
   constant TERMS        : positive := PAIRS + 1;
-  constant GROUPS       : positive := (TERMS + 5) / 6;
-  -- In the second clock, folded, the sums of the angle so far.
-  constant WIDE_TERMS   : positive := GROUPS + boolean'pos(FOLD > 1);
-  constant GROUP_WIDTH  : positive := PAIR_WIDTH + 3;
+  -- So many numbers are left of them in the first clock, by carry-save levels alone, so that the second one has one
+  -- such level before its carry chain: folded, the sum of the angle so far is the third number.
+  constant SAVED        : positive := 3 - boolean'pos(FOLD > 1);
   constant SUM_WIDTH    : positive := 21 + PAIR_FRACTION;
   constant TURN_WIDTH   : positive := ANGLE_WIDTH + 3;
   constant ALIGN_OFFSET : natural  := PAIR_FRACTION - AMPLITUDE_FRACTION;
@@ -111,7 +109,7 @@ begin
   sum_and_subtract : process (clock) is
 
     -- Registers; the number is the clock after pair_sums in which they hold.
-    variable group_sums     : std_ulogic_vector(GROUPS * GROUP_WIDTH - 1 downto 0) := (others => '0');
+    variable saved_sums     : u_signed(SAVED * SUM_WIDTH - 1 downto 0)             := (others => '0');
     variable sum_so_far     : u_signed(SUM_WIDTH - 1 downto 0)                      := (others => '0');
     variable last_1         : std_ulogic                                           := '0';
     variable apply_1        : std_ulogic                                           := '0';
@@ -130,9 +128,8 @@ begin
     variable reading_less_3 : turn_sum                                             := (others => '0');
 
     variable pair_sum   : u_signed(PAIR_WIDTH - 1 downto 0);
-    variable terms_1    : u_signed(TERMS * GROUP_WIDTH - 1 downto 0);
-    variable wide       : u_signed(WIDE_TERMS * SUM_WIDTH - 1 downto 0);
-    variable group_sum  : u_signed(GROUP_WIDTH - 1 downto 0);
+    variable terms_1    : u_signed(TERMS * SUM_WIDTH - 1 downto 0);
+    variable terms_2    : u_signed(3 * SUM_WIDTH - 1 downto 0);
     variable wide_sum   : u_signed(SUM_WIDTH - 1 downto 0);
 
     variable round_up   : std_ulogic;
@@ -181,17 +178,11 @@ begin
       position_1_to_3(3) := position_1_to_3(2);
       referenced_1_to_3(3) := referenced_1_to_3(2);
 
-      -- Second clock: one number from the groups.
-      for g in 0 to GROUPS - 1 loop
-        group_sum                                          := u_signed(group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH));
-        wide((g + 1) * SUM_WIDTH - 1 downto g * SUM_WIDTH) := resize(group_sum, SUM_WIDTH);
-      end loop;
+      -- Second clock: one number.
+      terms_2(terms_2'high downto 2 * SUM_WIDTH) := sum_so_far;
+      terms_2(saved_sums'range)                  := saved_sums;
 
-      if FOLD > 1 then
-        wide(wide'high downto wide'length - SUM_WIDTH) := sum_so_far;
-      end if;
-
-      wide_sum       := sum_of_all(wide, SUM_WIDTH);
+      wide_sum       := sum_of_all(terms_2, SUM_WIDTH);
       sum_so_far     := wide_sum;
       -- Another angle comes next.
       if first_sums = '1' then
@@ -214,21 +205,16 @@ begin
         referenced_1_to_3(2) := referenced_1_to_3(1);
       end if;
 
-      -- First clock: neighbours into the same group.
+      -- First clock: fewer numbers.
       for i in 0 to PAIRS - 1 loop
-        pair_sum                                                 := u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH));
-        terms_1((i + 1) * GROUP_WIDTH - 1 downto i * GROUP_WIDTH) := resize(pair_sum, GROUP_WIDTH);
+        pair_sum                                              := u_signed(pair_sums((i + 1) * PAIR_WIDTH - 1 downto i * PAIR_WIDTH));
+        terms_1((i + 1) * SUM_WIDTH - 1 downto i * SUM_WIDTH) := resize(pair_sum, SUM_WIDTH);
       end loop;
 
-      terms_1(terms_1'high downto PAIRS * GROUP_WIDTH) := shift_left(resize(offset, GROUP_WIDTH), ALIGN_OFFSET)
-                                                          and (GROUP_WIDTH - 1 downto 0 => last_sums);
+      terms_1(terms_1'high downto PAIRS * SUM_WIDTH) := shift_left(resize(offset, SUM_WIDTH), ALIGN_OFFSET)
+                                                        and (SUM_WIDTH - 1 downto 0 => last_sums);
 
-      for g in 0 to GROUPS - 1 loop
-        group_sum := sum_of_all(
-          terms_1((g + 1) * TERMS / GROUPS * GROUP_WIDTH - 1 downto g * TERMS / GROUPS * GROUP_WIDTH), GROUP_WIDTH
-        );
-        group_sums((g + 1) * GROUP_WIDTH - 1 downto g * GROUP_WIDTH) := std_ulogic_vector(group_sum);
-      end loop;
+      saved_sums := carry_saved(terms_1, SUM_WIDTH, SAVED);
 
       if last_sums = '1' or FOLD = 1 then
         withdrawn_1        := (others => '0');

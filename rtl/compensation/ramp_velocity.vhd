@@ -126,6 +126,7 @@ begin
     -- A step more and less; the highest bit of the latter says that it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
+    variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
     -- What is needed to go on faster, without and with what is kept in hand, and as it is
@@ -162,7 +163,7 @@ begin
 
         when ADD =>
           faster := ('0' & velocity) + resize(acceleration, faster'length);
-          slower := ('0' & velocity) - resize(acceleration, slower'length);
+          slower := ('0' & velocity) - resize(to_take_off, slower'length);
 
         when LIMIT_BOTH =>
           is_last       := slower(slower'high) or not (or slower);
@@ -222,6 +223,9 @@ begin
           null;
 
       end case;
+
+      -- A register of its own, or Yosys makes one adder wait for the other's first look-up table.
+      to_take_off := acceleration;
 
       tick     := tick + 1;
       is_stale := is_stale or marker;

@@ -544,6 +544,7 @@ begin
       clock    => clock,
       reset    => reset,
       arm      => hwif_out.command.compare_arm.value,
+      disarm   => hwif_out.command.compare_disarm.value,
       position => corrected_position,
       first    => u_signed(hwif_out.compare.first.value.value),
       interval => u_unsigned(hwif_out.compare.interval.value.value),

@@ -177,38 +177,9 @@ architecture rtl of quadrature_decoder is
     is_last : std_ulogic;
   end record turn_place;
 
+  type turn_places is array (0 to 1) of turn_place;
+
   constant ZERO_PLACE : turn_place := (count => (others => '0'), is_zero => '1', is_last => '0');
-
-  function next_place (
-    place             : turn_place;
-    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
-    moves, up         : std_ulogic
-  ) return turn_place is
-
-    variable result : turn_place;
-
-  begin
-
-    result := place;
-    if (moves = '1') then
-      -- Two adders of 1: the direction, which many bits wait for, chooses behind them. Yosys would make
-      -- one of a sum and a difference.
-      if (up = '0' and place.is_zero = '1') then
-        result.count := last;
-      elsif (up = '0') then
-        result.count := not (not place.count + 1);
-      else
-        result.count := place.count + 1;
-      end if;
-      if (up = '1' and place.is_last = '1') then
-        result.count := (others => '0');
-      end if;
-      result.is_last := (up and (place.count ?= before_last)) or (not up and place.is_zero);
-      result.is_zero := (up and place.is_last) or (not up and (place.count ?= 1));
-    end if;
-    return result;
-
-  end function next_place;
 
   -- A small number of counts. Its sums are tables: they are too narrow for a carry chain.
   subtype few_counts is u_signed(3 downto 0);
@@ -267,34 +238,55 @@ architecture rtl of quadrature_decoder is
 
   constant BEHIND_INDEX_OF : tables := behind_index;
 
-  function place_of (
-    counts            : few_counts; -- -2 to 2
-    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0)
+  -- A place, a step later; where an index is told, the one that is `from_zero` (-2 to 2) counts from 0. The choices
+  -- exclude each other, so that a bit takes one look-up table behind the carry chains of the two neighbours.
+  function next_place (
+    place             : turn_place;
+    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    stands, up        : std_ulogic;
+    is_told           : std_ulogic;
+    from_zero         : few_counts
   ) return turn_place is
 
-    variable result : turn_place;
+    variable result    : turn_place;
+    variable below     : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    variable first     : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    variable rises     : std_ulogic;
+    variable falls     : std_ulogic;
+    variable is_last   : std_ulogic;
+    variable is_zero   : std_ulogic;
+    variable is_before : std_ulogic;
 
   begin
 
-    case to_integer(counts) is
+    result := place;
+    if (stands = '1' and is_told = '0') then
+      return result;
+    end if;
 
-      when -2 =>
-        result := (count => before_last, is_zero => '0', is_last => '0');
+    rises     := not is_told and up and not place.is_last;
+    falls     := not is_told and not up and not place.is_zero;
+    is_last   := (not is_told and not up and place.is_zero) or (is_told and (from_zero ?= -1));
+    is_zero   := (not is_told and up and place.is_last) or (is_told and (from_zero ?= 0));
+    is_before := is_told and (from_zero ?= -2);
 
-      when -1 =>
-        result := (count => last, is_zero => '0', is_last => '1');
+    -- The first and the second count.
+    first    := (others => '0');
+    first(0) := is_told and (from_zero ?= 1);
+    first(1) := is_told and (from_zero ?= 2);
 
-      when 0 =>
-        result := ZERO_PLACE;
+    below        := not (not place.count + 1);
+    result.count := ((place.count + 1) and (below'range => rises))
+                    or (below and (below'range => falls))
+                    or (last and (below'range => is_last))
+                    or (before_last and (below'range => is_before))
+                    or first;
 
-      when others =>
-        result := (count => resize(u_unsigned(counts), ANGLE_WIDTH), is_zero => '0', is_last => '0');
-
-    end case;
-
+    result.is_last := is_last or (rises and (place.count ?= before_last));
+    result.is_zero := is_zero or (falls and (place.count ?= 1));
     return result;
 
-  end function place_of;
+  end function next_place;
 
   -- By how many counts the unfiltered levels are ahead of the filtered ones (bits 6 to 4), after a step of either:
   -- whether there is one, and up (bits 3 and 2 unfiltered, 1 and 0 filtered). A period and more is PERIOD.
@@ -335,6 +327,11 @@ architecture rtl of quadrature_decoder is
 
   end function saturating_increment;
 
+  -- The two counters of places of `decode`, and which of them is the angle
+  signal counters        : turn_places := (others => ZERO_PLACE);
+  signal angle_is_second : std_ulogic  := '0';
+  signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
 begin
 
   pins    <= a & b & z;
@@ -364,6 +361,10 @@ begin
       filtered      => filtered
     );
 
+  place_of_angle <= counters(1).count when angle_is_second = '1' else
+                    counters(0).count;
+  angle          <= place_of_angle;
+
   decode : process (clock) is
 
     -- Levels of A, B and Z one clock ago
@@ -374,6 +375,7 @@ begin
     variable moves           : std_ulogic                              := '0';
     variable stands          : std_ulogic                              := '1'; -- its complement, for what is decided by it
     variable up              : std_ulogic                              := '1';
+    variable down            : std_ulogic                              := '0'; -- its complement, likewise
     variable breaks_order    : std_ulogic                              := '0';
     -- Z: the level that is taken as that of the last step, or of the count before it; the clocks until
     -- that of the step in hand is taken; the clocks since that
@@ -385,6 +387,7 @@ begin
     -- Levels of the clocks before, the youngest in the low bit
     variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
     -- Z changed within the count that the step in hand left.
+    variable may_be_inside   : std_ulogic;
     variable was_inside      : std_ulogic                              := '0';
     variable meets_index     : std_ulogic                              := '0';
     variable meets_up        : std_ulogic                              := '1';
@@ -404,16 +407,17 @@ begin
     variable ahead_now       : few_counts;
     variable hidden_breaks   : natural range 0 to PERIOD - 1           := 0;
     variable edges_lost      : std_ulogic                              := '0';
-    -- Stage 2: position, beside the registers of the ports
-    variable angle_place     : turn_place                              := ZERO_PLACE;
+    -- Stage 2: position, beside the registers of the ports. Two counters of places: one counts from the zero, the
+    -- other one from the last index told. Where the zero moves to that index, they change their parts.
+    variable places          : turn_places                             := (others => ZERO_PLACE);
+    variable is_second       : std_ulogic                              := '0'; -- which of them is the angle
     variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
     -- There are more than 8 counts in a turn.
     variable is_long_turn    : std_ulogic                              := '0';
     -- From the zero of the last index told to the position, while that is judged, and clocks since
     variable from_zero       : few_counts                              := "0000";
-    -- The same in the turn, however long ago the index was
-    variable from_mark       : turn_place                              := ZERO_PLACE;
+    variable from_index      : few_counts; -- of an index told now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
     -- A mark was misplaced, and no two a turn apart have agreed since.
     variable is_in_doubt     : std_ulogic                              := '0';
@@ -464,12 +468,12 @@ begin
       -- Faults, each with its event of the clock before.
       misplaced := judged and not (or are_within);
       -- Two marks a turn apart agree, or the other head counted a turn between this one and a good one.
-      is_latest     := is_old_enough and not meets_index and not rearm;
+      is_latest     := is_old_enough and not meets_index;
       moves_zero    := judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (misplaced and other_head_agrees))
                        and zero_again and is_latest and is_long_turn;
       is_in_doubt   := (is_in_doubt or misplaced) and not moves_zero;
-      index_trusted <= is_latest and not is_in_doubt;
-      is_slip       := moves_zero and has_slip;
+      index_trusted <= is_latest and not is_in_doubt and not rearm;
+      is_slip       := moves_zero and has_slip and not rearm;
       is_small      := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
       misplaced     := misplaced or is_slip;
       too_fast  := too_near or edges_lost;
@@ -562,31 +566,31 @@ begin
       less_a_turn := off_zero - turn(off_zero'range);
       past_half   := (off_zero & '0') - turn(past_half'range);
       if (since_index = 0) then
-        off_zero := signed(resize(angle_place.count, off_zero'length)) - resize(from_zero, off_zero'length);
+        off_zero := signed(resize(place_of_angle, off_zero'length)) - resize(from_zero, off_zero'length);
       end if;
 
       passed_index := meets_index;
       passed_up    := meets_up;
       -- From the zero to where the step of this clock leads.
       sets_zero := moves_zero;
+      from_index := BEHIND_INDEX_OF(to_integer(u_unsigned'(not stands & up & meets_inside & meets_up)));
       if (meets_index = '1') then
-        from_zero   := BEHIND_INDEX_OF(to_integer(u_unsigned'(not stands & up & meets_inside & meets_up)));
-        from_mark   := place_of(from_zero, last_angle, before_last);
+        from_zero   := from_index;
         since_index := 0;
         sets_zero   := not index_seen;
         index_seen  <= '1';
       else
         from_zero := WITH_STEP(to_integer(u_unsigned(std_ulogic_vector(from_zero) & not stands & up)));
-        from_mark := next_place(from_mark, last_angle, before_last, moves, up);
         if (since_index <= JUDGED_AFTER) then
           since_index := since_index + 1;
         end if;
       end if;
 
-      angle_place := next_place(angle_place, last_angle, before_last, moves, up);
+      places(0) := next_place(places(0), last_angle, before_last, stands, up, meets_index and is_second, from_index);
+      places(1) := next_place(places(1), last_angle, before_last, stands, up, meets_index and not is_second, from_index);
       if (sets_zero = '1') then
         turn_position <= resize(from_zero, POSITION_WIDTH);
-        angle_place   := from_mark;
+        is_second     := not is_second;
       end if;
 
       if (is_slip = '1') then
@@ -604,7 +608,7 @@ begin
         ahead         := "000";
         hidden_breaks := 0;
       else
-        ahead_now  := AHEAD_AFTER(to_integer(u_unsigned(std_ulogic_vector(ahead) & raw_moves & raw_up & not stands & up)));
+        ahead_now  := AHEAD_AFTER(to_integer(u_unsigned(std_ulogic_vector(ahead) & raw_moves & raw_up & not stands & not down)));
         ahead      := ahead_now(ahead'range);
         edges_lost := ahead_now ?= PERIOD;
         if (breaks_order = '1') then
@@ -645,6 +649,12 @@ begin
       -- Z of the step before: when the pins had time to settle, or the last level before this step.
       settled_level := filtered(0);
       settles       := '0';
+      -- It had for so long that it may have changed again within the count that a step leaves now.
+      may_be_inside := '0';
+      if (until_settled = 0 and since_settled >= INDEX_SKEW) then
+        may_be_inside := '1';
+      end if;
+
       if (until_settled /= 0) then
         if (moves = '1') then
           settled_level := before(0);
@@ -679,9 +689,10 @@ begin
 
       if (moves = '1') then
         up            := filtered(2) xor before(1);
+        down          := filtered(2) xnor before(1);
         until_settled := INDEX_SKEW;
         was_inside    := '0';
-        if (since_settled > INDEX_SKEW) then
+        if (may_be_inside = '1') then
           was_inside  := earlier_levels(INDEX_SKEW) xor index_level;
           index_level := earlier_levels(INDEX_SKEW);
         end if;
@@ -698,7 +709,7 @@ begin
       end if;
 
       if (rearm = '1') then
-        angle_place    := ZERO_PLACE;
+        places         := (others => ZERO_PLACE);
         turn_position  <= (others => '0');
         index_seen     <= '0';
         index_interval <= (others => '0');
@@ -712,6 +723,7 @@ begin
         moves             := '0';
         stands            := '1';
         up                := '1';
+        down              := '0';
         until_settled     := 0;
         breaks_order      := '0';
         meets_index       := '0';
@@ -731,7 +743,7 @@ begin
         to_judge          := '0';
         judged            := '0';
         position          <= to_signed(RESET_POSITION, POSITION_WIDTH);
-        angle_place       := ZERO_PLACE;
+        places            := (others => ZERO_PLACE);
         turn_position     <= (others => '0');
         direction         <= '1';
         phase_of_zero     <= "00";
@@ -756,7 +768,8 @@ begin
         is_old_enough := told_then(JUDGED_AFTER - 1);
       end if;
 
-      angle <= angle_place.count;
+      counters        <= places;
+      angle_is_second <= is_second;
     end if;
 
   end process decode;

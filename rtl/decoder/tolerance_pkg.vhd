@@ -14,6 +14,12 @@ package tolerance_pkg is
     tolerance : u_unsigned
   ) return std_ulogic;
 
+  -- Whether a number is so much or less, bit by bit: Yosys would make a carry chain of the comparison.
+  function is_at_most (
+    number : u_unsigned;
+    bound  : natural
+  ) return boolean;
+
 end package tolerance_pkg;
 
 package body tolerance_pkg is
@@ -40,5 +46,29 @@ package body tolerance_pkg is
     return '0';
 
   end function is_within;
+
+  function is_at_most (
+    number : u_unsigned;
+    bound  : natural
+  ) return boolean is
+
+    variable bits   : u_unsigned(number'length - 1 downto 0);
+    variable result : boolean := true;
+
+  begin
+
+    bits := number;
+
+    for place in 0 to bits'high loop
+      if bound / 2 ** place mod 2 = 1 then
+        result := bits(place) = '0' or result;
+      else
+        result := bits(place) = '0' and result;
+      end if;
+    end loop;
+
+    return result or bound >= 2 ** bits'length;
+
+  end function is_at_most;
 
 end package body tolerance_pkg;

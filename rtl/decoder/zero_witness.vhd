@@ -34,7 +34,7 @@ entity zero_witness is
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     tolerance      : in    u_unsigned(15 downto 0);                       -- counts
-    agrees         : out   std_ulogic := '0'                              -- 2 clocks after index_strobe
+    agrees         : out   std_ulogic                                     -- 2 clocks after index_strobe
   );
 end entity zero_witness;
 
@@ -42,14 +42,21 @@ architecture rtl of zero_witness is
 
   subtype count is u_signed(POSITION_WIDTH - 1 downto 0);
 
+  -- To the last mark, from a trusted one, the other head counted a turn up, or down.
+  signal was_known    : std_ulogic := '0';
+  signal is_turn_up   : std_ulogic := '0';
+  signal is_turn_down : std_ulogic := '0';
+
 begin
+
+  agrees <= was_known and (is_turn_up or is_turn_down);
 
   watch : process (clock) is
 
     variable is_known     : std_ulogic := '0';
     variable at_trusted   : count      := (others => '0');
     variable at_mark      : count      := (others => '0');
-    -- One clock behind other_position
+    -- other_position, a clock before
     variable position     : count      := (others => '0');
     variable since        : count      := (others => '0');
     -- What lies between that and a turn up, and down
@@ -61,7 +68,9 @@ begin
 
     if rising_edge(clock) then
       if strobe_then = '1' then
-        agrees <= is_known and (is_within(off_up, tolerance) or is_within(off_down, tolerance));
+        was_known    <= is_known;
+        is_turn_up   <= is_within(off_up, tolerance);
+        is_turn_down <= is_within(off_down, tolerance);
       end if;
       strobe_then := index_strobe;
 
@@ -79,8 +88,8 @@ begin
       end if;
 
       if reset = '1' or rearm = '1' then
-        is_known := '0';
-        agrees   <= '0';
+        is_known  := '0';
+        was_known <= '0';
       end if;
     end if;
 

@@ -6,9 +6,11 @@
 -- offset or a word of the capture; and refuses what is nobody's or illegal for this core's generics or
 -- state: a coefficient word of a lane that is not built, a write of a coefficient or of the offset
 -- without all four bytes, a capture word beyond the two words of every sample of a bank, any capture
--- word while no bank is ready, and a write of a capture word. The register block judges its own addresses.
+-- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
+-- word be read or written.
 --
--- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next.
+-- **Latency.** 1 clock from `judge` to the verdict, of which one bit is high; it stands until the next. The pulse
+-- that asks the unit comes with it, for one clock.
 --
 -- **Number formats.** Addresses in bytes.
 --
@@ -20,6 +22,7 @@ library ieee;
 
   use work.number_formats_pkg.all;
   use work.register_addresses_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity access_guard is
   generic (
@@ -38,7 +41,13 @@ entity access_guard is
     to_offset       : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
-    ask_registers   : out   std_ulogic := '0'               -- pulse, with to_registers
+    -- Pulses in the first clock of the verdict
+    ask_registers     : out   std_ulogic := '0';
+    read_coefficient  : out   std_ulogic := '0';
+    write_coefficient : out   std_ulogic := '0';
+    read_offset       : out   std_ulogic := '0';
+    write_offset      : out   std_ulogic := '0';
+    read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
 
@@ -62,6 +71,8 @@ begin
     variable lane         : u_unsigned(5 downto 0);
     variable sample       : u_unsigned(13 downto 0);
     variable partial      : boolean;
+    variable word         : natural range 0 to MAY_BE_READ'length - 1;
+    variable legal        : std_ulogic;
     variable registers    : boolean;
     variable coefficients : boolean;
     variable is_offset    : boolean;
@@ -78,16 +89,31 @@ begin
 
       -- Windows are aligned to their size: 1 KiB of coefficients, 128 KiB of capture.
       is_offset    := place(17 downto 2) = OFFSET_WORD(17 downto 2);
-      registers    := place(17 downto REGISTERS_ADDRESS_WIDTH) = 0 and not is_offset;
+      word         := to_integer(place(REGISTERS_ADDRESS_WIDTH - 1 downto 2));
+      legal        := MAY_BE_READ(word);
+      if is_write = '1' then
+        legal := MAY_BE_WRITTEN(word);
+      end if;
+      registers    := place(17 downto REGISTERS_ADDRESS_WIDTH) = 0 and legal = '1';
       offset       := is_offset and not partial;
       coefficients := place(17 downto 10) = COEFFICIENTS_FIRST(17 downto 10)
-                      and not partial and lane <= LANES - 1;
+                      and not partial and is_at_most(lane, LANES - 1);
       capture      := place(17) = CAPTURE_FIRST(17)
-                      and is_write = '0' and capture_ready = '1' and sample <= CAPTURE_DEPTH - 1;
+                      and is_write = '0' and capture_ready = '1' and is_at_most(sample, CAPTURE_DEPTH - 1);
 
-      ask_registers <= '0';
+      ask_registers     <= '0';
+      read_coefficient  <= '0';
+      write_coefficient <= '0';
+      read_offset       <= '0';
+      write_offset      <= '0';
+      read_capture      <= '0';
       if judge = '1' then
-        ask_registers   <= '1' when registers else '0';
+        ask_registers     <= '1' when registers else '0';
+        read_coefficient  <= not is_write when coefficients else '0';
+        write_coefficient <= is_write when coefficients else '0';
+        read_offset       <= not is_write when offset else '0';
+        write_offset      <= is_write when offset else '0';
+        read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
         to_offset       <= '1' when offset else '0';

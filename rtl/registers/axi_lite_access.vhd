@@ -3,12 +3,12 @@
 -- # axi_lite_access
 --
 -- An AXI4-Lite slave that takes one access at a time: it holds the access, gives a clock to judge it,
--- asks for it with a pulse and holds the answer until it is taken. Source: AMBA AXI protocol
+-- and holds the answer until it is taken. Source: AMBA AXI protocol
 -- specification, issue D, chapters A3 and B1.
 --
 -- **Latency.** 3 clocks from `arvalid`, or `awvalid` and `wvalid`, to the answer: taken and judged
--- in the 1st after it, asked for in the 2nd, answered in the 3rd. A unit that answers later than in
--- the clock of `ask` adds its clocks. An access every 4 clocks, or 5.
+-- in the 1st after it, asked for in the 2nd by who judges it, answered in the 3rd. A unit that answers later than
+-- it is asked adds its clocks. An access every 4 clocks, or 5.
 --
 -- **Number formats.** Addresses in bytes.
 --
@@ -19,8 +19,8 @@
 -- at the outputs; they keep their values to its end. `refused` is read in the clock after it. An access
 -- that is refused is answered with `SLVERR` and data 0.
 --
--- **Asking.** `ask` is high for one clock, of a refused access too: who answers must not answer that one.
--- `answered` comes once for every other, in that clock or any later one, with `data` and `failed`.
+-- **Answer.** `answered` comes once for every access that is not refused, in the clock of `refused` or any later
+-- one, with `data`.
 --
 -- **Reset** drops an access under way, so master and units must be reset with it. What is asked for
 -- during the reset waits: nothing is taken in it.
@@ -59,12 +59,10 @@ entity axi_lite_access is
     is_write       : out   std_ulogic := '0';
     write_data     : out   std_ulogic_vector(31 downto 0);
     write_strobes  : out   std_ulogic_vector(3 downto 0);                 -- a bit a byte
-    refused        : in    std_ulogic;                                    -- in the clock of ask
-    ask            : out   std_ulogic;                                    -- pulse: do it, unless refused
+    refused        : in    std_ulogic;                                    -- in the clock after taken
     -- Its answer
     answered       : in    std_ulogic;                                    -- pulse
-    data           : in    std_ulogic_vector(31 downto 0);                -- what was read; 0 when refused
-    failed         : in    std_ulogic
+    data           : in    std_ulogic_vector(31 downto 0)                 -- what was read; 0 when refused
   );
 end entity axi_lite_access;
 
@@ -95,7 +93,6 @@ begin
 
     if rising_edge(clock) then
       taken <= '0';
-      ask   <= taken;
 
       case state is
 
@@ -118,7 +115,7 @@ begin
         when BUSY =>
           if taken = '0' then
             s_axil_rdata <= data;
-            resp         <= (refused or failed) & '0'; -- SLVERR or OKAY
+            resp         <= refused & '0'; -- SLVERR or OKAY
             if (refused or answered) = '1' then
               state <= ANSWER;
             end if;
@@ -134,7 +131,6 @@ begin
       if reset = '1' then
         taken    <= '0';
         is_write <= '0';
-        ask   <= '0';
         state <= IDLE;
       end if;
     end if;

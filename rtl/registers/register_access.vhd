@@ -78,10 +78,8 @@ architecture rtl of register_access is
   signal write_strobes   : std_ulogic_vector(3 downto 0);
   signal write_enables   : std_ulogic_vector(31 downto 0);
   signal refused         : std_ulogic;
-  signal ask             : std_ulogic;
   signal answered        : std_ulogic;
   signal data            : std_ulogic_vector(31 downto 0);
-  signal failed          : std_ulogic;
   signal to_registers    : std_ulogic;
   signal to_coefficients : std_ulogic;
   signal to_offset       : std_ulogic;
@@ -91,12 +89,11 @@ architecture rtl of register_access is
   signal register_request : std_ulogic;
   signal register_read    : std_ulogic;
   signal register_data    : std_ulogic_vector(31 downto 0);
+  signal register_writes  : std_ulogic;
+  signal register_address : std_ulogic_vector(REGISTERS_ADDRESS_WIDTH - 1 downto 0);
   signal read_then        : std_ulogic := '0';
-  signal failed_then      : std_ulogic := '0';
   signal data_then        : std_ulogic_vector(31 downto 0);
   signal register_written : std_ulogic;
-  signal read_failed      : std_ulogic;
-  signal write_failed     : std_ulogic;
 
 begin
 
@@ -127,10 +124,8 @@ begin
       write_data     => access_data,
       write_strobes  => write_strobes,
       refused        => refused,
-      ask            => ask,
       answered       => answered,
-      data           => data,
-      failed         => failed
+      data           => data
     );
 
   judge <= taken and not reset;
@@ -152,14 +147,13 @@ begin
       to_offset       => to_offset,
       to_capture      => to_capture,
       refused         => refused,
-      ask_registers   => register_request
+      ask_registers   => register_request,
+      read_coefficient  => coefficient_read,
+      write_coefficient => coefficient_write,
+      read_offset       => offset_read,
+      write_offset      => offset_write,
+      read_capture      => capture_read
     );
-
-  coefficient_read  <= ask and to_coefficients and not is_write;
-  coefficient_write <= ask and to_coefficients and is_write;
-  offset_read       <= ask and to_offset and not is_write;
-  offset_write      <= ask and to_offset and is_write;
-  capture_read      <= ask and to_capture;
 
   byte_enables : for byte in write_strobes'range generate
 
@@ -173,34 +167,35 @@ begin
       clk                  => clock,
       rst                  => reset,
       s_cpuif_req          => register_request,
-      s_cpuif_req_is_wr    => is_write,
-      s_cpuif_addr         => access_address(REGISTERS_ADDRESS_WIDTH - 1 downto 0),
+      s_cpuif_req_is_wr    => register_writes,
+      s_cpuif_addr         => register_address,
       s_cpuif_wr_data      => access_data,
       s_cpuif_wr_biten     => write_enables,
       s_cpuif_req_stall_wr => open,
       s_cpuif_req_stall_rd => open,
       s_cpuif_rd_ack       => register_read,
-      s_cpuif_rd_err       => read_failed,
+      s_cpuif_rd_err       => open,
       s_cpuif_rd_data      => register_data,
       s_cpuif_wr_ack       => register_written,
-      s_cpuif_wr_err       => write_failed,
+      s_cpuif_wr_err       => open,
       hwif_in              => hwif_in,
       hwif_out             => hwif_out
     );
 
-  hold_word : process (clock) is
+  -- Address and kind have registers of their own for the block, which has them decoded for some 500 bits.
+  hold_for_registers : process (clock) is
   begin
 
     if rising_edge(clock) then
-      data_then   <= register_data;
-      read_then   <= register_read and not reset;
-      failed_then <= read_failed;
+      register_address <= access_address(register_address'range);
+      register_writes  <= is_write;
+      data_then        <= register_data;
+      read_then        <= register_read and not reset;
     end if;
 
-  end process hold_word;
+  end process hold_for_registers;
 
   answered <= read_then or register_written or coefficient_done or capture_done;
-  failed   <= (read_then and failed_then) or (register_written and write_failed);
   data     <= (data_then and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)

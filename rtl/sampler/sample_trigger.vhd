@@ -63,7 +63,7 @@ architecture rtl of sample_trigger is
 
   subtype count is u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- The count above and the count below, modulo last + 1.
+  -- The count above, modulo last + 1.
   function one_up (place, last : count) return count is
   begin
 
@@ -73,16 +73,6 @@ architecture rtl of sample_trigger is
     return place + 1;
 
   end function one_up;
-
-  function one_down (place, last : count) return count is
-  begin
-
-    if place = 0 then
-      return last;
-    end if;
-    return place - 1;
-
-  end function one_down;
 
   signal time_trigger  : std_ulogic := '0';
   signal angle_trigger : std_ulogic := '0';
@@ -134,6 +124,8 @@ begin
     variable step        : count      := (others => '0');
     variable changes     : std_ulogic;
     variable last        : count      := (others => '0'); -- step - 1
+    variable before_last : count      := (others => '0'); -- step - 2
+    variable is_single   : std_ulogic := '0';             -- step is 1
     -- turn_position modulo step, by long division
     variable dividend    : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     variable bits_left   : natural range 0 to POSITION_WIDTH - 2   := 0;
@@ -143,6 +135,12 @@ begin
     -- Counts moved since the start, modulo step, and where it is a count below a multiple, on it
     -- and a count above it
     variable moved       : count := (others => '0');
+    -- Whether that is 0 or `last`, kept beside it, so that no comparison stands before its wrap
+    variable is_zero     : std_ulogic := '1';
+    variable is_last     : std_ulogic := '0';
+    variable rises       : std_ulogic;
+    variable falls       : std_ulogic;
+    variable wraps_down  : std_ulogic;
     variable below       : count := (others => '0');
     variable multiple    : count := (others => '0');
     variable above       : count := (others => '0');
@@ -170,10 +168,16 @@ begin
       stood         := moved ?= multiple;
       arrives       := (up and (moved ?= below)) or (down and (moved ?= above));
 
-      if up = '1' then
-        moved := one_up(moved, last);
-      elsif down = '1' then
-        moved := one_down(moved, last);
+      -- The choices exclude each other: one look-up table a bit behind the carry chains.
+      rises      := up and not is_last;
+      falls      := down and not is_zero;
+      wraps_down := down and is_zero;
+      if (up or down) = '1' then
+        is_zero := (up and is_last) or (falls and (moved ?= 1)) or is_single;
+        is_last := wraps_down or (rises and (moved ?= before_last)) or is_single;
+        moved   := ((moved + 1) and (moved'range => rises))
+                   or ((not (not moved + 1)) and (moved'range => falls))
+                   or (last and (moved'range => wraps_down));
       end if;
 
       case state is
@@ -185,6 +189,10 @@ begin
           step      := angle_step;
           last      := angle_step - 1;
           moved     := (others => '0');
+          is_zero   := '1';
+          is_last   := angle_step ?= 1;
+          is_single := angle_step ?= 1;
+          before_last := angle_step - 2;
           -- The sign bit weighs -2**31: the remainder of -1 starts the long division.
           remainder := (others => '0');
           if turn_position(POSITION_WIDTH - 1) = '1' then

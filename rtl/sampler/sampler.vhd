@@ -54,6 +54,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity sampler is
   generic (
@@ -117,8 +118,7 @@ architecture rtl of sampler is
   -- A turn up and a turn down from the first sample, and whether that position lies as far away
   signal turn_above          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
   signal turn_below          : u_signed(POSITION_WIDTH - 1 downto 0) := (others => '0');
-  signal is_above_then       : std_ulogic := '0';
-  signal is_below_then       : std_ulogic := '0';
+  signal is_away_then        : std_ulogic := '0';
   signal write_enable        : std_ulogic := '0';
   signal write_address       : u_unsigned(14 downto 0) := (others => '0');
   signal write_data          : std_ulogic_vector(2 * POSITION_WIDTH - 1 downto 0);
@@ -155,8 +155,7 @@ begin
     if rising_edge(clock) then
       above          := turn_position1 - turn_above;
       below          := turn_below - turn_position1;
-      is_above_then  <= not above(above'high);
-      is_below_then  <= not below(below'high);
+      is_away_then   <= not above(above'high) or not below(below'high);
       running_then   <= running and not reset;
       position1_then <= turn_position1;
       position2_then <= turn_position2;
@@ -172,13 +171,14 @@ begin
     variable first         : std_ulogic := '1';                                      -- the next sample starts a turn
     variable filling_bank  : std_ulogic := '0';
     variable samples       : u_unsigned(14 downto 0) := (others => '0');
-    variable next_address  : u_unsigned(14 downto 0) := (others => '0');
     variable first_before  : std_ulogic := '1';                                      -- `first`, one clock ago
-    variable was_judged    : std_ulogic;
+    -- For the next clock: turn_above and turn_below are of this turn since a clock; the next sample fills the bank
+    variable was_judged    : std_ulogic := '0';
+    variable is_last       : std_ulogic := '0';
+    variable is_before     : std_ulogic; -- so does the one after it
     variable start_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
     variable flags         : std_ulogic_vector(FLAG_COUNT - 1 downto 0);
-    variable closed        : boolean;
-    variable is_last       : boolean;
+    variable closed        : std_ulogic;
     variable handed_over   : u_unsigned(31 downto 0) := (others => '0');
     variable owned         : std_ulogic := '0';
     variable handing_over  : std_ulogic := '0';
@@ -209,22 +209,23 @@ begin
         flags := flags or flags_then;
       end if;
 
-      -- One clock ago turn_above and turn_below were those of this turn.
-      was_judged   := not first and not first_before;
       first_before := first;
+      is_before    := samples ?= DEPTH - 2;
 
       write_enable  <= '0';
-      write_address <= next_address;
+      write_address <= samples;
+      if filling_bank = '1' then
+        write_address <= samples + DEPTH;
+      end if;
       write_data    <= std_ulogic_vector(position2_then) & std_ulogic_vector(position1_then);
 
-      if triggered = '1' and running_then = '1' then
+      -- A trigger belongs to a clock in which it ran.
+      if triggered = '1' then
         write_enable <= '1';
-        closed       := was_judged = '1' and (is_above_then = '1' or is_below_then = '1');
-        is_last      := samples = DEPTH - 1;
+        closed       := was_judged and is_away_then;
         samples      := samples + 1;
-        next_address := next_address + 1;
         first        := '0';
-        if closed or is_last then
+        if closed = '1' or is_last = '1' then
           if owned = '1' then
             overrun         := '1';
             overrun_total   := overrun_total + 1;
@@ -236,15 +237,14 @@ begin
             header_sequence     <= handed_over;
             header_sample_count <= resize(samples, 16);
             header_flags        <= '0' & overrun & flags;
-            if not closed then
-              header_flags(9) <= '1';
-            end if;
+            header_flags(9)     <= not closed;
             overrun      := '0';
             handed_over  := handed_over + 1;
             filling_bank := not filling_bank;
           end if;
           first := '1';
         end if;
+        is_last := is_before;
       end if;
 
       if running_then = '0' then
@@ -266,12 +266,10 @@ begin
       end if;
 
       if first = '1' then
-        samples      := (others => '0');
-        next_address := (others => '0');
-        if filling_bank = '1' then
-          next_address := to_unsigned(DEPTH, next_address'length);
-        end if;
+        samples := (others => '0');
+        is_last := '0';
       end if;
+      was_judged := not first and not first_before;
 
       bank_ready    <= owned;
       capture_busy  <= not first;
@@ -300,6 +298,7 @@ begin
     variable readable : std_ulogic_vector(2 downto 0) := (others => '0');
     variable heads    : std_ulogic_vector(2 downto 0) := (others => '0');
     variable sample   : u_unsigned(14 downto 0);
+    variable is_inside : boolean;
 
   begin
 
@@ -323,9 +322,10 @@ begin
 
       -- Any address of the memory does where nothing is to be read.
       memory_read_address <= (others => '0');
-      if sample < DEPTH and ready_bank = '1' then
+      is_inside           := is_at_most(sample, DEPTH - 1);
+      if is_inside and ready_bank = '1' then
         memory_read_address <= sample + DEPTH;
-      elsif sample < DEPTH then
+      elsif is_inside then
         memory_read_address <= sample;
       end if;
 

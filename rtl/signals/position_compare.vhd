@@ -14,7 +14,7 @@
 -- from the side on which it was at the arming, or leaves it where it stood there. From then on the place reached last is
 -- left when the position is a whole interval away from it, in either direction: the next place is then reached. So a
 -- position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
--- has caught up.
+-- has caught up. `disarm` (pulse) ends it, also in the clock of an `arm`.
 --
 -- **Reset** disarms.
 
@@ -30,6 +30,7 @@ entity position_compare is
     clock    : in    std_ulogic;
     reset    : in    std_ulogic;
     arm      : in    std_ulogic;                              -- pulse
+    disarm   : in    std_ulogic;                              -- pulse
     position : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     first    : in    u_signed(POSITION_WIDTH - 1 downto 0);   -- counts
     interval : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);    -- counts, 0: once
@@ -129,7 +130,7 @@ begin
         is_stale := "00";
       end if;
 
-      if reset = '1' then
+      if reset = '1' or disarm = '1' then
         state  := IDLE;
         strobe <= '0';
       end if;

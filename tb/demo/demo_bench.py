@@ -15,8 +15,8 @@ from cocotb.handle import HierarchyObject
 from cocotb.triggers import ClockCycles, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
+from arctrue.studies.demo.bench_stage import BenchStage
 from arctrue.studies.demo.files import ConsoleLine, DemoFiles, ProcessorRun
-from arctrue.studies.demo.progress import Progress
 from arctrue.studies.demo.settings import DemoSettings
 from tb.firmware.processor import Processor
 
@@ -66,7 +66,7 @@ class Operator:
     async def report(self) -> None:
         """For ever; to be started beside the test."""
         while True:
-            Progress(self.stage, self.clocks.now()).write(self._files.progress)
+            BenchStage(self.stage, self.clocks.now()).write(self._files.progress)
             await Timer(1000 * CLOCK_NS, "ns")
 
     def _note(self, text: str, *, typed: bool = False) -> None:

@@ -26,7 +26,15 @@ CONTROLS = (0b00111, 0b01111, 0b10111, 0b00110, 0b00101)
 """Words of the register: captures in equal time, in equal angle, from outside; parts disabled."""
 DNA = {"chip_dna": 0x0AB_CDEF_0123_4567, "chip_dna_known": 1}
 """What the primitive of the top level has read, which never changes."""
-COMMANDS = ("clear_head1", "clear_head2", "clear_output", "swap", "compare_arm", "alive")
+COMMANDS = (
+    "clear_head1",
+    "clear_head2",
+    "clear_output",
+    "swap",
+    "compare_arm",
+    "compare_disarm",
+    "alive",
+)
 
 Access = tuple[bool, int, int, int]
 """Write, address, word, strobe."""

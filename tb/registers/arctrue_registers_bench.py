@@ -144,20 +144,20 @@ async def capture_needs_a_ready_bank(dut):
 @cocotb.test()
 async def commands_act_for_one_clock(dut):
     bus, _ = await prepared(dut, random.Random(13))
-    counts = [0] * 8
+    counts = [0] * 9
 
     async def watch():
         while True:
             await FallingEdge(dut.clock)
             value = int(dut.command.value)
-            for bit in range(8):
+            for bit in range(9):
                 counts[bit] += value >> bit & 1
 
     cocotb.start_soon(watch())
-    for word in (0b1, 0b11010101, 0b0, 0b11111111):
+    for word in (0b1, 0b11010101, 0b0, 0b111111111):
         assert await bus.write(model_map.COMMAND, word) == AxiResp.OKAY
     await ClockCycles(dut.clock, 3)
-    assert counts == [3, 1, 2, 1, 2, 1, 2, 2]
+    assert counts == [3, 1, 2, 1, 2, 1, 2, 2, 1]
     answer, _ = await bus.read(model_map.COMMAND)
     assert answer == AxiResp.SLVERR
 

@@ -280,6 +280,7 @@ begin
       hwif_out.control.output_enable.value &
       hwif_out.control.compensate.value));
   command <= padded(std_ulogic_vector'(
+      hwif_out.command.compare_disarm.value &
       hwif_out.command.compare_arm.value &
       hwif_out.command.alive.value &
       hwif_out.command.rearm.value &

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000500}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000600}
 """Address: value."""
 
 READ_WRITE = {

@@ -55,6 +55,7 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
+    dut.disarm.value = 0
     dut.position.value = int(wrapped[0])
     dut.first.value = first
     dut.interval.value = interval
@@ -85,6 +86,7 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     dut.reset.value = 1
     dut.arm.value = 0
+    dut.disarm.value = 0
     dut.position.value = -5 * sense
     dut.first.value = 0
     dut.interval.value = 10
@@ -102,3 +104,39 @@ async def catches_up_after_a_jump(dut, sense: int) -> None:
             strobes.append(clock)
     assert len(strobes) == 8, "the first place and seven multiples"
     assert set(np.diff(strobes[1:])) == {3}
+
+
+@cocotb.test()
+@cocotb.parametrize(at_once=[False, True])
+async def disarmed_it_is_silent(dut, at_once: bool) -> None:
+    """While it tracks, and in the clock of an arming; the next arming begins anew."""
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.reset.value = 1
+    dut.arm.value = 0
+    dut.disarm.value = 0
+    dut.position.value = 0
+    dut.first.value = 5
+    dut.interval.value = 10
+    await ClockCycles(dut.clock, 3, FallingEdge)
+    dut.reset.value = 0
+
+    async def strobes_of(first: int, last: int) -> int:
+        found = 0
+        for position in range(first, last):
+            dut.position.value = position
+            await FallingEdge(dut.clock)
+            dut.arm.value = 0
+            dut.disarm.value = 0
+            found += int(dut.strobe.value)
+        return found
+
+    dut.arm.value = 1
+    assert await strobes_of(0, 40) == 4
+    dut.arm.value = int(at_once)
+    dut.disarm.value = 1
+    assert await strobes_of(40, 80) == 0
+    assert not int(dut.armed.value)
+    dut.first.value = 85
+    dut.arm.value = 1
+    assert await strobes_of(80, 120) == 4
+    assert int(dut.armed.value)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from arctrue.cli._progress import Progress
 
 if TYPE_CHECKING:
-    from arctrue.instrument import Progress as Clocked
+    from arctrue.instrument import RunProgress
 
 
 class Shown:
@@ -23,7 +23,7 @@ class Shown:
         """A line that stays."""
         self._step.keep(text)
 
-    def progress(self, now: Clocked) -> None:
+    def progress(self, now: RunProgress) -> None:
         """How far the run is."""
         self._step.now(now.words)
 

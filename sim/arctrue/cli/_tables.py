@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.table import Column, Table
 
 WIDTH = 80
@@ -26,3 +28,19 @@ def table(title: str, *columns: Column, lines: bool = False) -> Table:
 def pairs() -> Table:
     """An empty table of words and what they stand for, without lines."""
     return Table.grid(padding=(0, 2))
+
+
+def live_row(cells: Sequence[str], columns: Sequence[tuple[str, int]]) -> str:
+    """A line of a table whose rows come one by one, which rich could draw at its end only.
+
+    ``columns``: headings and widths, negative ones on the left.
+    """
+    return " ".join(
+        cell.ljust(-width) if width < 0 else cell.rjust(width)
+        for cell, (_, width) in zip(cells, columns, strict=True)
+    ).rstrip()
+
+
+def live_head(columns: Sequence[tuple[str, int]]) -> str:
+    """The headings of such a table."""
+    return live_row([heading for heading, _ in columns], columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import relpath
 from pathlib import Path
 
 import click
@@ -14,11 +15,12 @@ from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
+from arctrue.studies.benchmark.cases import kept_reasons
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
-from arctrue.studies.benchmark.page import said_words
+from arctrue.studies.benchmark.page import reason_words, said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
@@ -100,11 +102,12 @@ def score(
     write_json(json_file, found)
     for name, by_world in found["rates"].items():
         console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    reasons = kept_reasons()
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"
         console.print(
             f"{item['outcome']} ({said_words(item)}), {item['world']}, {hidden}\n"
-            f"  {item['command']}",
+            f"  {item['command']}\n  {reason_words(item, reasons)}",
             soft_wrap=True,
         )
 
@@ -114,13 +117,21 @@ def score(
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
 @click.option("--peers", type=Folder, help="A folder of the public tier: all who answered there.")
 @click.option("--to", "path", type=OutputFile(), required=True, help="The Markdown file.")
+@click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
-def page(folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path) -> None:
+def page(
+    folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path, out: Path | None
+) -> None:
     """Write what came out as a page."""
+    from arctrue.report.benchmark_picture import plot_benchmark
+
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
     beside = None if peers is None else score_beside(peers)
-    write_whole_text(path, page_of(header, found, beside))
+    picture = None
+    if out is not None:
+        picture = Path(relpath(plot_benchmark(found, out), path.parent)).as_posix()
+    write_whole_text(path, page_of(header, found, beside, kept_reasons(), picture))
     console.print(f"wrote {path}")
 
 

@@ -258,9 +258,10 @@ def _capture_name(folder: Path) -> str:
     from arctrue.measurement.description import read_description
 
     try:
-        return str(read_description(folder).values["capture"].get("file", "capture.csv"))
+        keys = read_description(folder).keys.capture
     except MeasurementError:
-        return "capture.csv"
+        keys = None
+    return "capture.csv" if keys is None or keys.file is None else keys.file
 
 
 def _console() -> Console:

@@ -23,6 +23,7 @@ from arctrue.workbench.compare.comparison import Comparison
 from arctrue.workbench.compare.comparison import compare as compare_model
 from arctrue.workbench.compare.findings import SIGNIFICANCE
 from arctrue.workbench.compare.maps import ResidualMap
+from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.identifiability import Identifiability, identifiability
 from arctrue.workbench.model.growth import as_stored, fitted
 
@@ -53,9 +54,7 @@ def compare(
         else:
             _, solution = fitted(bench.model, bench.observations, bench.effects)
         result = compare_model(solution, seed)
-        absent = {
-            name: kind for name, kind in bench.effects.items() if name not in bench.model.names()
-        }
+        absent = absent_effects(bench.effects, bench.model.names())
         told = identifiability(solution, absent)
     _print(result, bench.model.names(), fitted_here=not no_fit)
     _print_identifiability(told)

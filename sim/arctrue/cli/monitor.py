@@ -5,7 +5,6 @@ from __future__ import annotations
 import sqlite3
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -13,6 +12,7 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError, Turn
 from arctrue.device.recorder import Recorder
@@ -106,24 +106,15 @@ _COLUMNS = (
     ("die °C", 6),
     ("order1″", 8),
 )
-"""Headings and widths, negative ones on the left: with the spaces between them 76 columns. A table
-of rich is drawn when all of its rows are there; these come turn by turn."""
+"""With the spaces between them 76 columns."""
 
-
-def _line(cells: Sequence[str]) -> str:
-    return " ".join(
-        cell.ljust(-width) if width < 0 else cell.rjust(width)
-        for cell, (_, width) in zip(cells, _COLUMNS, strict=True)
-    ).rstrip()
-
-
-_HEAD = _line([heading for heading, _ in _COLUMNS])
+_HEAD = live_head(_COLUMNS)
 
 
 def _row(turn: Turn) -> str:
     fields = turn.fields
     harmonics = fields.get("harmonics", [])
-    line = _line(
+    line = live_row(
         [
             str(fields["turn"]),
             turn.result,
@@ -133,7 +124,8 @@ def _row(turn: Turn) -> str:
             figure(fields.get("active_arcsec"), 3),
             figure(fields.get("temperature_c"), 1),
             figure(harmonics[0][1] if harmonics else None, 3),
-        ]
+        ],
+        _COLUMNS,
     )
     alarms = fields.get("alarms", [])
     return f"{line}\n      alarm: {', '.join(alarms)}" if alarms else line

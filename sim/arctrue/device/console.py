@@ -97,13 +97,18 @@ class Console:
     def dump(self, seconds: float) -> MeasurementSet:
         """The capture of the next turn; rows that were spoiled on the way are asked for again.
 
-        Raises ConsoleError where it cannot be made whole.
+        Raises ConsoleError where it cannot be made whole, or where its samples have no times.
         """
         for _ in range(ATTEMPTS):
             self.command("dump")
             head = read_head(self._wait_for(("dump ", "error"), seconds))
             rows: dict[int, tuple[int, int]] = {}
             self._take_rows(rows, seconds)
+            if head is not None and head.period_clocks == 0:
+                raise ConsoleError(
+                    f"{self.port}: the samples came at edges of sync_in, so that their times are "
+                    "not known; say `sync capture 0` on the console for samples at equal times"
+                )
             if head is not None:
                 return self._completed(head, rows, seconds)
         raise ConsoleError(f"{self.port}: the head of the dump was spoiled {ATTEMPTS} times")

@@ -2,8 +2,9 @@
 
 The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the
 flash's beginning on (UG585, chapter 6). At the beginning is the image that is updated, behind it
-the golden one, which is written once and stays. The header of the first image is erased
-first and written last, so that power may be lost at any moment: until then the golden image
+the golden one, which is written once and stays. The signature in the header of the first image is
+overwritten before anything is erased, and the header is written last, so that power may be lost at
+any moment, in the middle of an erase too: until then the golden image
 starts. The bitstream behind has a CRC of its own; without a whole one the firmware starts all the
 same.
 """
@@ -115,6 +116,10 @@ def write_image(console: Console, image: bytes, progress: Callable[[int, int], N
     all_bytes = sum(len(data) for data, _ in areas)
     done = 0
     for data, address in areas:
+        if data is boot:
+            # An erase that is cut off may leave the header whole and what it describes not.
+            for line in lines_of(bytes(WORD_BYTES), address + SIGNATURE_AT):
+                _send(console, line)
         for sector in range(address, address + len(data), state.sector_bytes):
             _ask(console, f"flash erase {sector:X}", ERASE_S)
         # What makes the boot ROM take it comes last.

@@ -10,9 +10,11 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import (
     AMPLITUDE_LSB_COUNTS,
@@ -23,7 +25,8 @@ from arctrue.gateware.coefficients import (
 )
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
-from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.toml_file import read_toml
+from arctrue.typed_content import ContentError, Number, typed
 from arctrue.whole_file import write_whole_text
 
 SCHEMA = 1
@@ -31,21 +34,63 @@ THERMAL_SCHEMA = 2
 """Of a file with lanes that follow the temperature; any other is of schema 1."""
 ARCSEC_PER_TURN = 1_296_000
 
-_FILE_KEYS = ("schema", "counts_per_rev", "lanes", "offset")
-_OFFSET_KEYS = ("counts", "word")
-_TEMPERATURE_KEYS = ("reference_c", "sensor_time_constant_s")
-_SLOPE_KEYS = ("slope_arcsec_per_k", "slope_arcsec_per_k2", "slope")
-_LANE_KEYS = (
-    "order",
-    "amplitude_arcsec",
-    "phase_deg",
-    "phase_step",
-    "phase_offset",
-    "amplitude",
-)
 # How far a value for people may be from its word, in units of the word: half for the rounding
 # of a value that was typed in, and a little for the digits written.
 _AGREEMENT = 0.51
+
+
+class _Offset(Struct, forbid_unknown_fields=True):
+    counts: Number
+    word: int
+
+
+class _Lane(Struct, forbid_unknown_fields=True):
+    lane: Annotated[int, Meta(ge=0, lt=LANES_MAX)]
+    order: Annotated[int, Meta(ge=0, le=ORDER_MAX)]
+    amplitude_arcsec: Number
+    phase_deg: Number
+    phase_step: Annotated[int, Meta(ge=0, lt=2**PHASE_STEP_WIDTH)]
+    phase_offset: int
+    amplitude: int
+
+
+class _ThermalLane(_Lane, forbid_unknown_fields=True):
+    slope_arcsec_per_k: tuple[Number, Number] | None = None
+    slope_arcsec_per_k2: tuple[Number, Number] | None = None
+    slope: tuple[int, int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        found = {name: getattr(self, name) for name in _SLOPE_KEYS}
+        lacking = [name for name, value in found.items() if value is None]
+        if 0 < len(lacking) < len(found):
+            raise ValueError(f"{lacking[0]}: is missing: a slope has {', '.join(_SLOPE_KEYS)}")
+
+
+_SLOPE_KEYS = ("slope_arcsec_per_k", "slope_arcsec_per_k2", "slope")
+
+
+class _Temperature(Struct, forbid_unknown_fields=True):
+    reference_c: Number
+    sensor_time_constant_s: Number
+
+
+class _File(Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: Literal[1]
+    counts_per_rev: int
+    lanes: Annotated[int, Meta(ge=1, le=LANES_MAX)]
+    offset: _Offset
+    title: str = ""
+    lane: list[_Lane] = []
+
+
+class _ThermalFile(_File, forbid_unknown_fields=True, kw_only=True):
+    schema: Literal[2]  # type: ignore[assignment]
+    temperature: _Temperature
+    lane: list[_ThermalLane] = []  # type: ignore[assignment]
+
+
+class _OnlySchema(Struct):
+    schema: Literal[1, 2]
 
 
 class CoefficientFileError(ValueError):
@@ -130,206 +175,98 @@ def read_coefficient_file(path: Path | str) -> Coefficients:
     path = Path(path)
     try:
         content = read_toml(path)
+        thermal = typed(content, _OnlySchema).schema == THERMAL_SCHEMA
+        return _coefficients(typed(content, _ThermalFile if thermal else _File))
     except FileNotFoundError as error:
         raise CoefficientFileError(
             f"{path}: no such file; 'arctrue calibrate' writes one"
         ) from error
     except OSError as error:
         raise CoefficientFileError(f"{path}: cannot be read: {error.strerror}") from error
-    except TomlContentError as error:
+    except (ValueError, OverflowError) as error:
         raise CoefficientFileError(f"{path}: {error}") from error
-    return _Reader(str(path)).coefficients(content)
 
 
-class _Reader:
-    def __init__(self, file: str) -> None:
-        self.file = file
-
-    def coefficients(self, content: Mapping[str, Any]) -> Coefficients:
-        if "schema" in content and content["schema"] not in (SCHEMA, THERMAL_SCHEMA):
-            raise self.error(
-                "schema", f"expected {SCHEMA} or {THERMAL_SCHEMA}, found {content['schema']!r}"
+def _coefficients(file: _File) -> Coefficients:
+    check_counts_per_rev(file.counts_per_rev)
+    _agree("offset.counts", file.offset.counts, "word", file.offset.word, AMPLITUDE_LSB_COUNTS)
+    lanes: dict[int, _Lane] = {}
+    slopes: dict[int, tuple[int, ...]] = {}
+    for number, lane in enumerate(file.lane, start=1):
+        place = f"lane[{number}]"
+        if lane.lane >= file.lanes:
+            raise ContentError(
+                f"{place}.lane: expected a whole number from 0 to {file.lanes - 1}, "
+                f"found {lane.lane}"
             )
-        thermal = content.get("schema") == THERMAL_SCHEMA
-        required = (*_FILE_KEYS, "temperature") if thermal else _FILE_KEYS
-        self.keys(content, "", required, optional=("title", "lane"))
-        if not isinstance(content.get("title", ""), str):
-            raise self.error("title", f"expected text, found {content['title']!r}")
-        counts_per_rev = self.integer(content, "", "counts_per_rev")
-        try:
-            check_counts_per_rev(counts_per_rev)
-        except ValueError as error:
-            raise CoefficientFileError(f"{self.file}: {error}") from error
-        lanes = self.integer(content, "", "lanes")
-        if not 1 <= lanes <= LANES_MAX:
-            raise self.error("lanes", f"expected 1 to {LANES_MAX}, found {lanes}")
+        if lane.lane in lanes:
+            raise ContentError(f"{place}.lane: lane {lane.lane} is listed twice")
+        lanes[lane.lane] = lane
+        _check_words(place, lane, file.counts_per_rev)
+        if isinstance(lane, _ThermalLane) and lane.slope is not None:
+            _check_slope(place, lane, file.counts_per_rev)
+            slopes[lane.order] = lane.slope
 
-        offset_table = content["offset"]
-        if not isinstance(offset_table, dict):
-            raise self.error("offset", "expected a table [offset] with counts and word")
-        self.keys(offset_table, "offset.", _OFFSET_KEYS)
-        offset = self.integer(offset_table, "offset.", "word")
-        self.agree(offset_table, "offset.", "counts", "word", offset, AMPLITUDE_LSB_COUNTS)
+    def words(key: str) -> NDArray[Any]:
+        found = [getattr(lanes[at], key) if at in lanes else 0 for at in range(file.lanes)]
+        return np.array(found, dtype=np.int64)
 
-        steps = np.zeros(lanes, dtype=object)
-        offsets = np.zeros(lanes, dtype=object)
-        amplitudes = np.zeros(lanes, dtype=object)
-        entries = content.get("lane", [])
-        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            raise self.error("lane", "expected tables [[lane]], one a lane")
-        taken: set[int] = set()
-        slopes: dict[int, list[int]] = {}
-        for index, entry in enumerate(entries):
-            where = f"lane[{index}]."
-            follows = thermal and any(key in entry for key in _SLOPE_KEYS)
-            self.keys(entry, where, ("lane", *_LANE_KEYS, *(_SLOPE_KEYS if follows else ())))
-            lane = self.integer(entry, where, "lane")
-            if not 0 <= lane < lanes:
-                raise self.error(where + "lane", f"expected 0 to {lanes - 1}, found {lane}")
-            if lane in taken:
-                raise self.error(where + "lane", f"lane {lane} is listed twice")
-            taken.add(lane)
-            steps[lane], offsets[lane], amplitudes[lane] = self.words(entry, where, counts_per_rev)
-            if follows:
-                slopes[entry["order"]] = self.slope(entry, where, counts_per_rev)
-        try:
-            return Coefficients(
-                np.array(steps.tolist(), dtype=np.int64),
-                np.array(offsets.tolist(), dtype=np.int64),
-                np.array(amplitudes.tolist(), dtype=np.int64),
-                offset,
-                counts_per_rev,
-                self.thermal(content, slopes) if thermal else None,
-            )
-        except (ValueError, OverflowError) as error:
-            raise CoefficientFileError(f"{self.file}: {error}") from error
+    return Coefficients(
+        words("phase_step"),
+        words("phase_offset"),
+        words("amplitude"),
+        file.offset.word,
+        file.counts_per_rev,
+        _thermal(file.temperature, slopes) if isinstance(file, _ThermalFile) else None,
+    )
 
-    def words(
-        self, entry: Mapping[str, Any], where: str, counts_per_rev: int
-    ) -> tuple[int, int, int]:
-        order = self.integer(entry, where, "order")
-        if not 0 <= order <= ORDER_MAX:
-            raise self.error(where + "order", f"expected 0 to {ORDER_MAX}, found {order}")
-        step = self.integer(entry, where, "phase_step")
-        if not 0 <= step < 2**PHASE_STEP_WIDTH:
-            raise self.error(
-                where + "phase_step", f"expected 0 to {2**PHASE_STEP_WIDTH - 1}, found {step}"
-            )
-        if step != phase_step(order, counts_per_rev):
-            raise self.error(
-                where + "phase_step",
-                f"found {step}, but order {order} at {counts_per_rev} counts a turn needs "
-                f"{phase_step(order, counts_per_rev)}; change both or neither",
-            )
-        amplitude = self.integer(entry, where, "amplitude")
-        arcsec = ARCSEC_PER_TURN / counts_per_rev
-        self.agree(
-            entry, where, "amplitude_arcsec", "amplitude", amplitude, AMPLITUDE_LSB_COUNTS * arcsec
+
+def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> ThermalLanes:
+    if not slopes:
+        raise ContentError("temperature: no lane has a slope; leave [temperature] out")
+    return ThermalLanes(
+        tuple(slopes),
+        np.array(list(slopes.values())),
+        table.reference_c,
+        table.sensor_time_constant_s,
+    )
+
+
+def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
+    """Raise ContentError where the words of a lane are not what its values say."""
+    needed = phase_step(lane.order, counts_per_rev)
+    if lane.phase_step != needed:
+        raise ContentError(
+            f"{place}.phase_step: found {lane.phase_step}, but order {lane.order} at "
+            f"{counts_per_rev} counts a turn needs {needed}; change both or neither"
         )
-        offset = self.integer(entry, where, "phase_offset")
-        self.agree(
-            entry, where, "phase_deg", "phase_offset", offset, 360.0 / 2**PHASE_WIDTH, turn=360.0
-        )
-        return step, offset, amplitude
+    unit = AMPLITUDE_LSB_COUNTS * ARCSEC_PER_TURN / counts_per_rev
+    _agree(f"{place}.amplitude_arcsec", lane.amplitude_arcsec, "amplitude", lane.amplitude, unit)
+    step_deg = 360.0 / 2**PHASE_WIDTH
+    _agree(f"{place}.phase_deg", lane.phase_deg, "phase_offset", lane.phase_offset, step_deg, 360.0)
 
-    def slope(self, entry: Mapping[str, Any], where: str, counts_per_rev: int) -> list[int]:
-        """The four words of a lane that follows the temperature."""
-        arcsec = ARCSEC_PER_TURN / counts_per_rev
-        words = self.numbers(entry, where, "slope", 4)
-        said = [
-            *self.numbers(entry, where, "slope_arcsec_per_k", 2),
-            *self.numbers(entry, where, "slope_arcsec_per_k2", 2),
-        ]
-        if any(not isinstance(word, int) for word in words):
-            raise self.error(where + "slope", f"expected whole numbers, found {words}")
-        for value, word in zip(said, words, strict=True):
-            unit = SLOPE_LSB_COUNTS * arcsec
-            if abs(value - word * unit) > _AGREEMENT * unit + 1e-8 * abs(value):
-                raise self.error(
-                    where + "slope",
-                    f"found {word}, which is {word * unit:.9g}, but {value} beside it; "
-                    "change both or neither",
-                )
-        return [int(word) for word in words]
 
-    def numbers(
-        self, table: Mapping[str, Any], where: str, key: str, number: int
-    ) -> list[int | float]:
-        """A list of that many finite numbers."""
-        found = table[key]
-        if (
-            not isinstance(found, list)
-            or len(found) != number
-            or any(isinstance(item, bool) or not isinstance(item, int | float) for item in found)
-            or not all(math.isfinite(item) for item in found)
-        ):
-            raise self.error(where + key, f"expected {number} finite numbers, found {found!r}")
-        return found
-
-    def thermal(self, content: Mapping[str, Any], slopes: dict[int, list[int]]) -> ThermalLanes:
-        """The table [temperature] and the slopes of the lanes."""
-        table = content["temperature"]
-        if not isinstance(table, dict):
-            raise self.error("temperature", "expected a table [temperature] with reference_c")
-        self.keys(table, "temperature.", _TEMPERATURE_KEYS)
-        if not slopes:
-            raise self.error("temperature", "no lane has a slope; leave [temperature] out")
-        reference_c, time_constant_s = (
-            self.numbers({key: [table[key]]}, "temperature.", key, 1)[0]
-            for key in _TEMPERATURE_KEYS
-        )
-        return ThermalLanes(
-            tuple(slopes), np.array(list(slopes.values())), float(reference_c), time_constant_s
-        )
-
-    def agree(
-        self,
-        table: Mapping[str, Any],
-        where: str,
-        value_key: str,
-        word_key: str,
-        word: int,
-        unit: float,
-        turn: float = math.inf,
-    ) -> None:
-        value = table[value_key]
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not math.isfinite(value)
-        ):
-            raise self.error(where + value_key, f"expected a finite number, found {value!r}")
-        difference = value - word * unit
-        if math.isfinite(turn):
-            difference = math.remainder(difference, turn)
-        if abs(difference) > _AGREEMENT * unit:
-            raise self.error(
-                where + value_key,
-                f"found {value}, but {word_key} = {word} says {word * unit:.9g}; "
-                "change both or neither",
+def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:
+    assert lane.slope is not None
+    said = (*(lane.slope_arcsec_per_k or ()), *(lane.slope_arcsec_per_k2 or ()))
+    unit = SLOPE_LSB_COUNTS * ARCSEC_PER_TURN / counts_per_rev
+    for value, word in zip(said, lane.slope, strict=True):
+        if abs(value - word * unit) > _AGREEMENT * unit + 1e-8 * abs(value):
+            raise ContentError(
+                f"{place}.slope: found {word}, which is {word * unit:.9g}, but {value} beside "
+                "it; change both or neither"
             )
 
-    def keys(
-        self,
-        table: Mapping[str, Any],
-        where: str,
-        required: tuple[str, ...],
-        optional: tuple[str, ...] = (),
-    ) -> None:
-        for key in required:
-            if key not in table:
-                raise self.error(where + key, "is missing")
-        for key in table:
-            if key not in required and key not in optional:
-                raise self.error(
-                    where + key, f"is not known; expected {', '.join((*required, *optional))}"
-                )
 
-    def integer(self, table: Mapping[str, Any], where: str, key: str) -> int:
-        value = table[key]
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise self.error(where + key, f"expected a whole number, found {value!r}")
-        return value
-
-    def error(self, key: str, message: str) -> CoefficientFileError:
-        return CoefficientFileError(f"{self.file}: {key}: {message}")
+def _agree(
+    place: str, value: float, word_key: str, word: int, unit: float, turn: float = math.inf
+) -> None:
+    """Raise ContentError where ``value`` is not ``word`` units, less whole ``turn``s."""
+    difference = value - word * unit
+    if math.isfinite(turn):
+        difference = math.remainder(difference, turn)
+    if abs(difference) > _AGREEMENT * unit:
+        raise ContentError(
+            f"{place}: found {value}, but {word_key} = {word} says {word * unit:.9g}; "
+            "change both or neither"
+        )

@@ -16,7 +16,7 @@ from arctrue.instrument.instrument import (
     HEAD2_Z,
     Instrument,
     PinFault,
-    Progress,
+    RunProgress,
     clock_hz_for,
 )
 from arctrue.instrument.noise import ReadingNoise
@@ -37,11 +37,11 @@ __all__ = [
     "Instrument",
     "InstrumentError",
     "PinFault",
-    "Progress",
     "ReadingNoise",
     "Recording",
     "RevolutionResult",
     "RevolutionSettings",
+    "RunProgress",
     "TableCurves",
     "build",
     "clock_hz_for",

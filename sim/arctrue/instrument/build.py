@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.generated.registers import CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
+from arctrue.progress import Say
 from arctrue.source_tree import ROOT, lack_of_source_tree
 
 if TYPE_CHECKING:
@@ -48,8 +49,6 @@ SLOW_CXX_FLAGS = ("-O0",)
 CXX_DEFINES = ("-DVM_COVERAGE=0", "-DVM_SC=0", "-DVM_TRACE=0")
 C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror")
 LINK_FLAGS = ("-shared", "-Wl,-Bsymbolic", "-lm", "-lpthread", "-latomic")
-
-Say = Callable[[str], None]
 
 
 def netlist_tools() -> ModuleType:

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from arctrue.gateware.register_access import Capture, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
-from arctrue.instrument.build import Say, build
+from arctrue.instrument.build import build
 from arctrue.instrument.curves import Curve, Curves, TableCurves
 from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
 from arctrue.instrument.recording import EdgeTrack, Recording
 from arctrue.printable import time_left
+from arctrue.progress import Say
 from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
@@ -41,8 +42,8 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a run is."""
+class RunProgress:
+    """How far a run of the instrument is, in clocks, on the table and in time left."""
 
     stage: str
     clock: int
@@ -154,7 +155,7 @@ class Instrument:
         *,
         clock_hz: float = float(CLOCK_HZ),
         generics: Mapping[str, int] | None = None,
-        progress: Callable[[Progress], None] | None = None,
+        progress: Callable[[RunProgress], None] | None = None,
         progress_every_s: float = 5.0,
         say: Say | None = None,
     ) -> None:
@@ -293,7 +294,7 @@ class Instrument:
             if self._end is not None and self._end > self._begin:
                 share = min((self.clock - self._begin) / (self._end - self._begin), 1.0)
                 left_s = max(self._end - self.clock, 0) / rate if rate else math.nan
-            self._progress(Progress(stage, self.clock, rate, self.true_angle_rad, share, left_s))
+            self._progress(RunProgress(stage, self.clock, rate, self.true_angle_rad, share, left_s))
 
     # Before the heads ---------------------------------------------------------------------
 

@@ -17,13 +17,13 @@ import numpy as np
 from arctrue.gateware.correction_ramp import ACCELERATION_MAX, ramp_arcsec_s, ramp_arcsec_s2
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_DEFAULT
 from arctrue.generated.registers import REGISTERS
-from arctrue.instrument.build import Say
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
-from arctrue.instrument.instrument import Instrument, Progress, clock_hz_for
+from arctrue.instrument.instrument import Instrument, RunProgress, clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import ARCSEC_A_TURN, Recording
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
+from arctrue.progress import Say
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
@@ -247,7 +247,7 @@ class RevolutionResult:
 def run_revolution(
     settings: RevolutionSettings,
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> RevolutionResult:
     """Run it; raises InstrumentError where the firmware does not come to a swap."""

@@ -35,7 +35,8 @@ class TurnScore:
     """Root mean square of single edges: with what is finer than half a degree, with the noise of
     the readings and the steps of the counts. NaN where no single edge was kept."""
     amplitude_arcsec: Float
-    """Of orders 1, 2, …, shape ``(64,)``; NaN where the turn is not whole."""
+    """Of orders 1, 2, …, shape ``(64,)`` if no more are asked for; NaN where the turn is not
+    whole."""
     edges: int
 
     @classmethod
@@ -59,6 +60,26 @@ class TurnScore:
             mean_arcsec=mean - zero_arcsec,
             edges_rms_arcsec=float(np.sqrt(np.mean((error_arcsec - mean) ** 2))),
             amplitude_arcsec=amplitudes(bins),
+            edges=error_arcsec.size,
+        )
+
+    @classmethod
+    def of_even_readings(cls, error_arcsec: Float, most_order: int = MOST_ORDER) -> Self:
+        """From readings at n even true angles (k + ½)/n of a turn, each in the place of an edge.
+
+        ``error_arcsec`` (n,) belongs to k = 0 … n − 1; n is a multiple of 720 and above twice
+        ``most_order``. The amplitudes are those of the readings: no mean over a part lowers them.
+        """
+        parts = error_arcsec.reshape(BINS, -1)
+        mean = float(error_arcsec.mean())
+        spectrum = np.abs(np.fft.rfft(error_arcsec)[1 : most_order + 1])
+        return cls(
+            error_arcsec=parts.mean(axis=1) - mean,
+            lowest_edge_arcsec=parts.min(axis=1) - mean,
+            highest_edge_arcsec=parts.max(axis=1) - mean,
+            mean_arcsec=0.0,
+            edges_rms_arcsec=float(error_arcsec.std()),
+            amplitude_arcsec=np.asarray(2 * spectrum / error_arcsec.size),
             edges=error_arcsec.size,
         )
 

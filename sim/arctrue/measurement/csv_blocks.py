@@ -24,7 +24,7 @@ from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import WHOLE_COLUMNS
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
-Progress = Callable[[Path, int, int], None]
+BytesRead = Callable[[Path, int, int], None]
 """Told of (file, bytes read, all bytes) after every block."""
 
 BLOCK_BYTES = 8 << 20
@@ -50,7 +50,7 @@ class CsvFile:
     columns: list[str] = field(default_factory=list)
     header: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
-    progress: Progress | None = None
+    progress: BytesRead | None = None
     with_conditions: bool = False
     conditions: list[str] = field(default_factory=list)
 

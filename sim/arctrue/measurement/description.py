@@ -2,74 +2,97 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from msgspec import Meta, Struct, field
 
 from arctrue.measurement.errors import MeasurementError
-from arctrue.measurement.measurement_set import SCHEMA
-from arctrue.printable import is_printable, one_line
+from arctrue.measurement.measurement_set import (
+    AnyNumber,
+    Count,
+    NotNegative,
+    Origin,
+    Positive,
+    Table,
+)
+from arctrue.printable import one_line
 from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.typed_content import ContentError, line_of_text, shown, typed, unknown_keys
 
 FILE_NAME = "measurement.toml"
 
-LARGEST = 2**63
-"""Of any number of the file; NaN is not within it."""
 
-Kind = Literal["text", "file", "whole", "number"]
+class Channel(Struct, frozen=True):
+    """What ``[capture]`` and ``[reference]`` have in common; None: not given."""
 
+    file: str | None = None
 
-@dataclass(frozen=True)
-class Key:
-    """Type and range of one key: ``low`` itself is allowed only where ``closed``."""
-
-    kind: Kind
-    low: float = -math.inf
-    high: float = math.inf
-    closed: bool = True
-
-
-KEYS: Mapping[str, Mapping[str, Key]] = {
-    "": {"schema": Key("whole"), "title": Key("text")},
-    "table": {
-        "counts_per_rev": Key("whole", low=4, high=2**62),
-        "grating_lines": Key("whole", low=1),
-        "disc_diameter_mm": Key("number", low=0, closed=False),
-        "head_separation_deg": Key("number", low=-360, high=360, closed=False),
-        "index_detection_arcsec": Key("number", low=0, high=3600),
-        "drive_gear_teeth": Key("number", low=0, closed=False),
-        "faces": Key("whole", low=1),
-        "index_repeatability_counts": Key("number", low=0),
-    },
-    "capture": {"file": Key("file"), "clock_hz": Key("number", low=0, closed=False)},
-    "reference": {
-        "file": Key("file"),
-        "instrument": Key("text"),
-        "faces": Key("whole", low=1),
-        "standard_uncertainty_arcsec": Key("number", low=0),
-        "clock_offset_s": Key("number"),
-    },
-    "origin": {"command": Key("text"), "program": Key("text")},
-}
-_KIND_NAMES = {
-    "text": "text",
-    "file": "text",
-    "whole": "a whole number",
-    "number": "a finite number",
-}
+    def __post_init__(self) -> None:
+        """Raises ValueError for a file that is not in the folder of the set."""
+        if self.file is None:
+            return
+        line_of_text(self.file, "file")
+        if not _stays_inside(self.file):
+            raise ValueError(
+                f"file: expected a file in the set's own folder, found {shown(self.file)}: "
+                "copy or link the file into the folder, and name it without .."
+            )
 
 
-@dataclass(frozen=True)
-class Description:
-    """Checked keys by section ("" is the top), the unknown ones, and warnings about them."""
+class CaptureKeys(Channel, frozen=True):
+    """The ``[capture]``."""
+
+    clock_hz: Positive | None = None
+
+
+class ReferenceKeys(Channel, frozen=True):
+    """The ``[reference]``."""
+
+    instrument: str | None = None
+    faces: Count | None = None
+    standard_uncertainty_arcsec: NotNegative | None = None
+    clock_offset_s: AnyNumber | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a text of more than one printable line."""
+        super().__post_init__()
+        line_of_text(self.instrument or "", "instrument")
+
+
+Schema = Annotated[Literal[1], Meta(description="1, the schema that this program reads")]
+
+
+class Keys(Struct, frozen=True):
+    """The whole file. Further keys are those of other programs, and are kept."""
+
+    schema: Schema
+    title: str = ""
+    table: Table = field(default_factory=Table)
+    capture: CaptureKeys | None = None
+    reference: ReferenceKeys | None = None
+    origin: Origin = field(default_factory=Origin)
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a text of more than one printable line."""
+        line_of_text(self.title, "title")
+
+
+SECTIONS = ("table", "capture", "reference", "origin")
+
+
+class Description(Struct, frozen=True):
+    """The keys of a file, the unknown ones by their dotted names, and warnings about them."""
 
     path: Path
-    values: Mapping[str, Mapping[str, Any]]
-    sections: frozenset[str]
+    keys: Keys
     other: Mapping[str, Any]
     warnings: tuple[str, ...]
+
+
+class _OnlySchema(Struct):
+    schema: Schema
 
 
 def read_description(folder: Path) -> Description:
@@ -80,93 +103,24 @@ def read_description(folder: Path) -> Description:
         raise MeasurementError("missing", folder, f"{what} with a {FILE_NAME}")
     try:
         content = read_toml(path)
+        # Another schema may have keys of other types: they are not what is wrong then.
+        typed(content, _OnlySchema)
+        keys = typed(content, Keys)
     except FileNotFoundError as error:
         raise MeasurementError("missing", path, "no such file; every set needs one") from error
     except OSError as error:
         raise MeasurementError("missing", path, f"cannot be read: {error.strerror}") from error
     except TomlContentError as error:
         raise MeasurementError("format", path, str(error)) from error
-
-    values: dict[str, dict[str, Any]] = {section: {} for section in KEYS}
-    other: dict[str, Any] = {}
-    sections: set[str] = set()
-    for name, value in content.items():
-        if name in KEYS:
-            if not isinstance(value, dict):
-                raise MeasurementError(
-                    "value", path, f"{name}: expected a section [{name}], found {value!r}"
-                )
-            sections.add(name)
-            _take(path, name, value, values[name], other)
-        else:
-            _take(path, "", {name: value}, values[""], other)
-    schema = values[""].get("schema")
-    if schema is None:
-        raise MeasurementError("missing", path, f"schema: is missing; expected schema = {SCHEMA}")
-    if schema != SCHEMA:
-        raise MeasurementError(
-            "value", path, f"schema: this program reads schema {SCHEMA}, found {schema}"
-        )
-    warnings = tuple(f"{path}: {one_line(key)}: is not known and is not used" for key in other)
-    return Description(path, values, frozenset(sections), other, warnings)
-
-
-def _take(
-    path: Path,
-    section: str,
-    content: Mapping[str, Any],
-    values: dict[str, Any],
-    other: dict[str, Any],
-) -> None:
-    for name, value in content.items():
-        dotted = f"{section}.{name}" if section else name
-        key = KEYS[section].get(name)
-        if key is None:
-            other[dotted] = value
-        else:
-            values[name] = _checked(path, dotted, key, value)
-
-
-def _checked(path: Path, dotted: str, key: Key, value: Any) -> Any:
-    if key.kind in ("text", "file"):
-        right = isinstance(value, str)
-    else:
-        right = (
-            isinstance(value, int if key.kind == "whole" else int | float)
-            and not isinstance(value, bool)
-            and abs(value) <= LARGEST
-        )
-    if not right:
-        raise MeasurementError(
-            "value", path, f"{dotted}: expected {_KIND_NAMES[key.kind]}, found {value!r}"
-        )
-    if isinstance(value, str):
-        _check_text(path, dotted, key.kind, value)
-        return value
-    inside = key.low <= value <= key.high if key.closed else key.low < value < key.high
-    if not inside:
-        low = "at least" if key.closed else "more than"
-        limits = [f"{low} {key.low:g}"] if math.isfinite(key.low) else []
-        if math.isfinite(key.high):
-            limits.append(f"{'at most' if key.closed else 'less than'} {key.high:g}")
-        raise MeasurementError(
-            "value", path, f"{dotted}: expected {' and '.join(limits)}, found {value!r}"
-        )
-    return value
-
-
-def _check_text(path: Path, dotted: str, kind: Kind, value: str) -> None:
-    if not is_printable(value):
-        raise MeasurementError(
-            "value", path, f"{dotted}: expected one line of printable text, found {value!r}"
-        )
-    if kind == "file" and not _stays_inside(value):
-        raise MeasurementError(
-            "value",
-            path,
-            f"{dotted}: expected a file in the set's own folder, found {value!r}: "
-            "copy or link the file into the folder, and name it without ..",
-        )
+    except ContentError as error:
+        raise MeasurementError("missing" if error.missing else "value", path, str(error)) from error
+    other, warnings = {}, []
+    for dotted, near in unknown_keys(content, Keys).items():
+        section, _, key = dotted.partition(".")
+        other[dotted] = content[section][key] if section in SECTIONS else content[dotted]
+        meant = f"; did you mean {' or '.join(near)}?" if near else ""
+        warnings.append(f"{path}: {one_line(dotted)}: is not known and is not used{meant}")
+    return Description(path, keys, other, tuple(warnings))
 
 
 def _stays_inside(name: str) -> bool:

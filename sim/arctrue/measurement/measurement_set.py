@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
+
+from arctrue.typed_content import line_of_text
 
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
@@ -32,19 +35,27 @@ Float = NDArray[np.float64]
 Boolean = NDArray[np.bool_]
 
 
+LARGEST = 2**63
+"""Of any number of measurement.toml; NaN is not within it."""
+AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
+Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
+Count = Annotated[int, Meta(ge=1, le=LARGEST - 1)]
+
+
 @dataclass(frozen=True)
 class Table:
     """The ``[table]`` of measurement.toml; None: not given."""
 
-    counts_per_rev: int | None = None
-    grating_lines: int | None = None
-    disc_diameter_mm: float | None = None
-    head_separation_deg: float | None = None
-    index_detection_arcsec: float | None = None
+    counts_per_rev: Annotated[int, Meta(ge=4, le=2**62)] | None = None
+    grating_lines: Count | None = None
+    disc_diameter_mm: Positive | None = None
+    head_separation_deg: Annotated[float, Meta(gt=-360, lt=360)] | None = None
+    index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Standard uncertainty of how far apart the heads detect the same index mark."""
-    drive_gear_teeth: float | None = None
-    faces: int | None = None
-    index_repeatability_counts: float | None = None
+    drive_gear_teeth: Positive | None = None
+    faces: Count | None = None
+    index_repeatability_counts: NotNegative | None = None
     """How well an index mark repeats from run to run, standard deviation of one head."""
 
 
@@ -120,6 +131,11 @@ class Origin:
 
     command: str | None = None
     program: str | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for more than one line of printable text."""
+        for key, text in (("command", self.command), ("program", self.program)):
+            line_of_text(text or "", key)
 
 
 @dataclass(frozen=True)

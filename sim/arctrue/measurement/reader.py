@@ -9,8 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.measurement.csv_blocks import Columns, CsvFile, Progress
-from arctrue.measurement.description import Description, read_description
+from arctrue.measurement.csv_blocks import BytesRead, Columns, CsvFile
+from arctrue.measurement.description import (
+    Channel,
+    Description,
+    ReferenceKeys,
+    read_description,
+)
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.mask_file import with_mask_file
 from arctrue.measurement.measurement_set import (
@@ -20,9 +25,7 @@ from arctrue.measurement.measurement_set import (
     REFERENCE_OPTIONAL,
     Capture,
     MeasurementSet,
-    Origin,
     Reference,
-    Table,
 )
 from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
@@ -32,7 +35,7 @@ def read_measurement_set(
     *,
     capture: bool = True,
     reference: bool = True,
-    progress: Progress | None = None,
+    progress: BytesRead | None = None,
 ) -> MeasurementSet:
     """Read a whole set; memory is 8 bytes a field and one block of the file.
 
@@ -56,11 +59,11 @@ def read_measurement_set(
         compared = _reference(description, reference_path, warnings, progress)
         compared = with_mask_file(folder, "reference", compared)
     return MeasurementSet(
-        table=Table(**description.values["table"]),
+        table=description.keys.table,
         capture=heads,
         reference=compared,
-        title=description.values[""].get("title", ""),
-        origin=Origin(**description.values["origin"]),
+        title=description.keys.title,
+        origin=description.keys.origin,
         other=description.other,
         warnings=tuple(warnings),
         folder=folder,
@@ -83,7 +86,8 @@ def data_file(description: Description, section: str) -> Path | None:
 
     Raises MeasurementError for a name that the description gives and that is no file.
     """
-    name = description.values[section].get("file")
+    keys: Channel | None = getattr(description.keys, section)
+    name = None if keys is None else keys.file
     path = description.path.parent / (name or f"{section}.csv")
     try:
         there = path.is_file()
@@ -93,7 +97,7 @@ def data_file(description: Description, section: str) -> Path | None:
         ) from error
     if there:
         return path
-    if name is not None or section in description.sections:
+    if keys is not None:
         found = "is a folder" if path.is_dir() else "no such file"
         raise MeasurementError(
             "missing", path, f"{found}, but {description.path.name} has a [{section}]"
@@ -103,11 +107,11 @@ def data_file(description: Description, section: str) -> Path | None:
 
 def _require_for_capture(description: Description) -> None:
     for key in ("counts_per_rev", "head_separation_deg"):
-        if key not in description.values["table"]:
+        if getattr(description.keys.table, key) is None:
             raise MeasurementError(
                 "missing", description.path, f"table.{key}: is missing; a capture needs it"
             )
-    if description.values["table"]["head_separation_deg"] == 0:
+    if description.keys.table.head_separation_deg == 0:
         raise MeasurementError(
             "value",
             description.path,
@@ -117,22 +121,25 @@ def _require_for_capture(description: Description) -> None:
 
 
 def _capture(
-    description: Description, path: Path, warnings: list[str], progress: Progress | None
+    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
 ) -> Capture:
     _require_for_capture(description)
     file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
     columns = _typed(file, _joined(list(_checked_blocks(file))))
     _count_on_past_the_turn(description, path, columns, warnings)
     warnings.extend(file.warnings)
-    return Capture(**columns, clock_hz=description.values["capture"].get("clock_hz"))
+    keys = description.keys.capture
+    return Capture(**columns, clock_hz=None if keys is None else keys.clock_hz)
 
 
 def _count_on_past_the_turn(
     description: Description, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
     """Unwrap heads whose counts start anew at each turn, and bring head 2 beside head 1 again."""
-    table = description.values["table"]
-    counts_per_rev = table["counts_per_rev"]
+    table = description.keys.table
+    counts_per_rev, separation_deg = table.counts_per_rev, table.head_separation_deg
+    assert counts_per_rev is not None
+    assert separation_deg is not None
     wrapped = 0
     for name in ("head1_counts", "head2_counts"):
         columns[name], wraps = unwrapped_counts(
@@ -150,12 +157,12 @@ def _count_on_past_the_turn(
             columns["head2_counts"],
             columns["run"],
             counts_per_rev,
-            table["head_separation_deg"],
+            separation_deg,
         )
 
 
 def _reference(
-    description: Description, path: Path, warnings: list[str], progress: Progress | None
+    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
 ) -> Reference:
     file = CsvFile(
         path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress, with_conditions=True
@@ -171,9 +178,14 @@ def _reference(
     direction = columns.get("direction")
     if direction is not None:
         _require(file, "direction", direction, np.abs(direction) == 1, "+1 or -1")
-    keys = {k: v for k, v in description.values["reference"].items() if k != "file"}
-    keys.setdefault("faces", description.values["table"].get("faces"))
-    return Reference(**columns, **keys)
+    keys = description.keys.reference or ReferenceKeys()
+    return Reference(
+        **columns,
+        instrument=keys.instrument,
+        faces=description.keys.table.faces if keys.faces is None else keys.faces,
+        standard_uncertainty_arcsec=keys.standard_uncertainty_arcsec,
+        clock_offset_s=keys.clock_offset_s,
+    )
 
 
 def _joined(blocks: list[Columns]) -> dict[str, Any]:

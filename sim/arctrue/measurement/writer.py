@@ -16,7 +16,7 @@ import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 import tomli_w
 from numpy.typing import NDArray
 
-from arctrue.measurement.description import FILE_NAME, KEYS
+from arctrue.measurement.description import FILE_NAME, SECTIONS
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
@@ -85,7 +85,7 @@ def _description(measurement: MeasurementSet) -> str:
     further: dict[str, dict[str, Any]] = {}
     for dotted, value in measurement.other.items():
         section, _, key = dotted.partition(".")
-        if section in KEYS and key:
+        if section in SECTIONS and key:
             further.setdefault(section, {})[key] = value
         else:
             further.setdefault("", {})[dotted] = value

@@ -55,7 +55,7 @@ class ChosenFolder:
     def _found(self, path: Path) -> FoundSet:
         name = str(path.relative_to(self._root))
         try:
-            title = read_description(path).values[""].get("title", "")
+            title = read_description(path).keys.title
         except MeasurementError as error:
             return FoundSet(name, "", one_line(str(error)))
         return FoundSet(name, title, "")

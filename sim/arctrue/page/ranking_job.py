@@ -22,7 +22,7 @@ from arctrue.workbench.effects.registry import catalogue
 _BETWEEN_S = 0.2
 
 
-class _Progress:
+class _DoingFile:
     """Says what is done, in a file that the page reads; not more often than anybody looks."""
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +37,7 @@ class _Progress:
 def main(session_folder: str, step: str, *effect_folders: str) -> None:
     """Write the ranking of a step beside its model, once partly and once whole."""
     session, number = Session(Path(session_folder)), int(step)
-    progress = _Progress(session.step_folder(number) / PROGRESS)
+    progress = _DoingFile(session.step_folder(number) / PROGRESS)
     progress("reading the set")
     effects = catalogue([Path(folder) for folder in effect_folders])
     examined = examine(session.opened, session.model(number), effects)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 import socket
-from collections.abc import Callable
 from dataclasses import replace
 
 from waitress import create_server  # type: ignore[import-untyped]
@@ -12,13 +11,14 @@ from waitress import create_server  # type: ignore[import-untyped]
 from arctrue.page.app import make_page
 from arctrue.page.settings import MEGABYTE, PageSettings
 from arctrue.page.start_pages import open_set_of
+from arctrue.progress import Say
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _THREADS = 8
 _TOKEN_BYTES = 18
 
 
-def serve(settings: PageSettings, host: str, port: int, say: Callable[[str], None]) -> None:
+def serve(settings: PageSettings, host: str, port: int, say: Say) -> None:
     """Serve at ``host``:``port`` (0: a free one); tells its address first.
 
     Only names of this machine are answered at a loopback address; anything else needs a token.

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from arctrue.report.ranking import Ranking
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.model_file import read_model, write_model
@@ -68,12 +69,12 @@ class Session:
     @property
     def opened(self) -> Opened:
         """What it is of."""
-        return Opened(**_read(self.folder / _SESSION))
+        return read_json(self.folder / _SESSION, Opened)
 
     def steps(self) -> list[Step]:
         """All of them, in the order in which they were made."""
         found = [
-            Step(**_read(path))
+            read_json(path, Step)
             for path in self.folder.glob(f"*/{_STEP}")
             if path.parent.name.isdigit()
         ]
@@ -84,7 +85,7 @@ class Session:
         path = self.folder / str(number) / _STEP
         if not path.is_file():
             raise NoSuchSessionError(f"step {number} is not there")
-        return Step(**_read(path))
+        return read_json(path, Step)
 
     def step_folder(self, number: int) -> Path:
         """Where a step's files are."""
@@ -101,7 +102,7 @@ class Session:
     def ranking(self, number: int) -> Ranking | None:
         """What was found missing at a step, once it is known."""
         path = self.folder / str(number) / _RANKING
-        return _read(path) if path.is_file() else None
+        return read_json(path, dict[str, Any]) if path.is_file() else None
 
     def ranking_is_whole(self, number: int) -> bool:
         """True once nothing of it is missing."""
@@ -186,8 +187,3 @@ def _make_writable(function: Any, path: str, _: Any) -> None:
     """A truth file is read-only."""
     Path(path).chmod(0o600)
     function(path)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return data

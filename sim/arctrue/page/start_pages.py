@@ -123,7 +123,7 @@ def start_pages(
 def open_set_of(folder: ChosenFolder, name: str, looks: Looks) -> tuple[Session, Step]:
     """A session of a set of the chosen folder. Raises MeasurementError, ValueError, OSError."""
     path, named = folder.path(name), folder.as_named(name)
-    title = read_description(path).values[""].get("title", "") or path.resolve().name
+    title = read_description(path).keys.title or path.resolve().name
     place = looks.sessions.make()
     try:
         opened = Opened(title, str(path.resolve()), named, "", generated=False, date=now())

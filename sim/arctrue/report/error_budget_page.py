@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from arctrue.percent import percent
+from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_x
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
@@ -268,7 +269,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         bars.invert_yaxis()
         bars.set_xlabel("RMS, ″; broken: all sources together")
         bars.set_title("Every source alone")
-        bars.legend(loc="lower right", fontsize=8)
+        legend_below(bars, columns=2)
         for name, colour, label in (
             ("drawn", MUTED, "all sources, drawn"),
             ("covariance", AFTER, "covariance: noise and α"),
@@ -284,7 +285,7 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_xlabel("reading, °")
         curve.set_ylabel("U (k = 2), ″")
         curve.set_title("Expanded uncertainty of the correction over the turn")
-        curve.legend(fontsize=8, ncols=2)
+        legend_below(curve, columns=4)
         return save_picture(figure, path)
 
 

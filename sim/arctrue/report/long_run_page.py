@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from arctrue.percent import percent
+from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.numbers import decimal
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
@@ -277,8 +278,9 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
         "",
         f"Turn {turn}: {text}. Where calibrated in every turn: {', '.join(refused)}; alarm "
         f"`zero_lost` in turn {', '.join(lost)}. The mean of the output",
-        f"is off by {within:.1f} counts over that turn and by {after:.1f} three turns later: the "
-        "next index shows the counts that are lost, and with `heal` they are put back",
+        f"is off by {decimal(within, 1)} counts over that turn and by {decimal(after, 1)} three "
+        "turns later: the next index shows the counts that are lost, and with `heal` they are put "
+        "back",
         "([faults](faults.md)). No coefficient is touched by it, and what was captured of the turn "
         "is in no average, Allan deviation or trend.",
         "",
@@ -309,7 +311,7 @@ def plot_long_run(found: Mapping[str, Any], folder: Path) -> Path:
         left.set_title("Error that the coefficients leave (dotted: the model is learned up to it)")
         left.set_ylabel("RMS, ″")
         left.set_xlabel("turn")
-        left.legend(fontsize=8, ncols=2)
+        legend_below(left, columns=2)
         _plot_allan(allan, found)
         folder.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as unfinished:

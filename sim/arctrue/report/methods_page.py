@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_y
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
@@ -160,7 +161,7 @@ def plot_methods(found: Mapping[str, Any], folder: Path) -> Path:
         gains.set_xlabel("order")
         gains.set_ylabel("noise over that of a head")
         gains.set_title("Noise gain of two, three and four heads (gap: not seen)")
-        gains.legend(fontsize=8, ncols=2)
+        legend_below(gains, columns=2)
         return save_picture(figure, path)
 
 

@@ -13,6 +13,7 @@ from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare as compare_with_reference
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
+from arctrue.progress import Say
 from arctrue.report.examined import Examined
 from arctrue.report.finding import Finding, Shown, finding_of
 from arctrue.workbench.compare.comparison import compare
@@ -20,7 +21,6 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.model.export import export_model
 
-Progress = Callable[[str], None]
 Ranking = dict[str, Any]
 """``diagnosis`` (schema 2), ``sentences``, ``finding``, ``findings``, ``regressors`` and
 ``device``."""
@@ -31,7 +31,7 @@ SEED = 1
 
 def ranked(
     examined: Examined,
-    progress: Progress = lambda text: None,
+    progress: Say = lambda text: None,
     partly: Callable[[Ranking], None] = lambda found: None,
     *,
     seed: int = SEED,

@@ -19,6 +19,7 @@ from arctrue.report.ranking import Ranking
 from arctrue.report.view import View, ranked_conditions
 from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.observations import CaptureRows
 
 Float = NDArray[np.float64]
@@ -362,5 +363,5 @@ def story(examined: Examined, ranking: Ranking | None, view: View) -> dict[str, 
 
 def addable(examined: Examined) -> Sequence[str]:
     """Effects that ``add`` takes: those that are not there, and those with a search."""
-    there = set(examined.model.names())
-    return [name for name, effect in examined.effects.items() if name not in there or effect.search]
+    absent = absent_effects(examined.effects, examined.model.names())
+    return [name for name, effect in examined.effects.items() if name in absent or effect.search]

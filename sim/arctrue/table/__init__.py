@@ -3,7 +3,6 @@
 Independent of the calibration: it knows points, rays and lines, and no Fourier series.
 """
 
-from arctrue.table.capture import ReferenceRun, SampledRun, measure_with_polygon, sample
 from arctrue.table.causes import (
     DiscEccentricity,
     GraduationHarmonics,
@@ -11,7 +10,6 @@ from arctrue.table.causes import (
 )
 from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
 from arctrue.table.head import Head
-from arctrue.table.measurement_set import measurement_set
 from arctrue.table.motion import Motion
 from arctrue.table.pins import PinEvents, TooFastError, clocked_pins, decode_quadrature, pin_states
 from arctrue.table.rotary_table import (
@@ -32,18 +30,13 @@ __all__ = [
     "Motion",
     "PhysicalEffect",
     "PinEvents",
-    "ReferenceRun",
     "RotaryTable",
-    "SampledRun",
     "TableState",
     "TooFastError",
     "angle_of_reading",
     "clocked_pins",
     "count_edges",
     "decode_quadrature",
-    "measure_with_polygon",
-    "measurement_set",
     "pin_states",
-    "sample",
     "two_heads",
 ]

@@ -18,6 +18,8 @@ DISC_RADIUS_M = 107.95e-3 / 2
 """MicroE PurePrecision disc (section 4 of the paper)."""
 HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
 """α of docs/architecture.md, "Head geometry"."""
+GRATING_LINES = 16384
+"""Of the paper's disc."""
 
 TURN_RAD = 2 * np.pi
 

@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from sim.tests.cli.test_monitor import COUNTS, Device
 from sim.tests.firmware.emulator import PATIENCE_S
 from sim.tests.firmware.library import firmware
+from sim.tests.firmware.model_core import Firmware
 
 from arctrue.cli import main
 from arctrue.device import console
@@ -46,6 +47,11 @@ class NoisyLine(Device):
         return line
 
 
+class SampledFromOutside(Device):
+    def attach(self, made: Firmware) -> None:
+        made.application.parameters.sync_capture = 1
+
+
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[NoisyLine]:
     firmware()
@@ -68,6 +74,19 @@ def test_changed_and_lost_rows_are_asked_for_again(device: NoisyLine, tmp_path: 
     np.testing.assert_array_equal(taken.head1_counts, COUNTS[0])
     np.testing.assert_array_equal(taken.head2_counts, COUNTS[1])
     np.testing.assert_allclose(np.diff(taken.time_s), 1e-3, atol=1e-12)
+
+
+def test_samples_without_times_are_no_set(tmp_path: Path) -> None:
+    firmware()
+    device = SampledFromOutside()
+    device.start()
+    arguments = [device.port, str(tmp_path / "set"), "--timeout", str(PATIENCE_S)]
+    done = CliRunner().invoke(main, ["capture", *arguments])
+    device.ended = True
+    device.join(PATIENCE_S)
+    assert done.exit_code == 2
+    assert "sync capture 0" in done.output
+    assert not (tmp_path / "set").exists()
 
 
 ROW = "17,123456,-7,"

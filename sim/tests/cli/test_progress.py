@@ -8,7 +8,7 @@ import pytest
 
 from arctrue.cli import _progress
 from arctrue.cli._progress import Progress
-from arctrue.instrument.instrument import Progress as Clocked
+from arctrue.instrument.instrument import RunProgress
 from arctrue.printable import time_left
 
 
@@ -44,10 +44,10 @@ def test_without_a_number_of_steps_nothing_is_made_up(monkeypatch: pytest.Monkey
 
 
 def test_the_instrument_tells_the_share_of_its_motion() -> None:
-    now = Clocked("second turn", 24_800_000, 287_000.0, 2.0 * math.pi, 0.61, 50.0)
+    now = RunProgress("second turn", 24_800_000, 287_000.0, 2.0 * math.pi, 0.61, 50.0)
     assert now.words == (
         "second turn: 61 % of this motion, 50 s left; table at 1.00 turns, "
         "24.8 million clocks, 287 thousand a second"
     )
-    without = Clocked("pins", 1_000_000, 1000.0, math.nan)
+    without = RunProgress("pins", 1_000_000, 1000.0, math.nan)
     assert without.words == "pins: 1.0 million clocks, 1 thousand a second"

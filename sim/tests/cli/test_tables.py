@@ -16,7 +16,7 @@ from sim.tests.workbench.small_sets import measurement_set
 
 import arctrue.cli
 from arctrue.cli import _workbench, main
-from arctrue.cli._tables import WIDTH, number, table, words
+from arctrue.cli._tables import WIDTH, live_head, number, table, words
 from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import short
@@ -284,3 +284,13 @@ def test_lines_of_the_monitor_are_short() -> None:
     assert len(first) <= WIDTH
     assert "150.123" in first
     assert alarm.strip() == "alarm: head1, head2"
+
+
+def test_lines_of_the_probe_are_short() -> None:
+    from arctrue.cli.probe import COLUMNS, _row
+    from arctrue.device.probe import Latch
+
+    row = _row(Latch(65535, 1e6, -(2**31), 359.9999999, 65535))
+    assert len(live_head(COLUMNS)) <= WIDTH
+    assert len(row) <= WIDTH
+    assert row.split()[2] == "−2,147,483,648"

@@ -54,7 +54,8 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
     generics = [synthesis[n + 1] for n, word in enumerate(synthesis) if word == "-generic"]
     assert generics == ["LANES=8", "CAPTURE_DEPTH=1024", "FOLD=1"]
     read = [words[1] for words in noted if words[0] == "read_xdc"]
-    entities = ["zynq_processor", "input_synchroniser", "quadrature_output", "arctrue_zynq_top"]
+    entities = ["zynq_processor", "input_synchroniser", "quadrature_output"]
+    entities += ["pulse_output", "chip_dna", "arctrue_zynq_top"]
     assert read == ["pynq_z2.xdc", *(f"{entity}.xdc" for entity in entities)]
     assert names.index("read_xdc") < names.index("synth_design")
     assert ["set_property", "LOC", "Y18", "get_ports"] in noted

@@ -18,7 +18,7 @@ proc read_vhdl {kind file} {
     note read_vhdl $kind [file rootname [file tail $file]]
 }
 
-foreach name {all_inputs all_outputs get_ports get_pins get_cells create_clock set_false_path set_max_delay set_input_delay
+foreach name {all_inputs all_outputs all_registers get_ports get_pins get_cells create_clock create_generated_clock set_false_path set_max_delay set_input_delay
               set_input_jitter} {
     proc $name args "note $name {*}\$args; return $name"
 }

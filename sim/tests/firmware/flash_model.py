@@ -10,6 +10,7 @@ import math
 from collections import deque
 from typing import Any
 
+import numpy as np
 from sim.tests.firmware.library import firmware
 from sim.tests.firmware.zynq_model import (
     AT,
@@ -39,6 +40,7 @@ class Chip:
     """Bytes, of which programming clears bits and erasing sets those of a sector.
 
     ``fault``: silent, stuck (what was begun never ends), protected, or a bit that cannot be set.
+    What is under way is kept with what was there before: ``lose_power`` can end it anywhere.
     """
 
     def __init__(self, kind: str = "s25fl128s_256k", fault: str = "") -> None:
@@ -50,6 +52,32 @@ class Chip:
         self.received = bytearray()
         self.erased: list[int] = []
         self.programmed: list[tuple[int, bytes]] = []
+        self.under_way: tuple[int, bytes] | None = None
+
+    def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
+        """The last write ends in its byte ``done``, which has any of the bits that change.
+
+        ``order``: "up", the bytes before it are written and those behind it are not; "down", the
+        other way round; "none", all of them are under way. What an erase leaves may be any bits
+        at all: most flashes program a sector to 0 before they erase it.
+        """
+        assert self.under_way is not None, "nothing is written"
+        first, old = self.under_way
+        before = np.frombuffer(old, dtype=np.uint8)
+        after = np.frombuffer(bytes(self.content[first : first + len(old)]), dtype=np.uint8)
+        if order == "none":
+            left, torn = before.copy(), slice(0, len(old))
+        elif order == "up":
+            left, torn = np.concatenate([after[:done], before[done:]]), slice(done, done + 1)
+        else:
+            left, torn = np.concatenate([before[:done], after[done:]]), slice(done, done + 1)
+        drawn = draw.integers(0, 256, len(left[torn]), dtype=np.uint8)
+        erases = len(old) > PAGE_BYTES
+        left[torn] = drawn if erases else before[torn] ^ (before ^ after)[torn] & drawn
+        self.content[first : first + len(old)] = left.tobytes()
+        self.under_way = None
+        self.enabled = False
+        self.busy_until_us = 0.0
 
     def select(self) -> None:
         self.received.clear()
@@ -90,6 +118,7 @@ class Chip:
     def erase(self, now_us: int) -> None:
         assert self.enabled, "no write enable"
         first = self.address() // self.sector * self.sector
+        self.under_way = first, bytes(self.content[first : first + self.sector])
         if self.fault != "protected":
             self.content[first : first + self.sector] = b"\xff" * self.sector
         self.erased.append(first)
@@ -99,11 +128,12 @@ class Chip:
         assert self.enabled, "no write enable"
         address, data = self.address(), bytes(self.received[4:])
         assert address % PAGE_BYTES + len(data) <= PAGE_BYTES, "it would wrap within the page"
+        self.under_way = address, bytes(self.content[address : address + len(data)])
         for place, byte in enumerate(data, start=address):
             self.content[place] &= byte
         if self.fault == "bad_bit":
-            self.content[address + 8] &= 0xFE
-            self.content[address + 8] |= ~data[8] & 1
+            bad = min(8, len(data) - 1)
+            self.content[address + bad] ^= 1
         self.programmed.append((address, data))
         self.finish(now_us + PROGRAM_US)
 

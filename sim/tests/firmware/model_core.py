@@ -36,6 +36,7 @@ class ModelCore:
         self.bank: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
         self.broken_lane: int | None = None
         self.swaps_are_lost = False
+        self.armed: list[tuple[int, int]] = []
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
         self.set("core_configuration", lanes | 18 << 8 | depth << 16)
@@ -84,6 +85,11 @@ class ModelCore:
                 self.set(f"{head}.flags", self.get(f"{head}.flags") & INDEX_SEEN)
         if word & bit("command", "clear_output"):
             self.set("status", self.get("status") & ~bit("status", "cannot_keep_up"))
+        if word & bit("command", "compare_arm"):
+            self.armed.append((self.get("compare.first"), self.get("compare.interval")))
+            self.set("status", self.get("status") | bit("status", "compare_armed"))
+        if word & bit("command", "compare_disarm"):
+            self.set("status", self.get("status") & ~bit("status", "compare_armed"))
         if word & bit("command", "rearm"):
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
 
@@ -117,6 +123,12 @@ class ModelCore:
         self.set("snapshot.head2_position", index + travel)
         angle = (slip + travel) % self.get("counts_per_rev_active")
         self.set("snapshot.head2_angle", angle)
+
+    def stand_at(self, position: int, angle: int) -> None:
+        """The corrected position, and head 1 with it."""
+        for head in ("head1", "corrected"):
+            self.set(f"snapshot.{head}_position", position)
+        self.set("snapshot.corrected_angle", angle)
 
     def hand_over(
         self, counts: NDArray[np.integer], flags: int = BOTH_INDICES_SEEN, travel: int = 0

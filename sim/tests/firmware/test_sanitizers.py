@@ -12,14 +12,18 @@ import pytest
 HERE = Path(__file__).resolve().parent
 MODULES = (
     *("test_capture.py", "test_coefficients.py", "test_application.py", "test_console.py"),
-    *("test_fabric.py", "test_temperature.py"),
+    *("test_fabric.py", "test_temperature.py", "test_pins.py"),
 )
 
 
 @pytest.mark.slow
 def test_with_address_sanitizer() -> None:
     preload = subprocess.run(
-        ["gcc", "-print-file-name=libasan.so"], capture_output=True, text=True, check=True
+        ["gcc", "-print-file-name=libasan.so"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
     ).stdout.strip()
     environment = {
         **os.environ,
@@ -32,6 +36,12 @@ def test_with_address_sanitizer() -> None:
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p"]
     command += ["no:xdist", *[str(HERE / module) for module in MODULES]]
     done = subprocess.run(
-        command, capture_output=True, text=True, env=environment, cwd=HERE.parents[2], check=False
+        command,
+        capture_output=True,
+        text=True,
+        env=environment,
+        cwd=HERE.parents[2],
+        check=False,
+        timeout=1200,
     )
     assert done.returncode == 0, f"{done.stdout[-6000:]}\n{done.stderr[-2000:]}"

@@ -181,6 +181,29 @@ def test_bypass_and_freeze_are_saved_too(working: Board) -> None:
     assert working.status("coefficients") == ["frozen"]
 
 
+def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: Board) -> None:
+    """Power on, set something, save: nothing has been judged yet, and nothing may be lost."""
+    said = working.order("save")
+    working.power_on()
+    working.firmware.send("set keep 0.5")
+    assert working.order("save") == said.replace("record 1", "record 2")
+    assert working.status("saved") == ["waiting"]
+    working.power_on()
+    assert parameters(working)["keep"] == "0.500000000"
+    working.work(range(9, 10))
+    assert working.status("saved") == ["confirmed"]
+    assert left(working.firmware) < LEFT_ARCSEC
+
+
+def test_coefficients_that_wait_for_another_table_are_not_kept(working: Board) -> None:
+    working.order("save")
+    working.power_on()
+    working.firmware.send("set counts_per_rev 65536")
+    assert working.order("save") == "ok, record 2: parameters and 0 orders\r\n"
+    working.power_on()
+    assert working.status("saved_record") == ["2"]
+
+
 def test_after_a_fault_that_lost_the_settings_the_saved_ones_and_bypass(working: Board) -> None:
     working.firmware.send("set separation_deg 33.5")
     working.order("save")

@@ -5,18 +5,21 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
 
 from arctrue.calibration import calibrate
 from arctrue.measurement import read_measurement_set
-from arctrue.measurement.description import KEYS
+from arctrue.measurement.description import SECTIONS, CaptureKeys, Keys, ReferenceKeys
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
     REFERENCE_COLUMNS,
     REFERENCE_OPTIONAL,
+    Origin,
+    Table,
 )
 from arctrue.units import ARCSEC_PER_RAD
 
@@ -39,11 +42,13 @@ def columns_under(heading: str) -> set[str]:
 
 def test_every_key_of_the_reader_and_no_other() -> None:
     content = tomllib.loads(block("toml"))
-    for section, keys in KEYS.items():
+    sections = {"": Keys, "table": Table, "capture": CaptureKeys, "reference": ReferenceKeys}
+    for section, declared in {**sections, "origin": Origin}.items():
+        keys = set(get_type_hints(declared)) - set(SECTIONS)
         given = content if section == "" else content[section]
         own = {key for key, value in given.items() if not isinstance(value, dict)}
         # The number of faces may stand with the table or with the reference.
-        assert own == set(keys) - ({"faces"} if section == "table" else set()), section
+        assert own == keys - ({"faces"} if section == "table" else set()), section
 
 
 def test_every_column_of_the_reader_and_no_other() -> None:

@@ -54,7 +54,7 @@ def test_sets_are_listed_and_a_faulty_one_says_why(client: FlaskClient) -> None:
     html = client.get("/").get_data(as_text=True)
     assert 'value="good"' in html
     assert "expected schema" not in html
-    assert "schema: this program reads schema 1, found 9" in problem(html, "choose")
+    assert "schema that this program reads, found 9" in problem(html, "choose")
 
 
 def test_a_set_is_opened_and_named_as_the_command_line_would(

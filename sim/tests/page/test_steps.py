@@ -122,7 +122,7 @@ def test_a_model_is_downloaded_and_loaded(client: FlaskClient, opened: str, tmp_
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("schema = 1\n", "expected at least one [[effect]]"),
+        ("schema = 1\n", "expected one [[effect]] or more"),
         ("\x00", "m"),
         ('schema = 1\n[[effect]]\nname = "nothing_known"\n', "no effect is named"),
         (

@@ -11,8 +11,7 @@ from arctrue.instrument.curves import TableCurves
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import Experiment, full, lean
-from arctrue.table import Motion, PhysicalEffect, RotaryTable, count_edges, sample, two_heads
-from arctrue.table.capture import measure_with_polygon
+from arctrue.table import Motion, PhysicalEffect, RotaryTable, count_edges, two_heads
 from arctrue.table.causes import cause as cause_module
 from arctrue.table.causes.cause import (
     CAPTURE,
@@ -41,14 +40,6 @@ def edges(*effects: PhysicalEffect) -> None:
     count_edges(table(*effects), 0, MOTION)
 
 
-def sampled(*effects: PhysicalEffect) -> None:
-    sample(table(*effects), MOTION, 0.1)
-
-
-def polygon(*effects: PhysicalEffect) -> None:
-    measure_with_polygon(table(*effects), faces=4, cycles=1, random=np.random.default_rng(1))
-
-
 def counter(*effects: PhysicalEffect) -> None:
     # What studies of a method or of a budget read.
     table(*effects).counts(0, MOTION.state(np.array([0.5])))
@@ -64,14 +55,17 @@ def hidden_effect(*effects: PhysicalEffect) -> None:
     TableCurves(settings.table(effects), MOTION, 1e6)
 
 
+def bench(one: RotaryTable) -> Bench:
+    random = np.random.default_rng(1)
+    return Bench(one, reference_noise_arcsec=0.1, index_scatter_counts=0, random=random)
+
+
 def measured(experiment: Experiment, *effects: PhysicalEffect) -> None:
-    bench = Bench(
-        table(*effects),
-        reference_noise_arcsec=0.1,
-        index_scatter_counts=0,
-        random=np.random.default_rng(1),
-    )
-    bench.measure(experiment.smaller(50, 1), title="")
+    bench(table(*effects)).measure(experiment.smaller(50, 1), title="")
+
+
+def stations_only() -> Experiment:
+    return Experiment("polygon", (), full().reference)
 
 
 def heads_only(*effects: PhysicalEffect) -> None:
@@ -79,7 +73,7 @@ def heads_only(*effects: PhysicalEffect) -> None:
 
 
 def polygon_only(*effects: PhysicalEffect) -> None:
-    measured(Experiment("polygon", (), full().reference), *effects)
+    measured(stations_only(), *effects)
 
 
 def both(*effects: PhysicalEffect) -> None:
@@ -88,8 +82,6 @@ def both(*effects: PhysicalEffect) -> None:
 
 CONSUMERS = {
     edges: SIGNALS,
-    sampled: READING,
-    polygon: READING,
     counter: READING,
     virtual_instrument: SIGNALS,
     hidden_effect: SIGNALS,
@@ -141,14 +133,12 @@ def test_conditions_of_a_motion_and_of_stations_reach_the_cause(name: str) -> No
     fine = [
         RotaryTable(two_heads(), tuple(causes), counts_per_rev=1 << 24) for causes in ((), effects)
     ]
-    back = Motion((0.0, 8.0, 16.0), (1.0, -1.0, 1.0))
-    counts = [sample(one, back, 0.05).counts for one in fine]
-    assert np.ptp(counts[1] - counts[0], axis=1).max() >= 4
+    back = Motion((0.0, 8.0, 16.0), (1.0, -1.0, 1.0)).state(np.arange(0.0, 16.0, 0.05))
+    moved = [fine[1].counts(head, back) - fine[0].counts(head, back) for head in (0, 1)]
+    assert max(np.ptp(counts) for counts in moved) >= 4
     if name in ("hysteresis", "wearing_track"):
-        runs = [
-            measure_with_polygon(one, cycles=4, random=np.random.default_rng(1)) for one in fine
-        ]
-        off = runs[1].error_arcsec - runs[0].error_arcsec
+        without, with_it = (bench(one).measure(stations_only(), title="") for one in fine)
+        off = with_it.exact_arcsec["reference"] - without.exact_arcsec["reference"]
         # At least the count of 0.08″ that rounding can hide.
         assert np.ptp(off) > 0.16
 

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import periodogram
 
 from arctrue.instrument.curves import TableCurves
-from arctrue.table import Motion, RotaryTable, count_edges, sample, two_heads
+from arctrue.table import Motion, RotaryTable, count_edges, two_heads
 from arctrue.table.causes.autoregressive_noise import AutoregressiveNoise
 from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.cause import UnhonouredCauseError, acts_on
@@ -169,18 +169,20 @@ def test_a_cause_that_edges_do_not_have_is_an_error(cause: PhysicalEffect) -> No
     with pytest.raises(UnhonouredCauseError, match=type(cause).__name__):
         count_edges(table, 0, motion)
     with pytest.raises(UnhonouredCauseError, match=next(iter(acts_on(cause)))):
-        sample(table, motion, 0.01)
+        table.counts(0, motion.state(np.zeros(1)))
     with pytest.raises(UnhonouredCauseError, match="virtual instrument"):
         TableCurves(table, motion, 1e6)
 
 
-def test_lost_counts_are_lost_in_a_sampled_run() -> None:
-    motion = Motion.steady(1.0, 2.0)
-    counts = [
-        sample(RotaryTable(two_heads(), causes, counts_per_rev=4096), motion, 0.01).counts
+def test_lost_counts_are_lost_by_one_counter() -> None:
+    state = Motion.steady(1.0, 2.0).state(np.linspace(0.0, 2.0, 201))
+    tables = [
+        RotaryTable(two_heads(), causes, counts_per_rev=4096)
         for causes in ((), (LostCounts(0, 0, -1.0, 7),))
     ]
-    np.testing.assert_array_equal(counts[1] - counts[0], [[7] * 201, [0] * 201])
+    for head, lost in ((0, 7), (1, 0)):
+        counts = [table.counts(head, state) for table in tables]
+        np.testing.assert_array_equal(counts[1] - counts[0], [lost] * 201)
 
 
 def test_wear_needs_to_know_how_far_the_table_has_turned() -> None:

@@ -159,7 +159,7 @@ def test_a_setting_is_changed_by_adding_again(warm_set: Path, tmp_path: Path) ->
 def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
     listed = _run("effects", "--json", tmp_path / "e.json")
     assert listed.exit_code == 0
-    assert len(_json(tmp_path / "e.json")["effects"]) == len(ORDER)
+    assert len(_json(tmp_path / "e.json")["effects"]) == len(ORDER) + len(["product_of_parts"])
     shown = _run("effects", "show", "hysteresis", "--json", tmp_path / "h.json")
     assert shown.exit_code == 0
     assert _json(tmp_path / "h.json")["parameters"] == {"reversal_error": "arcsec"}

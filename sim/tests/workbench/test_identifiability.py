@@ -102,8 +102,8 @@ def test_canonical_correlations_against_numpy() -> None:
     residuals = Residuals(fit(model, observations, noise=noise))
     rows = observations.capture
     assert rows is not None
-    first = Term(ProductOfParts(ALWAYS, (3.0,), "head2"), {})
-    second = Term(ProductOfParts(ALWAYS, (2.9, 4.0), "head2"), {})
+    first = Term(ProductOfParts.of(ALWAYS, (3.0,), "head2"), {})
+    second = Term(ProductOfParts.of(ALWAYS, (2.9, 4.0), "head2"), {})
     found = canonical_correlations(residuals, first, second)
 
     base = np.hstack(
@@ -128,9 +128,9 @@ def test_canonical_correlations_against_numpy() -> None:
 
 def test_an_effect_is_wholly_like_itself_and_unlike_another_order() -> None:
     residuals = Residuals(fit([_graduation(orders=[1])], observations_of(measurement_set(runs=1))))
-    three, five = (Term(ProductOfParts(ALWAYS, (k,), "disc"), {}) for k in (3.0, 5.0))
+    three, five = (Term(ProductOfParts.of(ALWAYS, (k,), "disc"), {}) for k in (3.0, 5.0))
     np.testing.assert_allclose(canonical_correlations(residuals, three, three), 1.0, atol=1e-6)
     assert np.max(canonical_correlations(residuals, three, five)) < 0.1
-    inside = Term(ProductOfParts(ALWAYS, (1.0,), "disc"), {})
+    inside = Term(ProductOfParts.of(ALWAYS, (1.0,), "disc"), {})
     # What the model explains has no direction of its own.
     assert canonical_correlations(residuals, inside, three).size == 0

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+from msgspec import Struct
 
 from arctrue.measurement import write_measurement_set
+from arctrue.progress import Say
 from arctrue.studies.benchmark.digests import folder_digest, set_name
 from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
@@ -19,17 +22,20 @@ from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import Result, read_results
 from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
+from arctrue.typed_content import ContentError, read_json, typed
 
-VERDICTS = ("adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error")
+
+class _Verdict(Struct):
+    verdict: Literal[
+        "adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"
+    ]
 
 
 class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def write_sets(
-    plan: Plan, out: Path, first: int | None, say: Callable[[str], None]
-) -> dict[str, str]:
+def write_sets(plan: Plan, out: Path, first: int | None, say: Say) -> dict[str, str]:
     """Write the sets of a plan into folders of their names; the digest of each by its name.
 
     A digest is the same on every machine whose sines and cosines are: one that differs may be a
@@ -144,12 +150,10 @@ def _check_plan(folder: Path, plan: Plan, subject: str) -> dict[str, Any]:
 
 def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
     try:
-        given: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise AnswersError(f"{path}: no JSON: {error}") from None
+        given = read_json(path, dict[str, dict[str, Any]])
+    except ContentError as error:
+        raise AnswersError(f"{error} (one answer a set, by its name)") from None
     names = {set_name(item.task): item for item in sets}
-    if not isinstance(given, dict):
-        raise AnswersError(f"{path}: expected an object with one answer a set")
     strange = sorted(set(given) - set(names))
     if strange:
         raise AnswersError(f"{path}: no set is called {strange[0]!r}")
@@ -157,9 +161,8 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
     if missing:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
-        if not isinstance(answer, dict) or answer.get("verdict") not in VERDICTS:
-            raise AnswersError(
-                f"{path}: {name}.verdict: expected one of {', '.join(VERDICTS)}, found "
-                f"{answer.get('verdict') if isinstance(answer, dict) else answer!r}"
-            )
+        try:
+            typed(answer, _Verdict, name)
+        except ContentError as error:
+            raise AnswersError(f"{path}: {error}") from None
     return [Judged(item.task, item.truth, given[name]) for name, item in names.items()]

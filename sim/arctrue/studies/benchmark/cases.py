@@ -1,9 +1,10 @@
-"""Sets on which the diagnosis failed once: kept, so that each can be asked again by itself."""
+"""Sets on which the diagnosis failed once, each with why: kept, so that it can be asked again."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,25 @@ FILE = Path(__file__).with_name("cases.json")
 OF_A_SET = ("world", "content", "seed", "samples")
 
 
+class NoSuchCaseError(ValueError):
+    """A set that is no case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """What somebody who looked into a case found."""
+
+    said: str
+    """The answer of which the reason tells; another answer may have another reason."""
+    why: str
+
+
 def kept_cases(file: Path = FILE) -> list[dict[str, Any]]:
-    """Every case: what makes its set, and ``found``: what was hidden and said, by which commit."""
+    """Every case: what makes its set, ``found`` and ``looked_into``.
+
+    ``found``: what was hidden and said, by which commit; ``looked_into``: a Reason, where somebody
+    has looked.
+    """
     found: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["cases"]
     return found
 
@@ -29,15 +47,52 @@ def case_tasks(subject: str, file: Path = FILE) -> list[Task]:
     ]
 
 
+def kept_reasons(file: Path = FILE) -> dict[str, Reason]:
+    """Of every case that somebody looked into, by the name of its set (see set_name)."""
+    return {
+        _name(case): Reason(**case["looked_into"])
+        for case in kept_cases(file)
+        if "looked_into" in case
+    }
+
+
+def write_reason(
+    world: str, content: str, seed: int, reason: Reason, file: Path = FILE
+) -> Mapping[str, Any]:
+    """Keep the reason of the case that has this world, content and seed, in place of an older one.
+
+    Returns the case. Raises NoSuchCaseError where there is none.
+    """
+    cases = kept_cases(file)
+    asked = (world, content, seed)
+    for case in cases:
+        if tuple(case[name] for name in OF_A_SET[:3]) == asked:
+            case["looked_into"] = asdict(reason)
+            _write(cases, file)
+            return case
+    raise NoSuchCaseError(
+        f"{file.name} has no case of world {world}, content {content}, seed {seed}: first python "
+        "-m scripts.keep_failures FOLDER, with the folder of the run that failed there"
+    )
+
+
 def keep(failures: Iterable[Judged], commit: str | None, file: Path = FILE) -> int:
     """Add the failures that are no cases yet; how many those are."""
     cases = kept_cases(file)
-    known = {set_name({name: case[name] for name in OF_A_SET}) for case in cases}
+    known = {_name(case) for case in cases}
     new = [item for item in failures if set_name(item.task) not in known]
     cases += [_case(item, commit) for item in new]
+    _write(cases, file)
+    return len(new)
+
+
+def _write(cases: list[dict[str, Any]], file: Path) -> None:
     text = json.dumps({"cases": cases}, indent=1, ensure_ascii=False)
     write_whole_text(file, text + "\n")
-    return len(new)
+
+
+def _name(case: Mapping[str, Any]) -> str:
+    return set_name({name: case[name] for name in OF_A_SET})
 
 
 def _case(item: Judged, commit: str | None) -> dict[str, Any]:

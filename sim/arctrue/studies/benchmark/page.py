@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from arctrue.studies.benchmark.cases import Reason
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import OUTCOMES
 from arctrue.studies.benchmark.plan import SCORING, files_digest
@@ -13,10 +14,13 @@ from arctrue.studies.benchmark.worlds import WORLDS
 from arctrue.studies.campaign.store import told_state
 
 MOST_FAILURES = 200
+PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
 RIGHT_FIRST = "right first, of what the oracle sees of the catalogue"
 PROBABILITY_BELOW_RIGHT = 0.03
 MOST_CALIBRATION_ERROR = 0.03
 """Goals, as those of the scores."""
+TRUTH_PROBABILITY = "probability given to the truth in the catalogue"
+CALIBRATION_ERROR = "expected calibration error"
 
 HEAD = """# How often the diagnosis is right
 
@@ -32,9 +36,10 @@ count RMS does not count as visible.
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
-    make peers                                   # the rivals on the 200 public sets
-    arctrue benchmark page FOLDER --peers build/benchmark/public --to docs/blind.md
+    make peers                                   # the rivals on the 200 public sets: PUBLIC
+    arctrue benchmark page FOLDER --peers PUBLIC --to docs/blind.md --out docs/images
     python -m scripts.keep_failures FOLDER       # its failures become cases, for TIER=cases
+    python -m scripts.keep_reason --help         # why a case fails, to stand on this page
 
 A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
 of workers or shards. One folder takes results of one state of the code only.
@@ -180,10 +185,14 @@ def page(
     header: Mapping[str, Any],
     found: Mapping[str, Any],
     peers: Mapping[str, Mapping[str, Any]] | None = None,
+    reasons: Mapping[str, Reason] | None = None,
+    picture: str | None = None,
 ) -> str:
     """The page as Markdown, from the header of the campaign and from what was scored.
 
-    ``peers``: the scores of each subject over the frozen public sets.
+    ``peers``: the scores of each subject over the frozen public sets. ``reasons``: what was found
+    by looking into failures, by the name of the set. ``picture``: the address of the confusion
+    matrix and the reliability curve, as the page would link them.
     """
     lines = [HEAD, "## Result", "", *_provenance(header, found), ""]
     lines += _rates(found)
@@ -193,7 +202,9 @@ def page(
         lines += ["### Beside simple rivals", "", *_peers(peers, header), ""]
     lines += ["### Outcomes by world", "", *_outcomes(found), ""]
     lines += ["### What was said of what", "", *_confusion(found), ""]
-    lines += ["### Not as it should be", "", *_failures(found), ""]
+    if picture is not None:
+        lines += [f"![{PICTURE_TOLD}]({picture})", ""]
+    lines += ["### Not as it should be", "", *_failures(found, reasons or {}), ""]
     lines += _static()
     return "\n".join(lines)
 
@@ -236,9 +247,27 @@ def _goals_met(found: Mapping[str, Any]) -> str:
             continue
         told = f"{score.name} ({100 * data['hits'] / data['of']:.1f} %, goal {_goal(*goal)})"
         (missed if _missed(data, *goal) else met).append(told)
+    for name, value, goal_told, kept in _goals_of_probabilities(found):
+        (met if kept else missed).append(f"{name} ({value:.3f}, goal {goal_told})")
     return f"Goals over all sets, met: {'; '.join(met) or 'none'}. Missed: " + (
         f"{'; '.join(missed)}." if missed else "none."
     )
+
+
+def _goals_of_probabilities(found: Mapping[str, Any]) -> list[tuple[str, float, str, bool]]:
+    """Name, value, goal in words and whether it is kept; none where no probability is stated."""
+    stated = found["probability"]
+    if stated is None:
+        return []
+    goals = []
+    right, truth = found["rates"][RIGHT_FIRST]["all"], stated["mean_of_truth_of_catalogue"]
+    if truth is not None:
+        least = right["hits"] / right["of"] - PROBABILITY_BELOW_RIGHT
+        goals.append((TRUTH_PROBABILITY, truth, f"≥ {least:.3f}", truth >= least))
+    error = stated["expected_calibration_error"]
+    kept = error <= MOST_CALIBRATION_ERROR
+    goals.append((CALIBRATION_ERROR, error, f"≤ {MOST_CALIBRATION_ERROR:g}", kept))
+    return goals
 
 
 def _percent(data: Mapping[str, Any]) -> str:
@@ -329,20 +358,22 @@ def _probabilities(found: Mapping[str, Any]) -> list[str]:
     stated = found["probability"]
     if stated is None:
         return ["The answers state no probability (schema 1), so none is scored."]
-    right = found["rates"][RIGHT_FIRST]["all"]
+    told, goals = {}, {}
+    for name, value, goal, kept in _goals_of_probabilities(found):
+        told[name], goals[name] = f"{value:.3f}" if kept else f"**{value:.3f}**", goal
     truth = []
     if stated["mean_of_truth_where_visible"] is not None:
         truth.append(f"{stated['mean_of_truth_where_visible']:.3f} of all that the oracle sees")
-    if stated["mean_of_truth_of_catalogue"] is not None:
-        goal = right["hits"] / right["of"] - PROBABILITY_BELOW_RIGHT
+    if TRUTH_PROBABILITY in goals:
         truth.append(
-            f"{stated['mean_of_truth_of_catalogue']:.3f} of that in the catalogue (goal ≥ "
-            f"{goal:.3f}: the rate of right first less {PROBABILITY_BELOW_RIGHT:g})"
+            f"{told[TRUTH_PROBABILITY]} of that in the catalogue (goal "
+            f"{goals[TRUTH_PROBABILITY]}: the rate of right first less "
+            f"{PROBABILITY_BELOW_RIGHT:g})"
         )
     lines = [
         f"Mean probability that is given to the truth: {', '.join(truth) or 'nothing is seen'}. "
-        f"Expected calibration error: {stated['expected_calibration_error']:.3f} "
-        f"(goal ≤ {MOST_CALIBRATION_ERROR:g}).",
+        "Expected calibration error, the mean distance of the curve below from what is stated: "
+        f"{told[CALIBRATION_ERROR]} (goal {goals[CALIBRATION_ERROR]}).",
         "",
         "| largest probability, mean | right, percent |",
         "|---|---|",
@@ -418,25 +449,38 @@ def said_words(item: Mapping[str, Any]) -> str:
     return f"{item['said']}{beside}{error}"
 
 
-def _failures(found: Mapping[str, Any]) -> list[str]:
+def reason_words(item: Mapping[str, Any], reasons: Mapping[str, Reason]) -> str:
+    """Why a failure is one, as far as somebody looked into it."""
+    reason = reasons.get(item["set"])
+    if reason is None:
+        return "Not looked into yet."
+    if reason.said != said_words(item):
+        return f"Looked into when {reason.said} was said: {reason.why}"
+    return f"Why: {reason.why}"
+
+
+def _failures(found: Mapping[str, Any], reasons: Mapping[str, Reason]) -> list[str]:
     failures: Sequence[Mapping[str, Any]] = found["failures"]
     if not failures:
         return ["Nothing."]
     shown = failures[:MOST_FAILURES]
     whole = len(shown) == len(failures)
     number = f"All {len(failures)}" if whole else f"{len(shown)} of {len(failures)}"
+    looked_into = sum(item["set"] in reasons for item in failures)
     rest = "" if whole else "; `arctrue benchmark score FOLDER` lists all"
     lines = [
         f"{number} sets whose outcome is none that a set should come to, or of which a second name "
         f"is said that is not there{rest}. Each: its world and what is bad in it, what is hidden, "
         "its size (also in limits: over the smallest that the oracle finds), the outcome, what was "
-        "said, and the command that makes the set again in the folder `FOLDER`.",
+        "said, the command that makes the set again in the folder `FOLDER`, and why it fails: "
+        f"{looked_into} of {len(failures)} have been looked into.",
         "",
     ]
     for item in shown:
         bad = f" [{', '.join(item['bad'])}]" if item["bad"] else ""
         lines.append(
             f"- {item['world']}{bad}, {'; '.join(item['hidden']) or 'nothing'}: "
-            f"{item['outcome']} ({said_words(item)}). `{item['command']}`"
+            f"{item['outcome']} ({said_words(item)}). `{item['command']}` "
+            f"*{reason_words(item, reasons)}*"
         )
     return lines

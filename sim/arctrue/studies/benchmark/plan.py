@@ -7,13 +7,13 @@ import json
 import secrets
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from arctrue.studies.benchmark.cases import case_tasks, kept_cases
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.tasks import set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
 from arctrue.studies.campaign import Campaign, Sources, Task
+from arctrue.typed_content import ContentError, read_json
 from arctrue.whole_file import write_whole_text
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -142,9 +142,8 @@ def read_plan(folder: Path) -> Plan:
     """The plan of a folder. Raises PlanError where there is none."""
     path = folder / FILE
     try:
-        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return Plan(**data)
+        return read_json(path, Plan)
     except FileNotFoundError:
         raise PlanError(f"{path} is not there: first arctrue benchmark make {folder}") from None
-    except (ValueError, TypeError) as error:
-        raise PlanError(f"{path}: no plan: {error}") from None
+    except ContentError as error:
+        raise PlanError(str(error)) from None

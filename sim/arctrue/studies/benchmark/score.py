@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.intervals import (
     Rate,
     expected_calibration_error,
@@ -275,6 +276,7 @@ def is_failure(item: Judged) -> bool:
 def failure(item: Judged) -> dict[str, Any]:
     """One set that is not as it should be, with the command that makes it again."""
     return {
+        "set": set_name(item.task),
         "world": item.world,
         "bad": list(item.truth["told"]),
         "hidden": [

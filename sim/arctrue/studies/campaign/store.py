@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from arctrue.studies.campaign.task import Task, canonical, task_key
+from arctrue.typed_content import ContentError, read_json, typed_json
 from arctrue.whole_file import write_whole_text
 
 HEADER = "campaign.json"
@@ -106,12 +107,11 @@ def read_header(folder: Path) -> dict[str, Any]:
     """The header of a campaign's folder. Raises StoreError where there is none."""
     path = folder / HEADER
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return read_json(path, dict[str, Any])
     except FileNotFoundError:
         raise StoreError(f"{path} is not there: no campaign has been run in {folder}") from None
-    except ValueError as error:
-        raise StoreError(f"{path}: no JSON: {error}") from None
-    return found
+    except ContentError as error:
+        raise StoreError(str(error)) from None
 
 
 def told_state(header: Mapping[str, Any]) -> str:
@@ -146,8 +146,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
         if first is not None and _compared(header) != _compared(first[1]):
             raise StoreError(f"{folder} and {first[0]} are different campaigns or states of code")
         first = first or (folder, header)
-        for path, number, item in _lines(folder):
-            result = Result(item["key"], item["task"], item["result"])
+        for path, number, result in _lines(folder):
             earlier = found.setdefault(result.key, result)
             if earlier.line() != result.line():
                 raise StoreError(
@@ -156,7 +155,7 @@ def read_results(folders: Iterable[Path]) -> list[Result]:
     return [found[key] for key in sorted(found)]
 
 
-def _lines(folder: Path) -> Iterator[tuple[Path, int, dict[str, Any]]]:
+def _lines(folder: Path) -> Iterator[tuple[Path, int, Result]]:
     for path in sorted(folder.glob("results*.jsonl")):
         text = path.read_text(encoding="utf-8")
         for number, line in enumerate(text.splitlines(keepends=True), start=1):
@@ -164,9 +163,9 @@ def _lines(folder: Path) -> Iterator[tuple[Path, int, dict[str, Any]]]:
                 # Cut by a crash: computed again.
                 continue
             try:
-                yield path, number, json.loads(line)
-            except ValueError as error:
-                raise StoreError(f"{path}, line {number}: no JSON: {error}") from None
+                yield path, number, typed_json(line, Result, f"{path}, line {number}")
+            except ContentError as error:
+                raise StoreError(str(error)) from None
 
 
 def merge(folders: Iterable[Path], into: Path) -> int:

@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 
 
@@ -78,6 +79,4 @@ class ProcessorRun:
     @classmethod
     def read(cls, file: Path) -> ProcessorRun:
         """Read what :meth:`write` wrote."""
-        held = json.loads(file.read_text(encoding="utf-8"))
-        console = [ConsoleLine(**line) for line in held.pop("console")]
-        return cls(**held, console=console)
+        return read_json(file, cls)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from arctrue.instrument.turn_score import MOST_ORDER, TurnScore
 from arctrue.printable import time_left
+from arctrue.progress import Say
 from arctrue.source_tree import ROOT
+from arctrue.studies.demo.bench_stage import BenchStage
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
     decode_recording,
@@ -24,15 +24,13 @@ from arctrue.studies.demo.judgement import (
     output_score,
     pin_to_pin_latency,
 )
-from arctrue.studies.demo.progress import Progress
 from arctrue.studies.demo.result import DemoResult, LoadedHarmonic, UnitLatency
 from arctrue.studies.demo.scene import Scene, build_scene
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
-
-Say = Callable[[str], None]
+from arctrue.typed_content import read_json
 
 # Table 1 of the paper, clocks.
 PAPER_LATENCY_CLOCKS = {
@@ -84,7 +82,7 @@ def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
     before = output_score(scene, settings, output, _index_clock(scene, settings), pin_clocks)
     after = output_score(scene, settings, output, run.settled_clock, pin_clocks)
     index_offset = index_offset_counts(scene, settings, output, pin_clocks)
-    measured = json.loads(files.latency.read_text(encoding="utf-8"))
+    measured = read_json(files.latency, dict[str, int])
     return DemoResult(
         settings=settings,
         before=before,
@@ -135,12 +133,12 @@ def _follow(
     # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)
     begun = time.monotonic()
-    last: Progress | None = None
+    last: BenchStage | None = None
     spoken = begun
     while process.poll() is None:
         time.sleep(0.2)
         now = time.monotonic()
-        seen = Progress.read(files.progress)
+        seen = BenchStage.read(files.progress)
         if seen is None or (now - spoken < _PROGRESS_EVERY_S and last and last.stage == seen.stage):
             continue
         spoken, last = now, seen

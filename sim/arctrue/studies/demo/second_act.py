@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from arctrue.progress import Say
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.whole_file import write_whole_text
-
-Say = Callable[[str], None]
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 
 
@@ -72,4 +73,4 @@ class DemoSettings:
     @classmethod
     def read(cls, file: Path) -> DemoSettings:
         """Read what :meth:`write` wrote."""
-        return cls(**json.loads(file.read_text(encoding="utf-8")))
+        return read_json(file, cls)

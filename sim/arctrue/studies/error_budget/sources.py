@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.calibration.transfer_function import separation_slope
+from arctrue.progress import Say
 from arctrue.studies.error_budget.chain import (
     CENTRE_M_PER_K,
     ORDERS,
@@ -58,9 +58,7 @@ SOURCES = (
 )  # fmt: skip
 
 
-def error_budget(
-    draws: int = 16, seed: int = 1, progress: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+def error_budget(draws: int = 16, seed: int = 1, progress: Say | None = None) -> dict[str, Any]:
     """The budget as plain values; ``draws`` of each random source and of the whole.
 
     Raises ValueError for fewer than two draws.

@@ -12,10 +12,10 @@ import numpy as np
 
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument import Instrument, InstrumentError, Progress, Recording
-from arctrue.instrument.build import Say
+from arctrue.instrument import Instrument, InstrumentError, Recording, RunProgress
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
+from arctrue.progress import Say
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
 from arctrue.studies.hidden_effect.drive import over_stations, turning
 from arctrue.studies.hidden_effect.measured import seal, write_set
@@ -129,7 +129,7 @@ def run_hidden(
     settings: HiddenSettings,
     folder: Path,
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> HiddenResult:
     """Run it; files go into ``folder``.

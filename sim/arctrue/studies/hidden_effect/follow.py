@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.instrument import Instrument, InstrumentError, Progress
+from arctrue.instrument import Instrument, InstrumentError, RunProgress
 from arctrue.instrument.turn_score import score_turn
 from arctrue.studies.hidden_effect.cases import COLD_C, WARM_C
 from arctrue.studies.hidden_effect.drive import turning
@@ -46,7 +46,7 @@ def follow_warming(
     ways: Sequence[str] = WAYS,
     sensor_lag_s: float = 0.0,
     told_lag_s: float | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
 ) -> dict[str, list[FollowedTurn]]:
     """The table of ``result`` warms over ``turns`` turns after the first; once for each way.
 

@@ -8,12 +8,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
-from arctrue.instrument import Progress
-from arctrue.instrument.build import Say
+from arctrue.instrument import RunProgress
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
+from arctrue.progress import Say
 from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
@@ -48,8 +49,7 @@ def shortened(scenario: Scenario, turns: float) -> Scenario:
         scenario,
         legs=(dataclasses.replace(leg, turns=leg.turns * factor),),
         temperature=tuple(
-            dataclasses.replace(point, turn=(point.turn or 0.0) * factor)
-            for point in scenario.temperature
+            structs.replace(point, at_turn=point.at_turn * factor) for point in scenario.temperature
         ),
         faults=tuple(
             dataclasses.replace(fault, at_turn=np.floor(fault.at_turn * factor) + fault.at_turn % 1)
@@ -62,7 +62,7 @@ def run_long(
     scenario: Scenario,
     *,
     strategies: Sequence[str] = tuple(STRATEGIES),
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> dict[str, Any]:
     """Run it once for each strategy; everything as plain values.

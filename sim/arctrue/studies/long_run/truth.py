@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from arctrue.studies.scenario import Scenario, Turn
@@ -22,7 +23,7 @@ class Truth:
 
     def __init__(self, scenario: Scenario) -> None:
         """Of head 1; the zero is left out, as two heads do not see it."""
-        quiet = dataclasses.replace(scenario.errors, noise_arcsec=0.0)
+        quiet = structs.replace(scenario.errors, noise_arcsec=0.0)
         self._table = dataclasses.replace(scenario, errors=quiet).table()
         self._course = scenario.course()
         self._count_arcsec = arcsec_per_count(scenario.scale.counts_per_rev)

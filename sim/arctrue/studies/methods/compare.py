@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from arctrue.instrument.turn_score import TurnScore
+from arctrue.progress import Say
 from arctrue.studies.methods.equal_division import equal_division
 from arctrue.studies.methods.free_spin import FREE_SPIN
 from arctrue.studies.methods.head_places import (
@@ -26,12 +27,11 @@ from arctrue.studies.methods.two_heads_dft import (
     TWO_HEADS_LEAST_SQUARES,
 )
 from arctrue.studies.methods.virtual_division import VIRTUAL_DIVISION
-from arctrue.studies.methods.world import BLIND_ORDER, WEAK_ORDER, MethodsSettings, Score, World
+from arctrue.studies.methods.world import BLIND_ORDER, WEAK_ORDER, MethodsSettings, World
 
 PLACED_ORDERS = np.arange(1, 129)
 """Orders for which the further heads are placed."""
 FIRST_DEG = (0.0, 33.0)
-SHOWN_ORDERS = 128
 UNCORRECTED = "uncorrected"
 AT_REST_MOTION_M = 0.0
 
@@ -77,9 +77,7 @@ def methods(sets: tuple[Places, ...]) -> tuple[Method, ...]:
     )
 
 
-def compare_methods(
-    settings: MethodsSettings, progress: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+def compare_methods(settings: MethodsSettings, progress: Say | None = None) -> dict[str, Any]:
     """Run every method with the bearing that moves and with one that does not; plain values.
 
     Raises ValueError for a time of measurement that is too short for a method.
@@ -108,18 +106,18 @@ def compare_methods(
                 "needs": method.needs,
                 "cannot_see": method.cannot_see,
                 **_scored(score),
-                "rms_without_motion_arcsec": at_rest.rms_arcsec,
-                "amplitude_without_motion_arcsec": at_rest.amplitude_arcsec(SHOWN_ORDERS).tolist(),
+                "rms_without_motion_arcsec": at_rest.edges_rms_arcsec,
+                "amplitude_without_motion_arcsec": at_rest.amplitude_arcsec.tolist(),
             }
         )
     return found
 
 
-def _scored(score: Score) -> dict[str, Any]:
+def _scored(score: TurnScore) -> dict[str, Any]:
     return {
-        "span_arcsec": list(score.span_arcsec),
-        "rms_arcsec": score.rms_arcsec,
-        "amplitude_arcsec": score.amplitude_arcsec(SHOWN_ORDERS).tolist(),
+        "span_arcsec": list(score.every_edge_arcsec),
+        "rms_arcsec": score.edges_rms_arcsec,
+        "amplitude_arcsec": score.amplitude_arcsec.tolist(),
     }
 
 

@@ -16,6 +16,7 @@ from arctrue.instrument.revolution import (
     GRADUATION_ORDERS,
     GRADUATION_PHASES_RAD,
 )
+from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED
 from arctrue.table import (
@@ -39,6 +40,7 @@ Correction = Callable[[Float], Float]
 TURN_RAD = 2.0 * np.pi
 SCORED_ANGLES = 7200
 """A twentieth of a degree: 60 points in a wave of order 120."""
+MOST_SCORED_ORDER = 128
 MOUNTING_ARCSEC = 50.0
 """A head stands within ± this of its nominal place: the paper's tolerance."""
 
@@ -95,29 +97,6 @@ class MethodsSettings:
     def orders(self) -> NDArray[np.int64]:
         """Orders that a method fits where it can: 1 to ``most_order``, and the blind one."""
         return np.append(np.arange(1, self.most_order + 1), BLIND_ORDER)
-
-
-@dataclass(frozen=True)
-class Score:
-    """What a correction leaves of the error of head 1, arcseconds; the mean is removed."""
-
-    angle_rad: Float
-    error_arcsec: Float
-
-    @property
-    def span_arcsec(self) -> tuple[float, float]:
-        """Lowest and highest error."""
-        return float(self.error_arcsec.min()), float(self.error_arcsec.max())
-
-    @property
-    def rms_arcsec(self) -> float:
-        """Root mean square over the turn."""
-        return float(np.sqrt(np.mean(self.error_arcsec**2)))
-
-    def amplitude_arcsec(self, most_order: int = 128) -> Float:
-        """Amplitude of orders 1 to ``most_order``."""
-        lines = np.fft.rfft(self.error_arcsec) * (2.0 / self.error_arcsec.size)
-        return np.asarray(np.abs(lines[1 : most_order + 1]))
 
 
 @dataclass(frozen=True)
@@ -229,11 +208,12 @@ class World:
             seen.append(face)
         return target, np.array(errors), np.array(seen, dtype=np.int64)
 
-    def score(self, correction: Correction | None) -> Score:
+    def score(self, correction: Correction | None) -> TurnScore:
         """Error of head 1 against the true angle with ``correction``; None: uncorrected."""
-        angle: Float = np.arange(SCORED_ANGLES) * np.float64(TURN_RAD / SCORED_ANGLES)
+        middle = np.arange(SCORED_ANGLES) + 0.5
+        angle: Float = middle * np.float64(TURN_RAD / SCORED_ANGLES)
         reading = self.reading_at_rest_rad(angle)
         error = (reading - angle) * ARCSEC_PER_RAD
         if correction is not None:
             error = error - correction(reading)
-        return Score(angle, error - error.mean())
+        return TurnScore.of_even_readings(error, MOST_SCORED_ORDER)

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.instrument.build import Say
-from arctrue.instrument.instrument import Instrument, Progress
+from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import EdgeTrack
 from arctrue.instrument.revolution import RevolutionSettings, set_up, settled
+from arctrue.progress import Say
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED, Published
@@ -110,7 +110,7 @@ def run_experiment(
     settings: ExperimentSettings,
     *,
     published: Published = PUBLISHED,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> ExperimentResult:
     """Run it.

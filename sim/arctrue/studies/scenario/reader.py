@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct, field, structs
 
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.instrument.instrument import (
@@ -17,9 +18,11 @@ from arctrue.instrument.instrument import (
     HEAD2_B,
     HEAD2_Z,
 )
+from arctrue.similar import similar
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.studies.scenario.errors import ScenarioError
 from arctrue.studies.scenario.scenario import (
+    MOST_COUNTS_PER_REV,
     Fault,
     FirmwareSettings,
     Limits,
@@ -29,12 +32,11 @@ from arctrue.studies.scenario.scenario import (
     TableErrors,
     TemperaturePoint,
 )
-from arctrue.studies.scenario.section import Section
 from arctrue.table.causes.cause import SIGNALS, acts_on
 from arctrue.table.causes.registry import CAUSES
 from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
 
-FORMAT = 1
 PINS = {
     "head1.a": HEAD1_A,
     "head1.b": HEAD1_B,
@@ -51,56 +53,173 @@ NAMES = tuple(
     if cause.given is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
 )
 """The causes that may stand in ``[[effect]]``. A counter that loses counts is a fault of pins."""
-FLAGS = (
-    *(f"head{head}.{name}" for head in (1, 2) for name in ("index_error", "illegal", "overspeed")),
-    "status.cannot_keep_up",
-)
-REASONS = (
-    "empty",
-    "index_not_seen",
-    "index_error",
-    "illegal_transition",
-    "edge_spacing",
-    "bank_full",
-    "stands_still",
-    "short_of_a_turn",
-    "more_than_a_turn",
-    "reversal",
-    "jump",
-    "wrong_step",
-    "over_speed",
-    "inconsistent_heads",
-    "heads_exchanged",
-    "singular",
-    "not_converged",
-    "not_finite",
-    "amplitude",
-    "noise",
-    "not_better",
-)
-"""Why the firmware refuses or keeps, as its telemetry says it."""
-MOST_COUNTS_PER_REV = 1 << 24
-MOST_LINES = 16384
-MOST_BUS_STALL_CLOCKS = 1000
 PAUSE_RUN_S = 0.5
 """What is run of a pause, unless the file says it."""
-FIRMWARE_PARAMETERS = (
-    "keep",
-    "method",
-    "gain_limit",
-    "noise_limit",
-    "separation_deg",
-    "filter_length",
-    "minimum_edge_spacing",
-    "index_tolerance",
-    "alarm_noise_arcsec",
-    "alarm_error_arcsec",
-    "alarm_separation_arcsec",
-    "heal",
-    "temperature_step_counts",
-    "temperature_jump_k",
-)
-"""Those that a scenario may set; the others follow from its scale."""
+Speed = Annotated[float, Meta(gt=0, le=3600)]
+Pin = Literal["head1.a", "head1.b", "head1.z", "head2.a", "head2.b", "head2.z"]
+
+
+class _Leg(Struct, forbid_unknown_fields=True):
+    turns: Number | None = None
+    pause_s: Positive | None = None
+    speed_deg_s: Speed | None = None
+    run_s: Positive | None = None
+
+    def __post_init__(self) -> None:
+        if (self.turns is None) == (self.pause_s is None):
+            found = "neither" if self.turns is None else "both"
+            raise ValueError(f"turns: expected either turns or pause_s, found {found}")
+        if self.turns is not None and abs(self.turns) < 0.05:
+            raise ValueError(
+                f"turns: expected 0.05 turns or more, of either sign, found {self.turns:g}"
+            )
+        key, beside = ("speed_deg_s", "turns") if self.turns is None else ("run_s", "pause_s")
+        if getattr(self, key) is not None:
+            raise ValueError(f"{key}: expected only beside {beside}, found {getattr(self, key):g}")
+        if self.pause_s is not None and self.run_s is not None and self.run_s > self.pause_s:
+            raise ValueError(
+                f"run_s: expected at most pause_s, {self.pause_s:g}, found {self.run_s:g}"
+            )
+
+    def leg(self, speed_deg_s: float) -> Leg:
+        if self.turns is not None:
+            return Leg(self.turns, math.radians(self.speed_deg_s or speed_deg_s))
+        assert self.pause_s is not None
+        return Leg(pause_s=self.pause_s, run_s=self.run_s or min(self.pause_s, PAUSE_RUN_S))
+
+
+class _Motion(Struct, forbid_unknown_fields=True):
+    legs: Annotated[
+        list[_Leg],
+        Meta(min_length=1, description="a list of legs like {turns = 3} or {pause_s = 600}"),
+    ]
+    speed_deg_s: Speed = 30.0
+    ripple_deg: NotNegative = 0.0
+    ripple_order: Annotated[int, Meta(ge=1, le=1000)] = 7
+
+    def __post_init__(self) -> None:
+        most_deg = math.degrees(1 / self.ripple_order)
+        if self.ripple_deg >= most_deg:
+            raise ValueError(
+                f"ripple_deg: expected less than {most_deg:g} at order {self.ripple_order}, or "
+                f"the table would turn back, found {self.ripple_deg:g}"
+            )
+
+
+class _Fault(Struct, forbid_unknown_fields=True, tag_field="what"):
+    at_turn: NotNegative
+    for_turns: NotNegative = 0.0
+    for_s: NotNegative = 0.0
+    text: str | None = None
+
+    def __post_init__(self) -> None:
+        if not self.for_turns and not self.for_s:
+            raise ValueError("for_turns: expected for_turns or for_s above 0, found 0")
+
+    def fault(self) -> Fault:
+        what = str(self.__struct_config__.tag)
+        text = what.replace("_", " ") if self.text is None else self.text
+        return Fault(what, self.at_turn, self.for_turns, self.for_s, text=text)
+
+
+class _HungProcessor(_Fault, tag="hung_processor"):
+    pass
+
+
+class _BusStall(_Fault, tag="bus_stall", kw_only=True):
+    most_clocks: Annotated[int, Meta(ge=1, le=1000)]
+
+    def fault(self) -> Fault:
+        return dataclasses.replace(super().fault(), most_clocks=self.most_clocks)
+
+
+class _Pins(_Fault, tag="pins", kw_only=True):
+    pins: Annotated[list[Pin], Meta(min_length=1)]
+    act: Literal["invert", "low", "high"] = "invert"
+    probability: Annotated[float, Meta(gt=0, le=1)] = 1.0
+
+    def fault(self) -> Fault:
+        act = "inverted" if self.act == "invert" else self.act
+        return dataclasses.replace(
+            super().fault(),
+            pins=sum(PINS[name] for name in set(self.pins)),
+            act=self.act,
+            probability=self.probability,
+            text=f"{', '.join(self.pins)} {act}" if self.text is None else self.text,
+        )
+
+
+class _Parameters(Struct):
+    """Those of the firmware that a scenario may set; the others follow from its scale."""
+
+    keep: Number | None = None
+    method: Number | None = None
+    gain_limit: Number | None = None
+    noise_limit: Number | None = None
+    separation_deg: Number | None = None
+    filter_length: Number | None = None
+    minimum_edge_spacing: Number | None = None
+    index_tolerance: Number | None = None
+    alarm_noise_arcsec: Number | None = None
+    alarm_error_arcsec: Number | None = None
+    alarm_separation_arcsec: Number | None = None
+    heal: Number | None = None
+    temperature_step_counts: Number | None = None
+    temperature_jump_k: Number | None = None
+
+
+class _Firmware(_Parameters, forbid_unknown_fields=True):
+    recalibrate: Literal["every_turn", "first_turn", "never"] = "every_turn"
+    orders: Annotated[int, Meta(ge=1, le=64)] = 32
+    calculation_s: Annotated[float, Meta(ge=0, le=60)] = 0.25
+    thermometer: Literal["none", "table"] = "none"
+    coefficients: str | None = None
+
+    def settings(self, folder: Path) -> FirmwareSettings:
+        """Raises ContentError for a coefficient file, named from ``folder``, that is none."""
+        given = {name: getattr(self, name) for name in _Parameters.__struct_fields__}
+        try:
+            loaded = self.coefficients and read_coefficient_file(folder / self.coefficients)
+        except CoefficientFileError as error:
+            raise ContentError(f"firmware.coefficients: {error}") from error
+        return FirmwareSettings(
+            self.recalibrate,
+            self.orders,
+            self.calculation_s,
+            tuple((name, value) for name, value in given.items() if value is not None),
+            loaded or None,
+            thermometer=self.thermometer == "table",
+        )
+
+
+class _Record(Struct, forbid_unknown_fields=True):
+    orders: Annotated[tuple[Number, ...], Meta(min_length=1)] = (1.0, 2.0, 3.0)
+    faces: Annotated[int, Meta(ge=2, le=360)] = 24
+
+    def __post_init__(self) -> None:
+        if any(order != int(order) or not 1 <= order <= 64 for order in self.orders):
+            raise ValueError(
+                f"orders: expected whole numbers from 1 to 64, found {shown(list(self.orders))}"
+            )
+
+
+class _OnlyFormat(Struct):
+    format: Literal[1]
+
+
+class _File(Struct, forbid_unknown_fields=True, kw_only=True):
+    format: Literal[1]
+    title: str
+    about: str = ""
+    scale: Scale = field(default_factory=Scale)
+    table: TableErrors = field(default_factory=TableErrors)
+    motion: _Motion
+    temperature: tuple[TemperaturePoint, ...] = ()
+    effect: list[dict[str, object]] = []
+    fault: list[_HungProcessor | _BusStall | _Pins] = []
+    firmware: _Firmware = field(default_factory=_Firmware)
+    limits: Limits = field(default_factory=Limits)
+    record: _Record = field(default_factory=_Record)
 
 
 def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
@@ -112,271 +231,108 @@ def read_scenario(path: Path, *, lines: int | None = None) -> Scenario:
     Raises ScenarioError: file, key, what was expected and what was found.
     """
     try:
-        values = read_toml(path)
+        content = read_toml(path)
+        # Another format may have keys of other types: they are not what is wrong then.
+        typed(content, _OnlyFormat)
+        return _scenario(typed(content, _File), path.parent, lines)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
-    except TomlContentError as error:
+    except (TomlContentError, ContentError) as error:
         raise ScenarioError(f"{path}: {error}") from error
-    top = Section(str(path), "", values)
-    found = top.whole("format")
-    if found != FORMAT:
-        top.refuse("format", str(FORMAT), found)
-    scale = _scale(top.section("scale"), lines)
-    legs, ripple_rad, ripple_order = _motion(top.section("motion"))
+
+
+def _scenario(file: _File, folder: Path, lines: int | None) -> Scenario:
+    scale = file.scale if lines is None else structs.replace(file.scale, lines=lines)
+    if scale.counts_per_rev > MOST_COUNTS_PER_REV or scale.counts_per_rev % 4:
+        raise ContentError(
+            "scale.interpolation: expected lines × interpolation to be a multiple of 4 up to "
+            f"{MOST_COUNTS_PER_REV:,}, found {scale.interpolation}"
+        )
     scenario = Scenario(
-        title=top.text("title"),
-        about=top.text("about", ""),
+        title=file.title,
+        about=file.about,
         scale=scale,
-        errors=_errors(top.section("table")),
-        legs=legs,
-        ripple_rad=ripple_rad,
-        ripple_order=ripple_order,
-        temperature=tuple(_temperature(s) for s in top.sections("temperature")),
-        effects=tuple(_effect(s, scale.lines) for s in top.sections("effect")),
-        faults=tuple(_fault(s) for s in top.sections("fault")),
-        firmware=_firmware(top.section("firmware")),
-        limits=_limits(top.section("limits")),
+        errors=file.table,
+        legs=tuple(leg.leg(file.motion.speed_deg_s) for leg in file.motion.legs),
+        ripple_rad=math.radians(file.motion.ripple_deg),
+        ripple_order=file.motion.ripple_order,
+        temperature=file.temperature,
+        effects=tuple(
+            _effect(values, f"effect[{number}]", scale.lines)
+            for number, values in enumerate(file.effect, start=1)
+        ),
+        faults=tuple(fault.fault() for fault in file.fault),
+        firmware=file.firmware.settings(folder),
+        limits=file.limits,
+        orders=tuple(int(order) for order in file.record.orders),
+        faces=file.record.faces,
     )
-    record = top.section("record")
-    if record.has("orders"):
-        orders = record.numbers("orders")
-        if any(order != int(order) or not 1 <= order <= 64 for order in orders):
-            record.refuse("orders", "whole numbers from 1 to 64", list(orders))
-        scenario = dataclasses.replace(scenario, orders=tuple(int(order) for order in orders))
-    scenario = dataclasses.replace(scenario, faces=record.whole("faces", 24, low=2, high=360))
-    record.finish()
-    top.finish()
-    scenario = _checked(path, scenario)
-    if scale.lines == _given_lines(values):
+    _check(scenario)
+    if scale.lines == file.scale.lines:
         return scenario
     return dataclasses.replace(scenario, limits=scenario.limits.without_arcsec())
 
 
-def _given_lines(values: dict[str, Any]) -> int:
-    """Lines of the disc that a checked file asks for."""
-    return int(values.get("scale", {}).get("lines", Scale().lines))
+class _OnlyCause(Struct):
+    cause: str
 
 
-def _scale(section: Section, lines: int | None) -> Scale:
-    usual = Scale()
-    given = section.whole("lines", usual.lines, low=16, high=MOST_LINES)
-    scale = Scale(
-        lines=given if lines is None else lines,
-        interpolation=section.whole("interpolation", usual.interpolation, low=4, high=1024),
-        lanes=section.whole("lanes", usual.lanes, low=1, high=64),
-        samples=section.whole("samples", usual.samples, low=400, high=12000),
-        clocks_per_count=section.number(
-            "clocks_per_count", usual.clocks_per_count, low=1.05, high=100
-        ),
-        seed=section.whole("seed", usual.seed, low=0, high=2**31),
-    )
-    section.finish()
-    if scale.counts_per_rev > MOST_COUNTS_PER_REV or scale.counts_per_rev % 4:
-        section.refuse(
-            "interpolation",
-            f"lines × interpolation to be a multiple of 4 up to {MOST_COUNTS_PER_REV:,}",
-            scale.interpolation,
-        )
-    return scale
-
-
-def _errors(section: Section) -> TableErrors:
-    usual = TableErrors()
-    errors = TableErrors(
-        paper=section.choice("errors", ("paper", "none"), "paper") == "paper",
-        separation_error_arcsec=section.number(
-            "separation_error_arcsec", 0.0, low=-3600, high=3600
-        ),
-        noise_arcsec=section.number("noise_arcsec", usual.noise_arcsec, low=0, high=100),
-    )
-    section.finish()
-    return errors
-
-
-def _motion(section: Section) -> tuple[tuple[Leg, ...], float, int]:
-    speed_deg_s = section.number("speed_deg_s", 30.0, above=0, high=3600)
-    ripple_rad = math.radians(section.number("ripple_deg", 0.0, low=0))
-    ripple_order = section.whole("ripple_order", 7, low=1, high=1000)
-    legs = tuple(_leg(item, speed_deg_s) for item in section.sections("legs"))
-    section.finish()
-    if not legs:
-        section.refuse("legs", "a list of legs like {turns = 3} or {pause_s = 600}", [])
-    if ripple_rad * ripple_order >= 1:
-        section.refuse(
-            "ripple_deg",
-            f"less than {math.degrees(1 / ripple_order):g} at order {ripple_order}, or the table "
-            f"would turn back",
-            math.degrees(ripple_rad),
-        )
-    return legs, ripple_rad, ripple_order
-
-
-def _leg(section: Section, speed_deg_s: float) -> Leg:
-    if section.has("turns") == section.has("pause_s"):
-        section.refuse("turns", "either turns or pause_s", ", ".join(section.keys()))
-    if section.has("turns"):
-        turns = section.number("turns")
-        if abs(turns) < 0.05:
-            section.refuse("turns", "0.05 turns or more, of either sign", turns)
-        speed = section.number("speed_deg_s", speed_deg_s, above=0, high=3600)
-        leg = Leg(turns=turns, speed_rad_s=math.radians(speed))
-    else:
-        pause_s = section.number("pause_s", above=0)
-        run_s = section.number("run_s", min(pause_s, PAUSE_RUN_S), above=0, high=pause_s)
-        leg = Leg(pause_s=pause_s, run_s=run_s)
-    section.finish()
-    return leg
-
-
-def _temperature(section: Section) -> TemperaturePoint:
-    point = TemperaturePoint(
-        section.number("celsius", low=-50, high=150),
-        section.number("at_turn", 0.0, low=0),
-        section.number("after_s", 0.0),
-    )
-    section.finish()
-    return point
-
-
-def _effect(section: Section, lines: int) -> NamedEffect:
-    name = section.text("cause")
+def _effect(values: dict[str, object], place: str, lines: int) -> NamedEffect:
+    name = typed(values, _OnlyCause, place).cause
     if name in CAUSES and name not in NAMES:
         left = ", ".join(sorted(acts_on(CAUSES[name].kind) - SIGNALS))
-        section.refuse(
-            "cause", f"what the virtual instrument can honour ({name} acts on {left})", name
+        raise ContentError(
+            f"{place}.cause: expected what the virtual instrument can honour ({name} acts on "
+            f"{left}), found {shown(name)}"
         )
     if name not in NAMES:
-        near = get_close_matches(name, NAMES, 1)
+        near = similar(name, NAMES)
         meant = f'"{near[0]}", perhaps; there are ' if near else "one of "
-        section.refuse("cause", meant + ", ".join(NAMES), name)
-    cause = CAUSES[name]
-    assert cause.given is not None
+        raise ContentError(
+            f"{place}.cause: expected {meant}{', '.join(NAMES)}, found {shown(name)}"
+        )
+    given = CAUSES[name].given
+    assert given is not None
     try:
-        physical = cause.given(section, lines)
-    except ScenarioError:
+        physical = typed(values, given, place).physical(lines)
+    except ContentError:
         raise
     except ValueError as error:
-        raise ScenarioError(f"{section.file}: {section.place}: {error}") from error
-    section.finish()
+        raise ContentError(f"{place}: {error}") from error
     return NamedEffect(name, physical, acts_on(physical) == REFERENCE)
 
 
-def _fault(section: Section) -> Fault:
-    what = section.choice("what", ("pins", "bus_stall", "hung_processor"))
-    at_turn = section.number("at_turn", low=0)
-    fault = Fault(
-        what,
-        at_turn,
-        section.number("for_turns", 0.0, low=0),
-        section.number("for_s", 0.0, low=0),
-    )
-    if not fault.for_turns and not fault.for_s:
-        section.refuse("for_turns", "for_turns or for_s above 0", 0)
-    text = what.replace("_", " ")
-    if what == "pins":
-        names = section.words("pins", tuple(PINS))
-        if not names:
-            section.refuse("pins", "one pin or more", [])
-        act = section.choice("act", ("invert", "low", "high"), "invert")
-        fault = dataclasses.replace(
-            fault,
-            pins=sum(PINS[name] for name in set(names)),
-            act=act,
-            probability=section.number("probability", 1.0, above=0, high=1),
-        )
-        text = f"{', '.join(names)} {'inverted' if act == 'invert' else act}"
-    if what == "bus_stall":
-        most = section.whole("most_clocks", low=1, high=MOST_BUS_STALL_CLOCKS)
-        fault = dataclasses.replace(fault, most_clocks=most)
-    fault = dataclasses.replace(fault, text=section.text("text", text))
-    section.finish()
-    return fault
-
-
-def _firmware(section: Section) -> FirmwareSettings:
-    usual = FirmwareSettings()
-    recalibrate = section.choice(
-        "recalibrate", ("every_turn", "first_turn", "never"), usual.recalibrate
-    )
-    orders = section.whole("orders", usual.orders, low=1, high=64)
-    calculation_s = section.number("calculation_s", usual.calculation_s, low=0, high=60)
-    parameters = tuple(
-        (name, section.number(name)) for name in FIRMWARE_PARAMETERS if section.has(name)
-    )
-    thermometer = section.choice("thermometer", ("none", "table"), "none") == "table"
-    loaded = None
-    if section.has("coefficients"):
-        file = Path(section.file).parent / section.text("coefficients")
-        try:
-            loaded = read_coefficient_file(file)
-        except CoefficientFileError as error:
-            raise ScenarioError(f"{section.file}: firmware.coefficients: {error}") from error
-    section.finish()
-    return FirmwareSettings(
-        recalibrate, orders, calculation_s, parameters, loaded, thermometer=thermometer
-    )
-
-
-def _limits(section: Section) -> Limits:
-    def number(key: str) -> float | None:
-        return section.number(key, low=0) if section.has(key) else None
-
-    def whole(key: str, low: int = 0) -> int | None:
-        return section.whole(key, low=low) if section.has(key) else None
-
-    limits = Limits(
-        from_turn=section.whole("from_turn", Limits().from_turn, low=1),
-        to_turn=whole("to_turn", 1),
-        corrected_rms_arcsec=number("corrected_rms_arcsec"),
-        corrected_reach_arcsec=number("corrected_reach_arcsec"),
-        worse_by_arcsec=number("worse_by_arcsec"),
-        applied_turns_least=whole("applied_turns_least"),
-        refused_turns_least=whole("refused_turns_least"),
-        refused_turns_most=whole("refused_turns_most"),
-        reasons_wanted=section.words("reasons_wanted", REASONS, ()),
-        flags_wanted=section.words("flags_wanted", FLAGS, ()),
-        flags_allowed=section.words("flags_allowed", FLAGS)
-        if section.has("flags_allowed")
-        else None,
-    )
-    section.finish()
-    if limits.to_turn is not None and limits.to_turn < limits.from_turn:
-        section.refuse("to_turn", f"{limits.from_turn} (from_turn) or more", limits.to_turn)
-    return limits
-
-
-def _checked(path: Path, scenario: Scenario) -> Scenario:
-    """What only the parts together can tell."""
+def _check(scenario: Scenario) -> None:
+    """Raise ContentError for what only the parts together can tell."""
     try:
         course: Course = scenario.course()
     except ValueError as error:
-        raise ScenarioError(f"{path}: motion.legs: {error}") from error
+        raise ContentError(f"motion.legs: {error}") from error
     limits = scenario.limits
     judged = (limits.corrected_rms_arcsec, limits.corrected_reach_arcsec) != (None, None)
     if judged and limits.from_turn > math.ceil(course.turns - 1e-6):
-        raise ScenarioError(
-            f"{path}: limits.from_turn: expected a turn of the motion, which has "
+        raise ContentError(
+            f"limits.from_turn: expected a turn of the motion, which has "
             f"{course.turns:g}, found {limits.from_turn}"
         )
     for number, fault in enumerate(scenario.faults, start=1):
         if fault.at_turn >= course.turns:
-            raise ScenarioError(
-                f"{path}: fault[{number}].at_turn: expected less than the {course.turns:g} turns "
+            raise ContentError(
+                f"fault[{number}].at_turn: expected less than the {course.turns:g} turns "
                 f"of the motion, found {fault.at_turn:g}"
             )
     for number, point in enumerate(scenario.temperature, start=1):
-        if (point.turn or 0.0) > course.turns:
-            raise ScenarioError(
-                f"{path}: temperature[{number}].at_turn: expected at most the {course.turns:g} "
-                f"turns of the motion, found {point.turn:g}"
+        if point.at_turn > course.turns:
+            raise ContentError(
+                f"temperature[{number}].at_turn: expected at most the {course.turns:g} "
+                f"turns of the motion, found {point.at_turn:g}"
             )
     fast, slow = max(scenario.speeds_rad_s), min(scenario.speeds_rad_s)
     least_samples = 2 * scenario.firmware.orders + 2
     if scenario.scale.samples * slow / fast < least_samples:
-        raise ScenarioError(
-            f"{path}: motion.legs: a turn at the fastest speed would have "
+        raise ContentError(
+            f"motion.legs: a turn at the fastest speed would have "
             f"{scenario.scale.samples * slow / fast:.0f} samples, "
             f"{scenario.firmware.orders} orders need {least_samples}: let the speeds differ less, "
             f"or raise scale.samples"
         )
-    return scenario

@@ -11,14 +11,13 @@ import numpy as np
 
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument import Instrument, InstrumentError, PinFault, Progress
-from arctrue.instrument.build import Say
+from arctrue.instrument import Instrument, InstrumentError, PinFault, RunProgress
 from arctrue.instrument.turn_score import score_turns
+from arctrue.progress import Say
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
-from arctrue.studies.scenario.reader import FLAGS
 from arctrue.studies.scenario.result import ScenarioResult, Turn
-from arctrue.studies.scenario.scenario import Scenario
+from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
 LOOKS_A_TURN = 36
@@ -156,7 +155,7 @@ class _Run:
 def run_scenario(
     scenario: Scenario,
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[RunProgress], None] | None = None,
     say: Say | None = None,
 ) -> ScenarioResult:
     """Run it.

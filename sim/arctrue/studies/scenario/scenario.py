@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal, get_args
 
 import numpy as np
+from msgspec import Meta, Struct, structs
 
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
@@ -22,6 +24,7 @@ from arctrue.table import (
     two_heads,
 )
 from arctrue.table.temperature import TemperatureCourse
+from arctrue.typed_content import NotNegative, Number
 from arctrue.units import RAD_PER_ARCSEC
 
 EDGES_KEPT_A_TURN = 1 << 16
@@ -29,18 +32,56 @@ EDGES_KEPT = 1 << 22
 """Of a whole motion and one signal: 100 MB."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """Size of disc, gateware and capture."""
+MOST_COUNTS_PER_REV = 1 << 24
 
-    lines: int = 1024
-    interpolation: int = 1024
-    lanes: int = 4
-    samples: int = 1200
+Flag = Literal[
+    "head1.index_error",
+    "head1.illegal",
+    "head1.overspeed",
+    "head2.index_error",
+    "head2.illegal",
+    "head2.overspeed",
+    "status.cannot_keep_up",
+]
+Reason = Literal[
+    "empty",
+    "index_not_seen",
+    "index_error",
+    "illegal_transition",
+    "edge_spacing",
+    "bank_full",
+    "stands_still",
+    "short_of_a_turn",
+    "more_than_a_turn",
+    "reversal",
+    "jump",
+    "wrong_step",
+    "over_speed",
+    "inconsistent_heads",
+    "heads_exchanged",
+    "singular",
+    "not_converged",
+    "not_finite",
+    "amplitude",
+    "noise",
+    "not_better",
+]
+"""Why the firmware refuses or keeps, as its telemetry says it."""
+FLAGS: tuple[str, ...] = get_args(Flag)
+REASONS: tuple[str, ...] = get_args(Reason)
+
+
+class Scale(Struct, frozen=True, forbid_unknown_fields=True):
+    """Size of disc, gateware and capture: the ``[scale]``."""
+
+    lines: Annotated[int, Meta(ge=16, le=16384)] = 1024
+    interpolation: Annotated[int, Meta(ge=4, le=1024)] = 1024
+    lanes: Annotated[int, Meta(ge=1, le=64)] = 4
+    samples: Annotated[int, Meta(ge=400, le=12000)] = 1200
     """In a turn at the slowest speed; a faster turn has fewer."""
-    clocks_per_count: float = 1.1
+    clocks_per_count: Annotated[float, Meta(ge=1.05, le=100)] = 1.1
     """At the fastest speed."""
-    seed: int = 1
+    seed: Annotated[int, Meta(ge=0, le=2**31)] = 1
     """Of the readings' noise and of the random faults."""
 
     @property
@@ -54,26 +95,24 @@ class Scale:
         return -(-self.samples * 256 // (250 * DEPTH_STEP)) * DEPTH_STEP
 
 
-@dataclass(frozen=True, slots=True)
-class TableErrors:
-    """What is wrong with the table beside the effects that are named."""
+class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
+    """What is wrong with the table beside the effects that are named: the ``[table]``."""
 
-    paper: bool = True
+    errors: Literal["paper", "none"] = "paper"
     """The paper's kind of error, [−150.0″, 137.9″], or a perfect disc."""
-    separation_error_arcsec: float = 0.0
+    separation_error_arcsec: Annotated[float, Meta(ge=-3600, le=3600)] = 0.0
     """How far the heads' separation is from the 33° that the firmware is told."""
-    noise_arcsec: float = 0.2
+    noise_arcsec: Annotated[float, Meta(ge=0, le=100)] = 0.2
     """Standard deviation of each head's reading."""
 
 
-@dataclass(frozen=True, slots=True)
-class TemperaturePoint:
-    """A corner of the temperature's course."""
+class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
+    """A corner of the temperature's course: a ``[[temperature]]``."""
 
-    celsius: float
-    turn: float | None = None
-    """Where the time counts from: the first instant of this turn, or the first turn's."""
-    seconds: float = 0.0
+    celsius: Annotated[float, Meta(ge=-50, le=150)]
+    at_turn: NotNegative = 0.0
+    """Where the time counts from: the first instant of this turn."""
+    after_s: Number = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,27 +165,37 @@ class FirmwareSettings:
     """On the table, in steps of 1/128 K, without a lag."""
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What must hold, or the run has failed; None is not asked for."""
+TurnNumber = Annotated[int, Meta(ge=1)]
+Count = Annotated[int, Meta(ge=0)]
 
-    from_turn: int = 3
-    to_turn: int | None = None
-    corrected_rms_arcsec: float | None = None
-    corrected_reach_arcsec: float | None = None
-    worse_by_arcsec: float | None = None
+
+class Limits(Struct, frozen=True, forbid_unknown_fields=True):
+    """What must hold, or the run has failed: the ``[limits]``; None is not asked for."""
+
+    from_turn: TurnNumber = 3
+    to_turn: TurnNumber | None = None
+    corrected_rms_arcsec: NotNegative | None = None
+    corrected_reach_arcsec: NotNegative | None = None
+    worse_by_arcsec: NotNegative | None = None
     """By how much the corrected RMS may lie above the uncorrected one, in any turn."""
-    applied_turns_least: int | None = None
-    refused_turns_least: int | None = None
-    refused_turns_most: int | None = None
-    reasons_wanted: tuple[str, ...] = ()
+    applied_turns_least: Count | None = None
+    refused_turns_least: Count | None = None
+    refused_turns_most: Count | None = None
+    reasons_wanted: tuple[Reason, ...] = ()
     """Of refused captures."""
-    flags_wanted: tuple[str, ...] = ()
-    flags_allowed: tuple[str, ...] | None = None
+    flags_wanted: tuple[Flag, ...] = ()
+    flags_allowed: tuple[Flag, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a last turn before the first."""
+        if self.to_turn is not None and self.to_turn < self.from_turn:
+            raise ValueError(
+                f"to_turn: expected {self.from_turn} (from_turn) or more, found {self.to_turn}"
+            )
 
     def without_arcsec(self) -> Limits:
         """The same without those that depend on the size of a count."""
-        return replace(
+        return structs.replace(
             self, corrected_rms_arcsec=None, corrected_reach_arcsec=None, worse_by_arcsec=None
         )
 
@@ -229,8 +278,8 @@ class Scenario:
             return bare
         points = sorted(
             (
-                float(bare.surroundings_at(np.array([bare.time_at_turn(point.turn or 0.0)]))[0])
-                + point.seconds,
+                float(bare.surroundings_at(np.array([bare.time_at_turn(point.at_turn)]))[0])
+                + point.after_s,
                 point.celsius,
             )
             for point in self.temperature
@@ -253,7 +302,7 @@ class Scenario:
     def table(self) -> RotaryTable:
         """The table with all that acts on it; the noise of the readings comes last."""
         effects: list[PhysicalEffect] = []
-        if self.errors.paper:
+        if self.errors.errors == "paper":
             plain = self.revolution.table().effects
             effects += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
         effects += [effect.physical for effect in self.effects if not effect.reference_only]

@@ -18,9 +18,13 @@ from arctrue.studies.simulate.experiment import (
 from arctrue.table.causes.cause import Cause, Stations, refuse_unhonoured
 from arctrue.table.causes.index_scatter import IndexScatter
 from arctrue.table.conditions import Conditions
-from arctrue.table.measurement_set import GRATING_LINES
 from arctrue.table.noise import Noise, together
-from arctrue.table.rotary_table import DISC_RADIUS_M, HEAD_SEPARATION_RAD, RotaryTable
+from arctrue.table.rotary_table import (
+    DISC_RADIUS_M,
+    GRATING_LINES,
+    HEAD_SEPARATION_RAD,
+    RotaryTable,
+)
 from arctrue.table.stations import stations
 from arctrue.table.temperature import TemperatureCourse
 from arctrue.units import ARCSEC_PER_RAD

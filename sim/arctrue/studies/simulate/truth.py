@@ -7,10 +7,17 @@ import json
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
+
 from arctrue.measurement.description import FILE_NAME
+from arctrue.typed_content import read_json, typed
 from arctrue.whole_file import write_whole_text
 
 READ_ONLY = 0o444
+
+
+class _Sealed(Struct):
+    seal: dict[str, str]
 
 
 class BrokenSealError(ValueError):
@@ -53,10 +60,11 @@ def write_truth(folder: Path, truth: dict[str, Any]) -> Path:
 def read_truth(folder: Path) -> dict[str, Any]:
     """The truth of the set in ``folder``.
 
-    Raises FileNotFoundError without a truth file, BrokenSealError when the set was changed.
+    Raises FileNotFoundError without a truth file, ContentError for one that is none, and
+    BrokenSealError when the set was changed.
     """
     path = truth_path(folder)
-    truth: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    if truth["seal"] != fingerprint(folder):
+    truth = read_json(path, dict[str, Any])
+    if typed(truth, _Sealed, str(path)).seal != fingerprint(folder):
         raise BrokenSealError(f"{folder} was changed after {path} was written; simulate it again")
     return truth

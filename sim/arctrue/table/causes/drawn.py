@@ -55,8 +55,7 @@ from arctrue.table.causes.warm_fast_lobes import WarmFastLobes
 from arctrue.table.causes.warm_lobes import WarmLobes
 from arctrue.table.causes.wearing_track import WearingTrack
 from arctrue.table.causes.white_noise import WhiteNoise
-from arctrue.table.measurement_set import GRATING_LINES
-from arctrue.table.rotary_table import two_heads
+from arctrue.table.rotary_table import GRATING_LINES, two_heads
 from arctrue.units import RAD_PER_ARCSEC
 
 Random = np.random.Generator

@@ -1,12 +1,13 @@
-"""A cause from values that somebody gives: each with its keys, units, defaults and limits."""
+"""A cause from values that somebody gives: each declares its keys, units, defaults and limits."""
 
 from __future__ import annotations
 
 import cmath
 import math
-from typing import Protocol
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.ball_pass import BallPass
@@ -40,6 +41,7 @@ from arctrue.table.causes.warm_fast_lobes import WarmFastLobes
 from arctrue.table.causes.warm_lobes import WarmLobes
 from arctrue.table.causes.wearing_track import WearingTrack
 from arctrue.table.rotary_table import two_heads
+from arctrue.typed_content import NotNegative, Number, Positive
 from arctrue.units import RAD_PER_ARCSEC
 
 HEADS = two_heads()
@@ -47,249 +49,373 @@ MICROMETRE_M = 1e-6
 STROKE_DEG = 1.0
 """Travel after a reversal in which a bearing's friction goes over, where none is given."""
 
-
-class Values(Protocol):
-    """Named values, asked for one by one; what is asked for and not as it should be is refused."""
-
-    def number(
-        self,
-        key: str,
-        default: float | None = None,
-        *,
-        low: float = -math.inf,
-        high: float = math.inf,
-        above: float | None = None,
-    ) -> float:
-        """A finite number."""
-
-    def whole(
-        self,
-        key: str,
-        default: int | None = None,
-        *,
-        low: float = -math.inf,
-        high: float = math.inf,
-    ) -> int:
-        """A whole number."""
-
-    def numbers(self, key: str) -> tuple[float, ...]:
-        """Numbers, at least one."""
+Order = Annotated[int, Meta(ge=1)]
+HeadNumber = Annotated[int, Meta(ge=1, le=2)]
+Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 
-def _direction(values: Values) -> float:
-    return math.radians(values.number("direction_deg", 0.0))
+class Given(Struct, frozen=True, forbid_unknown_fields=True):
+    """Values of a cause, by their keys in an ``[[effect]]`` of a scenario."""
+
+    cause: str
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        """The cause, on a disc of ``lines``. Raises ValueError for values that do not agree."""
+        raise NotImplementedError
 
 
-def _phase(values: Values, key: str = "phase_deg") -> float:
-    return math.radians(values.number(key, 0.0))
+def _rising(key: str, instants_s: tuple[float, ...], least: int) -> None:
+    if len(instants_s) < least or list(instants_s) != sorted(set(instants_s)):
+        expected = "rising instants" if least == 1 else "two or more rising instants"
+        raise ValueError(f"{key}: expected {expected}, found {list(instants_s)}")
 
 
-def _arcsec(values: Values, key: str) -> float:
-    return values.number(key) * RAD_PER_ARCSEC
-
-
-def _head(values: Values, default: int | None = None) -> int:
-    return values.whole("head", default, low=1, high=2) - 1
-
-
-def graduation(values: Values, _: int) -> PhysicalEffect:
-    return GraduationHarmonics(
-        (values.whole("order", low=1),), (_arcsec(values, "arcsec"),), (_phase(values),)
+def _ellipse(
+    forward_um: float, backward_um: float, direction_deg: float
+) -> tuple[complex, complex]:
+    phase = math.radians(direction_deg)
+    return (
+        cmath.rect(forward_um * MICROMETRE_M, phase),
+        cmath.rect(backward_um * MICROMETRE_M, phase),
     )
 
 
-def eccentric(values: Values, _: int) -> PhysicalEffect:
-    return DiscEccentricity(values.number("um") * MICROMETRE_M, _direction(values))
+class Graduation(Given, frozen=True):
+    order: Order
+    arcsec: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        size, phase = self.arcsec * RAD_PER_ARCSEC, math.radians(self.phase_deg)
+        return GraduationHarmonics((self.order,), (size,), (phase,))
 
 
-def bracket_turn(values: Values, _: int) -> PhysicalEffect:
-    head = _head(values, 2)
-    return BracketTurn(head, HEADS[head], _arcsec(values, "arcsec"))
+class Eccentric(Given, frozen=True):
+    um: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return DiscEccentricity(self.um * MICROMETRE_M, math.radians(self.direction_deg))
 
 
-def distortion(values: Values, lines: int) -> PhysicalEffect:
-    return SignalDistortion(
-        _head(values),
-        lines,
-        values.number("cosine_offset", 0.0, low=-0.5, high=0.5),
-        values.number("sine_offset", 0.0, low=-0.5, high=0.5),
-        values.number("gain_difference", 0.0, low=-0.5, high=0.5),
-        math.radians(values.number("phase_error_deg", 0.0, low=-45, high=45)),
-    )
+class Turn(Given, frozen=True):
+    arcsec: Number
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return BracketTurn(self.head - 1, HEADS[self.head - 1], self.arcsec * RAD_PER_ARCSEC)
 
 
-def _ellipse(values: Values) -> tuple[complex, complex]:
-    phase = _direction(values)
-    forward = values.number("forward_um") * MICROMETRE_M
-    backward = values.number("backward_um", 0.0) * MICROMETRE_M
-    return cmath.rect(forward, phase), cmath.rect(backward, phase)
+class Distortion(Given, frozen=True):
+    head: HeadNumber
+    cosine_offset: Half = 0.0
+    sine_offset: Half = 0.0
+    gain_difference: Half = 0.0
+    phase_error_deg: Annotated[float, Meta(ge=-45, le=45)] = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return SignalDistortion(
+            self.head - 1,
+            lines,
+            self.cosine_offset,
+            self.sine_offset,
+            self.gain_difference,
+            math.radians(self.phase_error_deg),
+        )
 
 
-def radial(values: Values, _: int) -> PhysicalEffect:
-    return RadialMotion(values.whole("order", low=1), *_ellipse(values))
+class Radial(Given, frozen=True):
+    order: Order
+    forward_um: Number
+    backward_um: Number = 0.0
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        ellipse = _ellipse(self.forward_um, self.backward_um, self.direction_deg)
+        return RadialMotion(self.order, *ellipse)
 
 
-def balls(values: Values, _: int) -> PhysicalEffect:
-    return BallPass(values.number("order", above=0), *_ellipse(values))
+class Balls(Given, frozen=True):
+    order: Positive
+    forward_um: Number
+    backward_um: Number = 0.0
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return BallPass(
+            self.order, *_ellipse(self.forward_um, self.backward_um, self.direction_deg)
+        )
 
 
-def belt(values: Values, _: int) -> PhysicalEffect:
-    return BeltPull(
-        values.number("order", above=0),
-        values.number("um") * MICROMETRE_M,
-        _direction(values),
-        _phase(values),
-    )
+class Belt(Given, frozen=True):
+    order: Positive
+    um: Number
+    direction_deg: Number = 0.0
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return BeltPull(
+            self.order,
+            self.um * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.phase_deg),
+        )
 
 
-def vibration(values: Values, _: int) -> PhysicalEffect:
-    head = _head(values)
-    return BracketVibration(
-        head,
-        HEADS[head],
-        _arcsec(values, "arcsec"),
-        values.number("hz", above=0),
-        (_phase(values),),
-    )
+class Vibration(Given, frozen=True):
+    head: HeadNumber
+    arcsec: Number
+    hz: Positive
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head = self.head - 1
+        phases = (math.radians(self.phase_deg),)
+        return BracketVibration(head, HEADS[head], self.arcsec * RAD_PER_ARCSEC, self.hz, phases)
 
 
-def wind_up(values: Values, _: int) -> PhysicalEffect:
-    angle = _arcsec(values, "arcsec")
-    return ShaftWindUp(angle, math.radians(values.number("stroke_deg", STROKE_DEG, low=0)))
+class WindUp(Given, frozen=True):
+    arcsec: Number
+    stroke_deg: NotNegative = STROKE_DEG
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return ShaftWindUp(self.arcsec * RAD_PER_ARCSEC, math.radians(self.stroke_deg))
 
 
-def skew(values: Values, _: int) -> PhysicalEffect:
-    return SamplingSkew(values.number("us") * 1e-6)
+class Skew(Given, frozen=True):
+    us: Number
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return SamplingSkew(self.us * 1e-6)
 
 
-def latency(values: Values, _: int) -> PhysicalEffect:
-    return ReadingLatency(values.number("us", low=0) * 1e-6)
+class Latency(Given, frozen=True):
+    us: NotNegative
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return ReadingLatency(self.us * 1e-6)
 
 
-def expansion(values: Values, _: int) -> PhysicalEffect:
-    head = _head(values, 2)
-    return BracketExpansion(head, HEADS[head], _arcsec(values, "arcsec_per_k"))
+class Expansion(Given, frozen=True):
+    arcsec_per_k: Number
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head = self.head - 1
+        return BracketExpansion(head, HEADS[head], self.arcsec_per_k * RAD_PER_ARCSEC)
 
 
-def thermal(values: Values, _: int) -> PhysicalEffect:
-    rate = values.number("um_per_k") * MICROMETRE_M
-    return ThermalCentre(cmath.rect(rate, _direction(values)))
+class Thermal(Given, frozen=True):
+    um_per_k: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        direction_rad = math.radians(self.direction_deg)
+        return ThermalCentre(cmath.rect(self.um_per_k * MICROMETRE_M, direction_rad))
 
 
-def creeping(values: Values, _: int) -> PhysicalEffect:
-    rate = values.number("um_per_turn") * MICROMETRE_M
-    return CreepingCentre(cmath.rect(rate, _direction(values)))
+class Creeping(Given, frozen=True):
+    um_per_turn: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        direction_rad = math.radians(self.direction_deg)
+        return CreepingCentre(cmath.rect(self.um_per_turn * MICROMETRE_M, direction_rad))
 
 
-def bump(values: Values, _: int) -> PhysicalEffect:
-    return GraduationBump(
-        _arcsec(values, "arcsec"),
-        math.radians(values.number("place_deg")),
-        math.radians(values.number("width_deg", above=0)),
-        values.number("power", 2.0, above=0),
-        values.number("skew", 0.0, low=-0.9, high=0.9),
-    )
+class Bump(Given, frozen=True):
+    arcsec: Number
+    place_deg: Number
+    width_deg: Positive
+    power: Positive = 2.0
+    skew: Annotated[float, Meta(ge=-0.9, le=0.9)] = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return GraduationBump(
+            self.arcsec * RAD_PER_ARCSEC,
+            math.radians(self.place_deg),
+            math.radians(self.width_deg),
+            self.power,
+            self.skew,
+        )
 
 
-def gear(values: Values, _: int) -> PhysicalEffect:
-    return GearMesh(
-        values.whole("teeth", low=1),
-        (_arcsec(values, "arcsec"),),
-        (_phase(values),),
-        values.number("wobble_rad", 0.0),
-        _phase(values, "wobble_phase_deg"),
-    )
+class Gear(Given, frozen=True):
+    teeth: Order
+    arcsec: Number
+    phase_deg: Number = 0.0
+    wobble_rad: Number = 0.0
+    wobble_phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return GearMesh(
+            self.teeth,
+            (self.arcsec * RAD_PER_ARCSEC,),
+            (math.radians(self.phase_deg),),
+            self.wobble_rad,
+            math.radians(self.wobble_phase_deg),
+        )
 
 
-def warm(values: Values, _: int) -> PhysicalEffect:
-    return WarmLobes(values.whole("order", low=1), _arcsec(values, "arcsec_per_k"), _phase(values))
+class Warm(Given, frozen=True):
+    order: Order
+    arcsec_per_k: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        rate = self.arcsec_per_k * RAD_PER_ARCSEC
+        return WarmLobes(self.order, rate, math.radians(self.phase_deg))
 
 
-def centrifugal(values: Values, _: int) -> PhysicalEffect:
-    return CentrifugalLobes(
-        values.whole("order", low=1), _arcsec(values, "arcsec_s2"), _phase(values)
-    )
+class Centrifugal(Given, frozen=True):
+    order: Order
+    arcsec_s2: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        rate = self.arcsec_s2 * RAD_PER_ARCSEC
+        return CentrifugalLobes(self.order, rate, math.radians(self.phase_deg))
 
 
-def settling(values: Values, _: int) -> PhysicalEffect:
-    head = _head(values, 2)
-    angle, tau_s = _arcsec(values, "arcsec"), values.number("time_constant_s", above=0)
-    # "Each run" is the time in which pauses count in full: see course.py.
-    return SettlingBracket(head, HEADS[head], angle, tau_s, each_run=True)
+class Settling(Given, frozen=True):
+    arcsec: Number
+    time_constant_s: Positive
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        # "Each run" is the time in which pauses count in full: see course.py.
+        return SettlingBracket(head, HEADS[head], angle, self.time_constant_s, each_run=True)
 
 
-def faces(values: Values, _: int) -> PhysicalEffect:
-    return PolygonFaces(tuple(np.multiply(values.numbers("arcsec"), RAD_PER_ARCSEC).tolist()))
+class Faces(Given, frozen=True):
+    arcsec: Annotated[tuple[Number, ...], Meta(min_length=1)]
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return PolygonFaces(tuple(np.multiply(self.arcsec, RAD_PER_ARCSEC).tolist()))
 
 
-def polygon_mounting(values: Values, _: int) -> PhysicalEffect:
-    return PolygonMounting(
-        values.number("um") * MICROMETRE_M,
-        values.number("flatness_um") * MICROMETRE_M,
-        values.number("face_mm", above=0) * 1e-3,
-        _arcsec(values, "tilt_arcsec"),
-        float(np.deg2rad(values.number("roll_deg"))),
-        _phase(values),
-    )
+class Mounting(Given, frozen=True):
+    um: Number
+    flatness_um: Number
+    face_mm: Positive
+    tilt_arcsec: Number
+    roll_deg: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return PolygonMounting(
+            self.um * MICROMETRE_M,
+            self.flatness_um * MICROMETRE_M,
+            self.face_mm * 1e-3,
+            self.tilt_arcsec * RAD_PER_ARCSEC,
+            float(np.deg2rad(self.roll_deg)),
+            math.radians(self.phase_deg),
+        )
 
 
-def gain(values: Values, _: int) -> PhysicalEffect:
-    return AutocollimatorScale(values.number("percent") / 100)
+class Gain(Given, frozen=True):
+    percent: Number
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return AutocollimatorScale(self.percent / 100)
 
 
-def drift(values: Values, _: int) -> PhysicalEffect:
-    return InstrumentDrift(_arcsec(values, "arcsec_per_h") / 3600)
+class Drift(Given, frozen=True):
+    arcsec_per_h: Number
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return InstrumentDrift(self.arcsec_per_h * RAD_PER_ARCSEC / 3600)
 
 
-def flat_track(values: Values, _: int) -> PhysicalEffect:
-    return FlatTrack(
-        values.number("um") * MICROMETRE_M,
-        _direction(values),
-        _phase(values, "place_deg"),
-        math.radians(values.number("width_deg", above=0)),
-    )
+class Flat(Given, frozen=True):
+    um: Number
+    width_deg: Positive
+    direction_deg: Number = 0.0
+    place_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return FlatTrack(
+            self.um * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.place_deg),
+            math.radians(self.width_deg),
+        )
 
 
-def saw_tooth(values: Values, _: int) -> PhysicalEffect:
-    return SawToothMotion(
-        values.whole("order", low=1),
-        values.number("um") * MICROMETRE_M,
-        _direction(values),
-        _phase(values),
-        values.number("rise", 0.9, low=0.01, high=0.99),
-    )
+class SawTooth(Given, frozen=True):
+    order: Order
+    um: Number
+    direction_deg: Number = 0.0
+    phase_deg: Number = 0.0
+    rise: Annotated[float, Meta(ge=0.01, le=0.99)] = 0.9
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return SawToothMotion(
+            self.order,
+            self.um * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.phase_deg),
+            self.rise,
+        )
 
 
-def warm_fast(values: Values, _: int) -> PhysicalEffect:
-    return WarmFastLobes(
-        values.whole("order", low=1), _arcsec(values, "arcsec_s2_per_k"), _phase(values)
-    )
+class WarmFast(Given, frozen=True):
+    order: Order
+    arcsec_s2_per_k: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        rate = self.arcsec_s2_per_k * RAD_PER_ARCSEC
+        return WarmFastLobes(self.order, rate, math.radians(self.phase_deg))
 
 
-def sticking(values: Values, _: int) -> PhysicalEffect:
-    head, slips_s = _head(values), values.numbers("slips_s")
-    if len(slips_s) < 2 or list(slips_s) != sorted(set(slips_s)):
-        raise ValueError(f"slips_s: expected two or more rising instants, found {list(slips_s)}")
-    return StickingBracket(head, HEADS[head], _arcsec(values, "arcsec"), slips_s)
+class Sticking(Given, frozen=True):
+    head: HeadNumber
+    arcsec: Number
+    slips_s: tuple[Number, ...]
+
+    def __post_init__(self) -> None:
+        _rising("slips_s", self.slips_s, 2)
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return StickingBracket(head, HEADS[head], angle, self.slips_s)
 
 
-def loosening(values: Values, _: int) -> PhysicalEffect:
-    head, knocks_s = _head(values), values.numbers("knocks_s")
-    if list(knocks_s) != sorted(set(knocks_s)):
-        raise ValueError(f"knocks_s: expected rising instants, found {list(knocks_s)}")
-    return LooseningHead(head, HEADS[head], _arcsec(values, "arcsec"), knocks_s)
+class Loosening(Given, frozen=True):
+    head: HeadNumber
+    arcsec: Number
+    knocks_s: tuple[Number, ...]
+
+    def __post_init__(self) -> None:
+        _rising("knocks_s", self.knocks_s, 1)
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return LooseningHead(head, HEADS[head], angle, self.knocks_s)
 
 
-def wearing(values: Values, _: int) -> PhysicalEffect:
-    return WearingTrack(
-        values.whole("order", low=1),
-        values.number("um_per_turn") * MICROMETRE_M,
-        _direction(values),
-        _phase(values),
-    )
+class Wearing(Given, frozen=True):
+    order: Order
+    um_per_turn: Number
+    direction_deg: Number = 0.0
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        return WearingTrack(
+            self.order,
+            self.um_per_turn * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.phase_deg),
+        )
 
 
-def leaning(values: Values, _: int) -> PhysicalEffect:
-    head = _head(values)
-    stroke = math.radians(values.number("stroke_deg", STROKE_DEG, above=0))
-    return LeaningBracket(head, HEADS[head], _arcsec(values, "arcsec"), stroke)
+class Leaning(Given, frozen=True):
+    head: HeadNumber
+    arcsec: Number
+    stroke_deg: Positive = STROKE_DEG
+
+    def physical(self, lines: int) -> PhysicalEffect:
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return LeaningBracket(head, HEADS[head], angle, math.radians(self.stroke_deg))

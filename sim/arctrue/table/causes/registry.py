@@ -7,7 +7,6 @@ benchmark take their causes from here. What a consumer cannot honour it refuses,
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -28,7 +27,7 @@ from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.drawn import Build, Occasion, Random
 from arctrue.table.causes.flat_track import FlatTrack
 from arctrue.table.causes.gear_mesh import GearMesh
-from arctrue.table.causes.given import Values
+from arctrue.table.causes.given import Given
 from arctrue.table.causes.graduation_bump import GraduationBump
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.causes.index_scatter import IndexScatter
@@ -71,8 +70,6 @@ __all__ = [
     "Recipe",
 ]
 
-Given = Callable[[Values, int], PhysicalEffect]
-"""From named values and the lines of the disc."""
 Kind = Literal["catalogue", "parts", "stranger", "noise"]
 """An effect of the catalogue; a product of parts; neither of both; noise, which is no effect."""
 
@@ -83,8 +80,8 @@ class NamedCause:
 
     name: str
     kind: type[PhysicalEffect]
-    given: Given | None = None
-    """From values that somebody gives; None: it is only drawn."""
+    given: type[Given] | None = None
+    """Values that somebody may give; None: it is only drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,47 +112,47 @@ class Recipe:
 
 
 _CAUSES = (
-    NamedCause("autocollimator_scale", AutocollimatorScale, given.gain),
+    NamedCause("autocollimator_scale", AutocollimatorScale, given.Gain),
     NamedCause("autoregressive_noise", AutoregressiveNoise),
-    NamedCause("ball_pass", BallPass, given.balls),
-    NamedCause("belt_half_order", BeltPull, given.belt),
-    NamedCause("bracket_expansion", BracketExpansion, given.expansion),
-    NamedCause("bracket_turn", BracketTurn, given.bracket_turn),
-    NamedCause("bracket_vibration", BracketVibration, given.vibration),
-    NamedCause("centrifugal_lobes", CentrifugalLobes, given.centrifugal),
-    NamedCause("creeping_centre", CreepingCentre, given.creeping),
-    NamedCause("disc_eccentricity", DiscEccentricity, given.eccentric),
-    NamedCause("flat_track", FlatTrack, given.flat_track),
-    NamedCause("gear_mesh", GearMesh, given.gear),
-    NamedCause("graduation_bump", GraduationBump, given.bump),
-    NamedCause("graduation_harmonics", GraduationHarmonics, given.graduation),
+    NamedCause("ball_pass", BallPass, given.Balls),
+    NamedCause("belt_half_order", BeltPull, given.Belt),
+    NamedCause("bracket_expansion", BracketExpansion, given.Expansion),
+    NamedCause("bracket_turn", BracketTurn, given.Turn),
+    NamedCause("bracket_vibration", BracketVibration, given.Vibration),
+    NamedCause("centrifugal_lobes", CentrifugalLobes, given.Centrifugal),
+    NamedCause("creeping_centre", CreepingCentre, given.Creeping),
+    NamedCause("disc_eccentricity", DiscEccentricity, given.Eccentric),
+    NamedCause("flat_track", FlatTrack, given.Flat),
+    NamedCause("gear_mesh", GearMesh, given.Gear),
+    NamedCause("graduation_bump", GraduationBump, given.Bump),
+    NamedCause("graduation_harmonics", GraduationHarmonics, given.Graduation),
     NamedCause("index_scatter", IndexScatter),
-    NamedCause("instrument_drift", InstrumentDrift, given.drift),
-    NamedCause("leaning_bracket", LeaningBracket, given.leaning),
-    NamedCause("loosening_head", LooseningHead, given.loosening),
+    NamedCause("instrument_drift", InstrumentDrift, given.Drift),
+    NamedCause("leaning_bracket", LeaningBracket, given.Leaning),
+    NamedCause("loosening_head", LooseningHead, given.Loosening),
     NamedCause("lost_counts", LostCounts),
     NamedCause("noise_by_angle", NoiseByAngle),
     NamedCause("outliers", Outliers),
-    NamedCause("polygon_faces", PolygonFaces, given.faces),
-    NamedCause("polygon_mounting", PolygonMounting, given.polygon_mounting),
+    NamedCause("polygon_faces", PolygonFaces, given.Faces),
+    NamedCause("polygon_mounting", PolygonMounting, given.Mounting),
     NamedCause("power_law_noise", PowerLawNoise),
-    NamedCause("radial_motion", RadialMotion, given.radial),
-    NamedCause("reading_latency", ReadingLatency, given.latency),
+    NamedCause("radial_motion", RadialMotion, given.Radial),
+    NamedCause("reading_latency", ReadingLatency, given.Latency),
     NamedCause("relaxing_noise", RelaxingNoise),
-    NamedCause("sampling_skew", SamplingSkew, given.skew),
-    NamedCause("saw_tooth_motion", SawToothMotion, given.saw_tooth),
+    NamedCause("sampling_skew", SamplingSkew, given.Skew),
+    NamedCause("saw_tooth_motion", SawToothMotion, given.SawTooth),
     NamedCause("sensor_lag", SensorLag),
-    NamedCause("settling_bracket", SettlingBracket, given.settling),
-    NamedCause("shaft_wind_up", ShaftWindUp, given.wind_up),
-    NamedCause("signal_distortion", SignalDistortion, given.distortion),
-    NamedCause("sticking_bracket", StickingBracket, given.sticking),
+    NamedCause("settling_bracket", SettlingBracket, given.Settling),
+    NamedCause("shaft_wind_up", ShaftWindUp, given.WindUp),
+    NamedCause("signal_distortion", SignalDistortion, given.Distortion),
+    NamedCause("sticking_bracket", StickingBracket, given.Sticking),
     NamedCause("swinging_speed", SwingingSpeed),
-    NamedCause("thermal_centre", ThermalCentre, given.thermal),
+    NamedCause("thermal_centre", ThermalCentre, given.Thermal),
     NamedCause("time_gaps", TimeGaps),
     NamedCause("wandering_reference", WanderingReference),
-    NamedCause("warm_fast_lobes", WarmFastLobes, given.warm_fast),
-    NamedCause("warm_lobes", WarmLobes, given.warm),
-    NamedCause("wearing_track", WearingTrack, given.wearing),
+    NamedCause("warm_fast_lobes", WarmFastLobes, given.WarmFast),
+    NamedCause("warm_lobes", WarmLobes, given.Warm),
+    NamedCause("wearing_track", WearingTrack, given.Wearing),
     NamedCause("white_noise", WhiteNoise),
 )
 

@@ -5,19 +5,13 @@ from __future__ import annotations
 import keyword
 import re
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from arctrue.whole_file import write_whole_text
-from arctrue.workbench.effects.product_of_parts import (
-    Frame,
-    ProductOfParts,
-    column_condition,
-    condition_named,
-)
+from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.observations import Observations
 
 
 class AdoptedProduct(ProductOfParts):
@@ -32,23 +26,23 @@ class AdoptedProduct(ProductOfParts):
     fixed_to: ClassVar[Frame] = "disc"
     electrical: ClassVar[int | None] = None
 
-    def __init__(self) -> None:
-        """Raises ValueError for parts that do not exist."""
-        super().__init__(
-            condition_named(self.condition_words, self.time_constant_s, self.each_run)
-            if self.column is None
-            else column_condition(self.column, self.column_zero),
-            self.wave_orders,
-            self.fixed_to,
-            self.electrical,
-        )
+    needs_settings = False
+    defaults: ClassVar[dict[str, object]] = {}
 
-    def missing(self, observations: Observations) -> list[str]:
-        for rows in (observations.capture, observations.reference):
-            if rows is not None and self.condition.values(rows) is not None:
-                return []
-        what = "condition" if self.column is None else "column"
-        return [f"the {what} {self.condition.part}"]
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        """The attributes become the defaults of the settings."""
+        super().__init_subclass__(**keywords)
+        if "defaults" not in vars(cls):
+            cls.defaults = {
+                "condition": cls.condition_words,
+                "time_constant_s": cls.time_constant_s or 0.0,
+                "each_run": cls.each_run,
+                "column": cls.column or "",
+                "column_zero": cls.column_zero,
+                "orders": list(cls.wave_orders),
+                "fixed_to": cls.fixed_to,
+                "electrical_head": cls.electrical or 0,
+            }
 
 
 def adopt(product: ProductOfParts, name: str, description: str, folder: Path) -> Path:

@@ -140,7 +140,7 @@ def _residual_unseen(
     """Generic effects as large as all that is left would not have been found, most of them."""
     tried = unseen = 0
     generic = [
-        ProductOfParts(condition, () if order is None else (order,), frame)
+        ProductOfParts.of(condition, () if order is None else (order,), frame)
         for condition in _simple(residuals.observations)
         for order in GENERIC_ORDERS
         for frame in _frames(residuals.observations)

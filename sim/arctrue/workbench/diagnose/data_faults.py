@@ -101,10 +101,12 @@ def _step_faults(
         ]
     in_counts = (observations.counts_per_rev or 1) / (2.0 * np.pi)
     passed = np.diff(rows.time_s[start:end])
-    expected = _expected_step(step, passed)
     wrong = [_implausible(step, passed), _implausible(other, passed)]
     lost = wrong[0] & wrong[1]
-    found = []
+    found: list[str] = []
+    if not (wrong[0].any() or wrong[1].any()):
+        return found
+    expected = _expected_step(step, passed)
     if lost.any():
         first = int(np.flatnonzero(lost)[0])
         found.append(
@@ -150,10 +152,17 @@ def _implausible(step: Float, passed_s: Float) -> Boolean:
 
     Time stamps may be coarser than the rows, and rows may be missing: one of the two is enough.
     """
+    lowest, highest = float(step.min()), float(step.max())
+    if highest - lowest <= STEP_TOLERANCE * min(abs(lowest), abs(highest)) and lowest * highest > 0:
+        # A median of these lies among them: none is further from it than the tolerance.
+        return np.zeros(step.size, dtype=bool)
     noise = LOST_SIGMA * step_scatter(step)
     wrong = np.ones(step.size, dtype=bool)
-    for expected in (_expected_step(step, passed_s), _expected_step(step, None)):
+    for passed in (None, passed_s):
+        expected = _expected_step(step, passed)
         wrong &= np.abs(step - expected) > np.maximum(STEP_TOLERANCE * np.abs(expected), noise)
+        if not wrong.any():
+            break
     return wrong
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import without_unspecific
 from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import (
+    DEEPEST,
     NEAR_TIE,
     PARTS_ADVANTAGE,
     Case,
@@ -20,7 +22,7 @@ from arctrue.workbench.diagnose.decision import (
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.heldout import HeldOut
 from arctrue.workbench.diagnose.posterior import posterior
-from arctrue.workbench.diagnose.survey import Progress, Survey, survey
+from arctrue.workbench.diagnose.survey import Survey, survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.normal_equations import Term
@@ -88,7 +90,7 @@ def diagnose(
     effects: Mapping[str, type[Effect]],
     *,
     matters_counts: float = MATTERS_COUNTS,
-    progress: Progress = lambda text: None,
+    progress: Say = lambda text: None,
 ) -> Diagnosis:
     """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result."""
     faults = data_faults(observations)
@@ -121,7 +123,9 @@ def diagnose(
         progress(f"once more beside {first.name}")
         # A line beside its place would leave a rest for others.
         left = Residuals(refined(first.solution))
-        return survey(left, effects, matters, lambda text: None, negligible=False)
+        return survey(
+            left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
+        )
 
     found = decide(Case(tried, effects, with_first))
     result = _told(observations, tried, found)

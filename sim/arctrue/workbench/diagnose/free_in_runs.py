@@ -21,10 +21,13 @@ def at_other_speeds(item: Candidate) -> bool:
     the other speeds too.
     """
     rows = item.solution.observations.capture
-    if rows is None or not _free_in_runs(item.effect, item):
+    if rows is None:
+        return True
+    own = _of_runs(item.effect, item)
+    if rows.runs < 2 or not any(own):
         return True
     part = item.solution.part(len(item.solution.terms) - 1)
-    coefficients = item.solution.coefficients[part].reshape(rows.runs, -1)
+    coefficients = item.solution.coefficients[part][own].reshape(rows.runs, -1)
     counts = np.bincount(rows.run, minlength=rows.runs).astype(np.float64)
     first = np.searchsorted(rows.run, np.arange(rows.runs))
     speed = np.abs(rows.speed_rad_s[first])
@@ -37,8 +40,6 @@ def at_other_speeds(item: Candidate) -> bool:
     return float(gain[other].sum() / gain.sum()) > LEAST_SHARE * expected
 
 
-def _free_in_runs(effect: Effect, item: Candidate) -> bool:
-    """Its columns are counted by runs: as many more as the set has runs."""
-    observations = item.solution.observations
-    names = effect.column_names(observations)
-    return observations.runs > 1 and all(" run " in name for name in names)
+def _of_runs(effect: Effect, item: Candidate) -> list[bool]:
+    """Which of its columns belong to one run of the capture."""
+    return [" run " in name for name in effect.column_names(item.solution.observations)]

@@ -66,6 +66,8 @@ class NextMeasurement:
     """That the wrong one of the pair would leave there."""
 
 
+OF_FIRST_RUN = " run 0"
+"""End of the names of columns that belong to the first run."""
 AT_ONE_SPEED = NextMeasurement(
     "one run with five times as many samples a turn: the line is there at one speed only, and may "
     "be the alias of another",
@@ -196,7 +198,8 @@ def _showing(truth: Candidate, there: Observations) -> Observations:
             )
         )
         # What is free in each run goes on as it was in the first.
-        again = list(known.values())[: max(len(known) // max(solution.observations.runs, 1), 1)]
+        of_first = [value for name, value in known.items() if name.endswith(OF_FIRST_RUN)]
+        again = of_first or list(known.values())
         names = term.effect.column_names(there)
         coefficients += [
             known.get(name, again[position % len(again)]) for position, name in enumerate(names)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.runs import run_spans
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
@@ -22,9 +23,9 @@ def capture_noise_arcsec(observations: Observations, residual: Float) -> float:
     rows = observations.capture
     assert rows is not None
     square, freedom = 0.0, 0.0
-    for run in range(observations.runs):
-        inside = np.flatnonzero(rows.run == run)
-        angle = rows.angle_rad[inside] * (1.0 if rows.direction[inside[0]] > 0 else -1.0)
+    for first, last in run_spans(rows.run):
+        inside = slice(first, last)
+        angle = rows.angle_rad[inside] * (1.0 if rows.direction[first] > 0 else -1.0)
         values = residual[inside]
         ahead = angle + 2.0 * np.pi
         there = np.flatnonzero(ahead <= angle[-1])

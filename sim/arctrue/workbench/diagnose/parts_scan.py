@@ -204,7 +204,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     scored: list[PartsCandidate] = []
     chosen = [
         [
-            ProductOfParts(condition, () if order is None else (order,), frame)
+            ProductOfParts.of(condition, () if order is None else (order,), frame)
             for frame in _frames(order, observations, in_reference)
             if order is not None or frame != "stator"
         ]
@@ -226,7 +226,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
             if condition.part == "settling":
                 continue
             frame_of_head: Frame = "head1" if head == 1 else "head2"
-            effect = ProductOfParts(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
+            effect = ProductOfParts.of(condition, ELECTRICAL_MULTIPLES, frame_of_head, head)
             scored.append(_scored(residuals, effect, tried, shares[found.index(condition)]))
     if look_alikes:
         return _best_of_each(scored)[:SHORTLIST]
@@ -252,7 +252,7 @@ def _refined_settling(residuals: Residuals, item: PartsCandidate) -> PartsCandid
 
     def at(log_constant: float) -> PartsCandidate:
         condition = settling_condition(float(np.exp(log_constant)), item.effect.condition.each_run)
-        effect = ProductOfParts(
+        effect = ProductOfParts.of(
             condition, item.effect.orders, item.effect.frame, item.effect.electrical_head
         )
         return replace(_scored(residuals, effect, item.trials, 1.0), level_trials=item.level_trials)

@@ -123,7 +123,10 @@ def _further_run(
         **_usual(rows, count),
     )
     joined = replace(_joined(rows, new), runs=rows.runs + 1)
-    return replace(observations, capture=joined, kept_columns={})
+    reference = observations.reference
+    if reference is not None:
+        reference = replace(reference, capture_runs=joined.runs)
+    return replace(observations, capture=joined, reference=reference, kept_columns={})
 
 
 def _turns(angle_rad: Float) -> Integer:
@@ -167,13 +170,18 @@ def _stations(observations: Observations) -> ReferenceRows:
         middle_time_s=float(0.5 * (time[0] + time[-1])),
         reference_temperature_c=observations.reference_temperature_c,
         error_arcsec=np.zeros(count),
+        capture_runs=observations.runs,
     )
 
 
 def _reference(observations: Observations) -> Observations | None:
     if observations.reference is not None:
         return None
-    return replace(observations, reference=_stations(observations), kept_columns={})
+    capture = observations.capture
+    if capture is not None:
+        capture = replace(capture, reference_in_time=True)
+    stations = _stations(observations)
+    return replace(observations, capture=capture, reference=stations, kept_columns={})
 
 
 def _reference_back(observations: Observations) -> Observations | None:

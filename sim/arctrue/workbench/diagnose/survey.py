@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.evidence import (
@@ -28,13 +29,12 @@ from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noi
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
-
-Progress = Callable[[str], None]
 
 SIGNIFICANCE = 0.01
 """Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
@@ -68,6 +68,8 @@ class Survey:
     """An effect that moves the prediction by less than this is negligible."""
     absent: int
     """Effects of the catalogue that the model lacks: its p pays for so many."""
+    looks: int = 1
+    """Surveys of this kind that a diagnosis makes: every p pays for so many."""
     candidates: list[Candidate] = field(default_factory=list)
     parts: list[Candidate] = field(default_factory=list)
     untestable: dict[str, list[str]] = field(default_factory=dict)
@@ -103,22 +105,24 @@ def survey(
     residuals: Residuals,
     effects: Mapping[str, type[Effect]],
     matters_arcsec: float,
-    progress: Progress,
+    progress: Say,
     *,
     negligible: bool = True,
+    looks: int = 1,
 ) -> Survey:
     """Try everything beside the model of ``residuals``.
 
     Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
     An effect with a search is tried again beside itself: it may be there at another place.
+    ``looks``: surveys of this kind that the diagnosis makes.
     """
     base = residuals.solution
     present = {term.effect.name for term in base.terms}
-    absent = {name: effect for name, effect in effects.items() if name not in present}
+    absent = absent_effects(effects, present)
     repeatable = {
         name: effect for name, effect in effects.items() if name in present and effect.search
     }
-    found = Survey(residuals, matters_arcsec, len(absent))
+    found = Survey(residuals, matters_arcsec, len(absent), looks)
     _judge_fit(found)
     for name, kind in [*absent.items(), *repeatable.items()]:
         effect = kind()
@@ -127,11 +131,11 @@ def survey(
             found.untestable[name] = lacking
             continue
         progress(f"trying {name}")
-        candidate = _try_effect(effect, residuals, found.absent)
+        candidate = _try_effect(effect, residuals, found.absent * looks)
         if candidate is not None:
             found.candidates.append(candidate)
     progress("trying products of parts")
-    found.parts = _try_parts(residuals)
+    found.parts = _try_parts(residuals, looks)
     _weigh(found, progress, negligible=negligible)
     found.candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
     return found
@@ -239,19 +243,19 @@ def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     )
 
 
-def _try_parts(residuals: Residuals) -> list[Candidate]:
+def _try_parts(residuals: Residuals, looks: int) -> list[Candidate]:
     found = []
     for item in best_parts(residuals):
         if item.rank == 0:
             continue
         tried = _candidate(item.effect, {}, item.gain, item.rank, item.trials, residuals, 1, [])
         tried.level_trials = item.level_trials
-        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, 1)
+        tried.p_corrected = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
         found.append(tried)
     return sorted(found, key=lambda item: -item.delta_bic)
 
 
-def _weigh(result: Survey, progress: Progress, *, negligible: bool) -> None:
+def _weigh(result: Survey, progress: Say, *, negligible: bool) -> None:
     """Evidence with the noise free on both sides, for whatever may be named.
 
     That is the catalogue's candidates, best first, until those that follow have no chance to come
@@ -366,9 +370,7 @@ def _same_noise(result: Survey, real: Candidate) -> None:
             )
 
 
-def _judge(
-    item: Candidate, result: Survey, null: float, candidates: int, progress: Progress
-) -> None:
+def _judge(item: Candidate, result: Survey, null: float, candidates: int, progress: Say) -> None:
     """Evidence, and rows that the fit never saw where that is significant and matters."""
     residuals = result.residuals
     progress(f"the noise beside {item.name}")
@@ -437,7 +439,9 @@ def _settle(item: Candidate, found: Evidence, result: Survey, candidates: int) -
     item.solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
     item.size_arcsec = sizes_arcsec(found.base.solution, item.solution)
     trials = item.trials if item.level_trials is None else item.level_trials
-    item.p_corrected = corrected_p_value(item.gain, item.rank, trials, candidates, found.freedom)
+    item.p_corrected = corrected_p_value(
+        item.gain, item.rank, trials, candidates * result.looks, found.freedom
+    )
     item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.size_arcsec, result.base)
 
 

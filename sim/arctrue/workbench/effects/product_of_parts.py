@@ -6,9 +6,9 @@ phase, or nothing) that is fixed to something (the disc, the stator, a head, the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,16 @@ class Condition:
     """Column of the set, where the condition is a further one of its own."""
     column_zero: float = 0.0
     """Value of the column at which the condition is 0."""
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """The settings of a :class:`ProductOfParts` that say it."""
+        if self.column is not None:
+            return {"column": self.column, "column_zero": self.column_zero}
+        if self.time_constant_s is not None:
+            return {"time_constant_s": self.time_constant_s, "each_run": self.each_run}
+        names = {condition.words: name for name, condition in CONDITIONS.items()}
+        return {"condition": names[self.words]}
 
 
 def _temperature(rows: Rows) -> Float | None:
@@ -98,6 +108,13 @@ SIMPLE_CONDITIONS = (
 )
 
 
+CONDITIONS: Mapping[str, Condition] = {
+    "|speed|" if condition.values is _speed_size else condition.part: condition
+    for condition in (ALWAYS, *SIMPLE_CONDITIONS)
+}
+"""By the name that the setting ``condition`` has for each."""
+
+
 def settling_condition(time_constant_s: float, each_run: bool) -> Condition:
     """exp(−t/τ), t from the start of each run or of the whole set."""
     since = "each start" if each_run else "the start"
@@ -138,16 +155,16 @@ def _columns(observations: Observations) -> list[Condition]:
 def condition_named(
     words: str, time_constant_s: float | None = None, each_run: bool = False
 ) -> Condition:
-    """A condition by its words, or the settling of a time constant; "" is no condition.
+    """A condition by its name or words, or the settling of a time constant; "" is no condition.
 
     Raises ValueError for words that name none.
     """
     if time_constant_s is not None:
         return settling_condition(time_constant_s, each_run)
-    for condition in (ALWAYS, *SIMPLE_CONDITIONS):
-        if condition.words == words:
+    for name, condition in CONDITIONS.items():
+        if words in (name, condition.words):
             return condition
-    known = ", ".join(repr(condition.words) for condition in SIMPLE_CONDITIONS)
+    known = ", ".join(repr(name) for name in CONDITIONS if name)
     raise ValueError(f"no condition {words!r}; there are: {known}")
 
 
@@ -202,28 +219,99 @@ class ProductOfParts(Effect):
     """condition × wave, fixed to a frame."""
 
     name = "product_of_parts"
-    physics = "A description by parts; its physics is not known yet."
+    physics = "A description by parts, which the settings say; its physics is not known yet."
     equation = "condition × wave, in one frame"
     source = "found in the residuals"
+    needs_settings = True
+    compensation = "lanes"
+    compensation_note = "on disc, stator or head 1, steady or in proportion to the temperature"
+    defaults = {
+        "condition": "",
+        "time_constant_s": 0.0,
+        "each_run": False,
+        "column": "",
+        "column_zero": 0.0,
+        "orders": [],
+        "fixed_to": "disc",
+        "electrical_head": 0,
+    }
+    parameter_units = {"size": "arcsec", "amplitude": "arcsec", "phase": "deg"}
     capture_sees = "as its frame says"
     reference_sees = "as its frame says"
     told_apart_by = "its condition and its order"
     next_measurement = "change the condition alone and measure again"
     plausible = "unknown"
 
-    def __init__(
-        self,
+    condition: Condition
+    orders: tuple[float, ...]
+    """Multiples of the angle (or of the electrical phase); () for a constant."""
+    frame: Frame
+    electrical_head: int | None
+
+    def __init__(self, **settings: object) -> None:
+        """Raises ValueError for settings that say no product.
+
+        ``condition``: a name of CONDITIONS; or ``time_constant_s`` > 0 for a settling, from
+        ``each_run`` or the start of the set; or ``column``, less ``column_zero``. ``orders``: none
+        for a constant. ``electrical_head``: 1 or 2 for multiples of its electrical phase.
+        """
+        super().__init__(**settings)
+        said = self.settings
+        constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
+        if sum([bool(said["condition"]), constant_s != 0.0, bool(column)]) > 1:
+            self._refuse("condition", "one of condition, time_constant_s and column alone")
+        if constant_s < 0.0:
+            self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
+        if column:
+            self.condition = column_condition(column, float(str(said["column_zero"])))
+        else:
+            self.condition = condition_named(
+                str(said["condition"]), constant_s or None, bool(said["each_run"])
+            )
+        orders = said["orders"]
+        if not isinstance(orders, Sequence) or any(
+            isinstance(order, bool) or not isinstance(order, int | float) or not order > 0
+            for order in orders
+        ):
+            self._refuse("orders", "a list of numbers above 0")
+        if said["fixed_to"] not in get_args(Frame):
+            self._refuse("fixed_to", f"one of {', '.join(get_args(Frame))}")
+        if said["electrical_head"] not in (0, 1, 2):
+            self._refuse("electrical_head", "1 or 2, or 0 for the angle")
+        self.orders = tuple(float(order) for order in orders)  # type: ignore[attr-defined]
+        self.frame = said["fixed_to"]  # type: ignore[assignment]
+        self.electrical_head = int(str(said["electrical_head"])) or None
+
+    def _refuse(self, key: str, expected: str) -> None:
+        raise ValueError(
+            f"effect {self.name}: setting {key}: expected {expected}, found {self.settings[key]!r}"
+        )
+
+    @classmethod
+    def of(
+        cls,
         condition: Condition,
         orders: tuple[float, ...],
         frame: Frame,
         electrical_head: int | None = None,
-    ) -> None:
-        """``orders`` are multiples of the angle (or of the electrical phase); () for a constant."""
-        super().__init__()
-        self.condition = condition
-        self.orders = orders
-        self.frame: Frame = frame
-        self.electrical_head = electrical_head
+    ) -> Self:
+        """The product of these parts."""
+        product = cls(
+            **condition.settings,
+            orders=list(orders),
+            fixed_to=frame,
+            electrical_head=electrical_head or 0,
+        )
+        # Two settlings of the same time constant are alike, and not equal.
+        product.condition = condition
+        return product
+
+    def missing(self, observations: Observations) -> list[str]:
+        channels = (observations.capture, observations.reference)
+        if any(rows is not None and self.condition.values(rows) is not None for rows in channels):
+            return []
+        what = "condition" if self.condition.column is None else "column"
+        return [f"the {what} {self.condition.part}"]
 
     @property
     def parts(self) -> list[str]:

@@ -7,7 +7,7 @@ import importlib.metadata
 import importlib.util
 import inspect
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import arctrue.workbench.effects.catalogue
@@ -20,6 +20,7 @@ from arctrue.workbench.effects.guarded import (
     guarded,
     too_long,
 )
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.time_limit import TookTooLongError, call_within
 
 ENTRY_POINTS = "arctrue.effects"
@@ -141,12 +142,25 @@ def from_entry_points() -> dict[str, type[Effect]]:
     return found
 
 
-def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
-    """Every effect by name. A later source may not take a name that is taken.
+def absent_effects(
+    effects: Mapping[str, type[Effect]], present: Iterable[str]
+) -> dict[str, type[Effect]]:
+    """What a model of the effects ``present`` may lack: the others that are something by name."""
+    there = set(present)
+    return {
+        name: effect
+        for name, effect in effects.items()
+        if name not in there and not effect.needs_settings
+    }
 
-    Raises EffectFileError when it does.
+
+def catalogue(folders: Iterable[Path] = ()) -> dict[str, type[Effect]]:
+    """Every effect by name: the built-in ones, a product of parts, others' own.
+
+    A later source may not take a name that is taken: raises EffectFileError when it does.
     """
     found = built_in()
+    found[ProductOfParts.name] = ProductOfParts
     sources = [("an entry point", from_entry_points())]
     sources += [(str(folder), from_folder(folder)) for folder in folders]
     for source, effects in sources:

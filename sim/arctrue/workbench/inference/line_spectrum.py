@@ -59,21 +59,25 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     moved = steps[steps > 1e-9 * max(span, 1e-300)]
     if moved.size == 0:
         return None
-    width = max(float(np.median(moved)), span / MOST_BINS)
+    # The last row is at the span itself, in the last bin: the transform has a power of two.
+    width = max(float(np.median(moved)), span / (MOST_BINS - 1))
     number = np.floor((place - place.min()) / width).astype(np.int64)
     length = int(number.max()) + 1
     padded = 1 << int(np.ceil(np.log2(2 * length)))
     sums = np.abs(np.fft.rfft(np.bincount(number, weights=precise, minlength=length), padded))
     rates = np.arange(sums.size) / (padded * width)
-    there = (rates > LEAST_PERIODS / span) & (rates < 0.5 / width)
+    first = int(np.searchsorted(rates, LEAST_PERIODS / span, side="right"))
+    there = slice(first, int(np.searchsorted(rates, 0.5 / width)))
     rates, sums = rates[there], sums[there]
     told = _information(rates, place, noise, in_time=in_time)
-    return LineSpectrum(rates, 2.0 * sums**2 / told, 2.0 * sums / told, span)
+    amplitude = np.divide(2.0 * sums, told, out=told)
+    return LineSpectrum(rates, amplitude * sums, amplitude, span)
 
 
 def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) -> Float:
     """Σ over the rows of 1/(spectral density of the noise) at each rate, arcsec⁻²."""
-    total = np.full(rates.size, 1e-30)
+    told: dict[tuple[int, float, float], float] = {}
+    spectra = {id(spectrum): spectrum for spectrum in noise.spectra}
     for part, spectrum in zip(noise.stretches, noise.spectra, strict=True):
         if part.stop - part.start < 2:
             continue
@@ -81,6 +85,12 @@ def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) 
         way = 1.0
         if not in_time:
             way = float(np.median(np.abs(np.diff(place[part])))) / max(step, 1e-300)
-        density = spectrum.density(rates * way, step)
-        total += (part.stop - part.start) / (density * noise.mean_square_scale(part))
+        # Stretches of a run have the same spectrum, step and speed to within rounding.
+        key = (id(spectrum), float(f"{step:.9g}"), float(f"{way:.9g}"))
+        rows = (part.stop - part.start) / noise.mean_square_scale(part)
+        told[key] = told.get(key, 0.0) + rows
+    total = np.full(rates.size, 1e-30)
+    for (spectrum_id, step, way), rows in told.items():
+        density = spectra[spectrum_id].density(rates if way == 1.0 else rates * way, step)
+        total += np.divide(rows, density, out=density)
     return total

@@ -361,7 +361,12 @@ def every_row_sums(
             columns = stored_columns(terms, widths, rows, context)
             measured, offsets = rows.difference_arcsec, observations.runs
         ones = of_rows.whiten(np.ones(run.size))
-        inside = WhitenedRows(of_rows.whiten(columns), ones, run, offsets)
+        if len(terms) == 1:
+            # Of one effect they are its own array, which it may keep.
+            columns = of_rows.whiten(columns)
+        else:
+            of_rows.whiten_in_place(columns)
+        inside = WhitenedRows(columns, ones, run, offsets)
         sums = _sums(inside, of_rows.whiten(measured), of_rows)
         total = sums if total is None else total + sums
         observations.report(block.stop, size)

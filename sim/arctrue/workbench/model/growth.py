@@ -167,12 +167,17 @@ def add_effect(
 ) -> tuple[Model, Solution]:
     """The model with one effect more, fitted, its history longer by what that brought.
 
-    An effect that is there already, and has no search, gets the settings that are given.
+    An effect that is there already, and has no search, gets the settings that are given; a product
+    of parts with other settings is another effect.
     Raises AlreadyThereError, NotTestableError, ValueError for settings.
     """
     entry = ModelEffect(name, settings)
     entries, action = [*model.effects, entry], "add"
-    if name in model.names() and not entry.effect(effects).search:
+    effect = entry.effect(effects)
+    if effect.needs_settings:
+        if entry in [ModelEffect(one.name, one.settings) for one in model.effects]:
+            raise AlreadyThereError(f"the model has {name} with these settings already")
+    elif name in model.names() and not effect.search:
         entries, action = _with_settings(model, name, settings), "set"
     history = list(model.history)
     if not history:

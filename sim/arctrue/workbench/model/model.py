@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from msgspec import Meta
 
 from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
+from arctrue.typed_content import Number
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.normal_equations import Term
 
-Channels = dict[str, float]
+Channels = dict[str, Number]
 """A figure for each channel that was measured: ``capture``, ``reference``."""
 
 
@@ -39,14 +43,14 @@ class ModelEffect:
 class HistoryStep:
     """What one change of the model brought, on which set."""
 
-    action: str
+    action: str = ""
     """fit, add, set or drop."""
-    effect: str
-    measurement: str
-    rms_arcsec: Channels
-    peak_arcsec: Channels
-    heldout_rms_arcsec: Channels
-    noise_arcsec: Channels
+    effect: str = ""
+    measurement: str = ""
+    rms_arcsec: Channels = field(default_factory=dict)
+    peak_arcsec: Channels = field(default_factory=dict)
+    heldout_rms_arcsec: Channels = field(default_factory=dict)
+    noise_arcsec: Channels = field(default_factory=dict)
     date: str = ""
     """UTC, ISO 8601; empty in files of versions that did not write it."""
     program: str = ""
@@ -59,8 +63,8 @@ class HistoryStep:
 class ModelTable:
     """Which table a model is of: its coefficients mean nothing on another."""
 
-    counts_per_rev: int | None = None
-    head_separation_deg: float | None = None
+    counts_per_rev: Annotated[int, Meta(ge=1)] | None = None
+    head_separation_deg: Number | None = None
 
     def completed(self, other: ModelTable | None) -> ModelTable:
         """What this one does not say, as ``other`` has it."""

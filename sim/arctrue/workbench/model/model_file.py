@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import tomli_w
 from filelock import FileLock, Timeout
+from msgspec import Meta, Struct
 
-from arctrue.printable import is_printable
+from arctrue.printable import is_printable, one_line
 from arctrue.toml_file import TomlContentError, read_toml
+from arctrue.typed_content import ContentError, Number, shown, typed
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
@@ -34,6 +35,39 @@ def known_unit(unit: str) -> bool:
     return unit in UNITS or unit.startswith(("arcsec/", "um/", "1/"))
 
 
+class _Parameter(Struct):
+    value: Number
+    unit: Annotated[str, Meta(description='a unit in quotes, like "arcsec"')]
+    sigma: float = math.nan
+
+    def __post_init__(self) -> None:
+        if not known_unit(self.unit):
+            known = ", ".join(sorted(UNITS))
+            raise ValueError(f"unit: expected one of {known}, found {shown(self.unit)}")
+
+
+class _Effect(Struct):
+    name: str
+    settings: dict[str, object] = {}
+    search: dict[str, Number] = {}
+    columns: list[str] = []
+    coefficients: list[Number] = []
+    parameters: dict[str, _Parameter] = {}
+
+
+class _OnlySchema(Struct):
+    schema: Literal[1]
+
+
+class _File(_OnlySchema, kw_only=True):
+    effect: Annotated[list[_Effect], Meta(min_length=1, description="one [[effect]] or more")]
+    effect_folders: list[str] = []
+    history: list[HistoryStep] = []
+    reference_offset_arcsec: Number = 0.0
+    reference_temperature_c: Number | None = None
+    table: ModelTable | None = None
+
+
 class ModelFileError(ValueError):
     """A model file that cannot be used: which file, which entry, what was expected."""
 
@@ -42,33 +76,26 @@ def read_model(path: Path) -> Model:
     """Read a model file. Raises ModelFileError."""
     try:
         data = read_toml(path)
+        # Another schema may have entries of other types: they are not what is wrong then.
+        typed(data, _OnlySchema)
+        file = typed(data, _File)
+        effects = [
+            _effect(f"effect[{number}]", entry) for number, entry in enumerate(file.effect, start=1)
+        ]
+        _refuse_unfit(data, "")
     except FileNotFoundError as error:
         raise ModelFileError(f"{path}: no such model file") from error
     except OSError as error:
         raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from error
-    except TomlContentError as error:
+    except (TomlContentError, ContentError) as error:
         raise ModelFileError(f"{path}: {error}") from error
-    _refuse_unfit(path, data, "")
-    if data.get("schema") != SCHEMA:
-        raise ModelFileError(f"{path}: schema: expected {SCHEMA}, found {data.get('schema')!r}")
-    entries = data.get("effect", [])
-    if not isinstance(entries, list) or not entries:
-        raise ModelFileError(f"{path}: expected at least one [[effect]]")
-    effects = [_effect(path, number, entry) for number, entry in enumerate(entries, start=1)]
-    folders = _texts(path, "effect_folders", data.get("effect_folders", []))
-    history = data.get("history", [])
-    if not isinstance(history, list):
-        raise ModelFileError(f"{path}: history: expected [[history]] entries")
-    steps = [_step(path, number, entry) for number, entry in enumerate(history, start=1)]
-    offset = data.get("reference_offset_arcsec", 0.0)
-    warmth = data.get("reference_temperature_c")
     return Model(
         effects,
-        folders,
-        steps,
-        _number(path, "reference_offset_arcsec", offset),
-        None if warmth is None else _number(path, "reference_temperature_c", warmth),
-        _table(path, data["table"]) if "table" in data else None,
+        file.effect_folders,
+        file.history,
+        file.reference_offset_arcsec,
+        file.reference_temperature_c,
+        file.table,
     )
 
 
@@ -109,7 +136,10 @@ def write_model(path: Path, model: Model) -> None:
         }
         for step in model.history
     ]
-    _refuse_unfit(path, data, "")
+    try:
+        _refuse_unfit(data, "")
+    except ContentError as error:
+        raise ModelFileError(f"{path}: {error}") from error
     write_whole_text(path, tomli_w.dumps(data, multiline_strings=False))
 
 
@@ -151,38 +181,23 @@ def folder_entry(model_file: Path, folder: Path) -> str:
     return Path(relative).as_posix()
 
 
-def _refuse_unfit(path: Path, value: object, place: str) -> None:
-    """Raise ModelFileError for text that is not one printable line or a number that is not finite.
+def _refuse_unfit(value: object, place: str) -> None:
+    """Raise ContentError for text that is not one printable line or a number that is not finite.
 
     Settings and columns are of any shape, so that the whole content is looked through.
     """
     if isinstance(value, dict):
         for key, item in value.items():
             dotted = f"{place}.{key}" if place else key
-            _refuse_unfit(path, key, f"the key {dotted!r}")
-            _refuse_unfit(path, item, dotted)
+            _refuse_unfit(key, f"the key {dotted!r}")
+            _refuse_unfit(item, dotted)
     elif isinstance(value, list):
         for number, item in enumerate(value, start=1):
-            _refuse_unfit(path, item, f"{place} {number}")
+            _refuse_unfit(item, f"{place}[{number}]")
     elif isinstance(value, str) and not is_printable(value):
-        raise ModelFileError(f"{path}: {place}: expected one line of printable text: {value!r}")
+        raise ContentError(f"{place}: expected one line of printable text, found {shown(value)}")
     elif isinstance(value, float) and not math.isfinite(value):
-        raise ModelFileError(f"{path}: {place}: expected a number, found {value!r}")
-
-
-def _table(path: Path, entry: object) -> ModelTable:
-    if not isinstance(entry, dict):
-        raise ModelFileError(f"{path}: table: expected a section [table], found {entry!r}")
-    counts, separation = entry.get("counts_per_rev"), entry.get("head_separation_deg")
-    whole = isinstance(counts, int) and not isinstance(counts, bool) and counts > 0
-    if counts is not None and not whole:
-        raise ModelFileError(
-            f"{path}: table.counts_per_rev: expected a whole number above 0, found {counts!r}"
-        )
-    return ModelTable(
-        counts,
-        None if separation is None else _number(path, "table.head_separation_deg", separation),
-    )
+        raise ContentError(f"{place}: expected a finite number, found {value!r}")
 
 
 def _effect_entry(effect: ModelEffect) -> dict[str, Any]:
@@ -210,103 +225,20 @@ def _effect_entry(effect: ModelEffect) -> dict[str, Any]:
     return entry
 
 
-def _effect(path: Path, number: int, entry: object) -> ModelEffect:
-    place = f"effect {number}"
-    if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
-        raise ModelFileError(f"{path}: {place}: expected a name")
-    place = f"effect {number} ({entry['name']})"
-    settings, search = entry.get("settings", {}), entry.get("search", {})
-    if not isinstance(settings, dict) or not isinstance(search, dict):
-        raise ModelFileError(f"{path}: {place}: settings and search must be tables")
-    columns = _texts(path, f"{place}: columns", entry.get("columns", []))
-    coefficients = entry.get("coefficients", [])
-    if not isinstance(coefficients, list) or len(coefficients) != len(columns):
-        raise ModelFileError(
-            f"{path}: {place}: expected as many coefficients as columns ({len(columns)})"
+def _effect(place: str, entry: _Effect) -> ModelEffect:
+    if len(entry.coefficients) != len(entry.columns):
+        raise ContentError(
+            f"{place} ({one_line(entry.name)}).coefficients: expected as many as columns, "
+            f"{len(entry.columns)}, found {len(entry.coefficients)}"
         )
-    parameters = entry.get("parameters", {})
-    if not isinstance(parameters, dict):
-        raise ModelFileError(f"{path}: {place}: parameters must be a table")
     return ModelEffect(
-        name=entry["name"],
-        settings=settings,
-        search={
-            key: _number(path, f"{place}: search.{key}", value) for key, value in search.items()
-        },
-        columns=columns,
-        coefficients=[
-            _number(path, f"{place}: coefficient {index + 1}", value)
-            for index, value in enumerate(coefficients)
-        ],
-        parameters={
-            key: _parameter(path, f"{place}: parameter {key}", value)
-            for key, value in parameters.items()
+        entry.name,
+        entry.settings,
+        entry.search,
+        entry.columns,
+        entry.coefficients,
+        {
+            name: Parameter(found.value, found.sigma, found.unit)
+            for name, found in entry.parameters.items()
         },
     )
-
-
-def _parameter(path: Path, place: str, entry: object) -> Parameter:
-    if not isinstance(entry, dict):
-        raise ModelFileError(f"{path}: {place}: expected value, sigma and unit")
-    unit = entry.get("unit")
-    if not isinstance(unit, str):
-        raise ModelFileError(f"{path}: {place}: expected a unit in quotes, found {unit!r}")
-    if not known_unit(unit):
-        raise ModelFileError(
-            f"{path}: {place}: unknown unit {unit!r}; known are {', '.join(sorted(UNITS))}"
-        )
-    sigma = entry.get("sigma")
-    return Parameter(
-        _number(path, f"{place}: value", entry.get("value")),
-        math.nan if sigma is None else _number(path, f"{place}: sigma", sigma),
-        unit,
-    )
-
-
-def _step(path: Path, number: int, entry: object) -> HistoryStep:
-    place = f"history {number}"
-    if not isinstance(entry, dict):
-        raise ModelFileError(f"{path}: {place}: expected a table")
-
-    def channels(key: str) -> dict[str, float]:
-        values = entry.get(key, {})
-        if not isinstance(values, dict):
-            raise ModelFileError(f"{path}: {place}: {key}: expected a table")
-        return {
-            name: _number(path, f"{place}: {key}.{name}", item) for name, item in values.items()
-        }
-
-    def text(key: str) -> str:
-        value = entry.get(key, "")
-        if not isinstance(value, str):
-            raise ModelFileError(f"{path}: {place}: {key} must be a text, found {value!r}")
-        return value
-
-    return HistoryStep(
-        action=text("action"),
-        effect=text("effect"),
-        measurement=text("measurement"),
-        date=text("date"),
-        program=text("program"),
-        measurement_sha256=text("measurement_sha256"),
-        rms_arcsec=channels("rms_arcsec"),
-        peak_arcsec=channels("peak_arcsec"),
-        heldout_rms_arcsec=channels("heldout_rms_arcsec"),
-        noise_arcsec=channels("noise_arcsec"),
-    )
-
-
-def _number(path: Path, place: str, value: object) -> float:
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, int | float)
-        or not abs(value) <= sys.float_info.max
-    ):
-        raise ModelFileError(f"{path}: {place}: expected a number, found {value!r}")
-    return float(value)
-
-
-def _texts(path: Path, place: str, value: object) -> list[str]:
-    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-        raise ModelFileError(f"{path}: {place}: expected a list of texts")
-    return list(value)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from arctrue.measurement import Capture, MeasurementSet, Reference
+from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.solution import fit
@@ -54,9 +55,8 @@ def slope_k_s(
     a run the rows are on one side only, where a straight line would have the slope of later.
     """
     found = np.zeros_like(temperature_c)
-    for number in np.unique(run):
-        rows = np.flatnonzero(run == number)
-        rows = rows[np.argsort(time_s[rows], kind="stable")]
+    for first, last in run_spans(run):
+        rows = first + np.argsort(time_s[first:last], kind="stable")
         time, shown = time_s[rows] - time_s[rows[0]], temperature_c[rows]
         half_s = max(window_s, time[-1] / WINDOWS_MOST)
         pieces = max(int(np.ceil(PIECES * time[-1] / half_s)), 1)

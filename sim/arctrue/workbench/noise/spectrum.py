@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
 
+BLOCK = 1 << 13
+"""Frequencies whose densities stay in the cache of the processor while parts are added."""
+
 
 @dataclass(frozen=True)
 class Spectrum:
@@ -42,12 +45,20 @@ class Spectrum:
         White noise has its variance at every frequency. ``frequency`` is in periods a unit of the
         clock; the sum over rows is that of the infinite series.
         """
-        found = np.full(np.shape(frequency), self.white)
-        cosine = np.cos(2.0 * np.pi * np.asarray(frequency) * step)
-        for constant, variance in zip(self.constants, self.variances, strict=True):
-            rho = float(np.exp(-step / constant))
-            found = found + variance * (1.0 - rho**2) / (1.0 - 2.0 * rho * cosine + rho**2)
-        return np.asarray(found)
+        flat = np.ravel(np.asarray(frequency, dtype=np.float64))
+        found = np.full(flat.size, self.white)
+        for start in range(0, flat.size, BLOCK):
+            block = slice(start, start + BLOCK)
+            # 1 − 2ρ·cos 2x + ρ² = (1 − ρ)² + 4ρ·sin² x keeps its digits where x and 1 − ρ are
+            # small.
+            squared = np.sin(flat[block] * (np.pi * step)) ** 2
+            for constant, variance in zip(self.constants, self.variances, strict=True):
+                rho, away = np.exp(-step / constant), -np.expm1(-step / constant)
+                of_part = squared * (4.0 * rho)
+                of_part += away**2
+                np.divide(variance * away * (1.0 + rho), of_part, out=of_part)
+                found[block] += of_part
+        return found.reshape(np.shape(frequency))
 
 
 def time_constants(step: float, span: float) -> Float:

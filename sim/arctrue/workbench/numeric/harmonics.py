@@ -11,28 +11,56 @@ Columns = NDArray[np.float64]
 
 BLOCK_ROWS = 1024
 """Rows whose columns stay in the cache of the processor while they are filled one by one."""
+SUMMED_ROWS = 1 << 13
+"""Rows whose sum does."""
 
 
 def harmonic_columns(angle_rad: NDArray[np.float64], orders: Sequence[float]) -> Columns:
     """cos, sin of every order, in the order cos k₁, sin k₁, cos k₂, …: shape (rows, 2·orders)."""
     columns = np.empty((angle_rad.size, 2 * len(orders)))
-    whole = bool(orders) and list(orders) == list(range(1, len(orders) + 1))
-    if whole:
+    wanted = [round(order) for order in orders]
+    rising = wanted == list(orders) and wanted == sorted(set(wanted)) and min(wanted, default=0) > 0
+    if rising and wanted[-1] <= 2 * len(wanted):
         # e^{jkx} by repeated multiplication: two transcendental functions a row in all.
+        places = {order: 2 * index for index, order in enumerate(wanted)}
         for start in range(0, angle_rad.size, BLOCK_ROWS):
             block = columns[start : start + BLOCK_ROWS]
             step = np.exp(1j * angle_rad[start : start + BLOCK_ROWS])
             power = np.ones_like(step)
-            for index in range(len(orders)):
+            for whole in range(1, wanted[-1] + 1):
                 power = power * step
-                block[:, 2 * index] = power.real
-                block[:, 2 * index + 1] = power.imag
+                if whole in places:
+                    block[:, places[whole]] = power.real
+                    block[:, places[whole] + 1] = power.imag
         return columns
     for index, order in enumerate(orders):
         phase = order * angle_rad
         np.cos(phase, out=columns[:, 2 * index])
         np.sin(phase, out=columns[:, 2 * index + 1])
     return columns
+
+
+def harmonic_sum(
+    angle_rad: NDArray[np.float64], orders: Sequence[int], coefficients: Columns
+) -> NDArray[np.float64]:
+    """:func:`harmonic_columns` times coefficients, shape (rows,), without the columns.
+
+    ``orders`` are whole and positive. Re Σ (a − jb)·zᵏ with z = e^{jx}, by Horner's scheme.
+    """
+    weights = np.zeros(max(orders, default=0) + 1, dtype=np.complex128)
+    weights[list(orders)] = coefficients[0::2] - 1j * coefficients[1::2]
+    found = np.zeros(angle_rad.size)
+    for start in range(0, angle_rad.size, SUMMED_ROWS):
+        block = slice(start, start + SUMMED_ROWS)
+        step = np.empty(angle_rad[block].size, dtype=np.complex128)
+        np.cos(angle_rad[block], out=step.real)
+        np.sin(angle_rad[block], out=step.imag)
+        total = np.full_like(step, weights[-1])
+        for weight in weights[-2::-1]:
+            total *= step
+            total += weight
+        found[block] = total.real
+    return found
 
 
 def disc_difference(

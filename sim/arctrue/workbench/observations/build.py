@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,10 +75,13 @@ def observations_of(
     if faces is None and reference is not None:
         faces = reference.faces
     stored = None if capture is None else _stored_capture(facts, capture, separation, usual)
+    if stored is not None and reference is not None and reference.time_s is not None:
+        stored = replace(stored, reference_in_time=True)
     part, whole = (None, None) if stored is None else part_of(stored)
     compared = compared_whole = None
     if reference is not None:
         compared = _reference_rows(facts, reference, usual, faces, two_heads=capture is not None)
+        compared = replace(compared, capture_runs=0 if part is None else part.runs)
         compared, compared_whole = part_of_reference(compared)
     return Observations(
         title=measurement.title,

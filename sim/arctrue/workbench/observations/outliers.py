@@ -8,7 +8,9 @@ goes on.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -33,10 +35,14 @@ MOST_ROWS = 3
 """Off for longer, it may be real."""
 SIDE_ROWS = 2 * MOST_ROWS + 1
 """Rows on each side whose median is taken: outliers are always the smaller part of them."""
+TO_MIDDLE = SIDE_ROWS // 2 + 1
+"""From a row to the middle of the SIDE_ROWS rows before or after it."""
 LEAST_ROWS = 3 * SIDE_ROWS
 """Of a run or pass in which single rows can be told to be wrong."""
 SCALE_ROWS = 256
 """Rows that one value of the local scatter is taken over."""
+END_ROWS = 4 * SCALE_ROWS
+"""Rows at each end of a run that tell how well a row is known from one side."""
 MOST_SHARE = 0.05
 """A larger share of outliers is no matter of single rows: the recording is faulty."""
 NORMAL_MAD = 1.4826
@@ -137,27 +143,81 @@ def from_both_sides(values: Float) -> Float:
 
     The mean of the median of the SIDE_ROWS rows before and of those after: exact where the values
     rise evenly, and not moved by MOST_ROWS wrong rows on each side. The first and the last
-    SIDE_ROWS rows, which have only one side, are returned as they are.
+    SIDE_ROWS rows have only one side, and are not-a-number: :func:`from_one_side` tells of them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
-    apart = SIDE_ROWS // 2 + 1
-    expected = values.copy()
+    expected = np.full(values.size, np.nan)
     inner = np.arange(SIDE_ROWS, values.size - SIDE_ROWS)
-    expected[inner] = 0.5 * (medians[inner - apart] + medians[inner + apart])
+    expected[inner] = 0.5 * (medians[inner - TO_MIDDLE] + medians[inner + TO_MIDDLE])
+    return expected
+
+
+def from_one_side(values: Float) -> Float:
+    """What the rows after each row let expect there; not-a-number at the last 2·SIDE_ROWS rows.
+
+    The straight line through the medians of the next SIDE_ROWS rows and of as many behind them,
+    of which MOST_ROWS may be wrong.
+    """
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
+    expected = np.full(values.size, np.nan)
+    first = np.arange(values.size - 2 * SIDE_ROWS)
+    near, far = medians[first + TO_MIDDLE], medians[first + TO_MIDDLE + SIDE_ROWS]
+    expected[first] = near + (near - far) * (TO_MIDDLE / SIDE_ROWS)
     return expected
 
 
 def far_from_neighbours(
-    values: Float, least: float, resolution: float = 0.0
+    values: Float, least: float, resolution: float = 0.0, pieces: Sequence[slice] = ()
 ) -> tuple[Float, Float]:
-    """Distance of each row from the rows on both sides, and its scatter, never below ``least``.
+    """Distance of each row from the rows around it, and its scatter, never below ``least``.
 
-    ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``.
+    ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
+    LEAST_ROWS rows or more each, between which rows are missing; one where none are. The first and
+    last SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the scatter that
+    this makes of the END_ROWS rows there: it is larger than that from both sides.
     """
-    away = values - from_both_sides(values)
-    # The rows at both ends have no distance: they tell nothing of the scatter.
-    inner = local_scatter(away[SIDE_ROWS:-SIDE_ROWS], resolution)
-    return away, np.maximum(np.pad(inner, SIDE_ROWS, mode="edge"), least)
+    away = np.full(values.size, np.nan)
+    after, before = away.copy(), away.copy()
+    for piece in pieces or [slice(0, values.size)]:
+        own = values[piece]
+        away[piece] = own - from_both_sides(own)
+        first, last = own[:END_ROWS], own[-END_ROWS:]
+        after[piece][: first.size] = first - from_one_side(first)
+        before[piece][-last.size :] = last - from_one_side(last[::-1])[::-1]
+    scatter = _scatter_of_all(away, resolution)
+    for one_sided in (after, before):
+        end = np.isnan(away) & ~np.isnan(one_sided)
+        scatter[end] = np.maximum(scatter, _scatter_of_all(one_sided, resolution))[end]
+        away[end] = one_sided[end]
+    return away, np.maximum(scatter, least)
+
+
+def _scatter_of_all(away: Float, resolution: float) -> Float:
+    """Of each row the local scatter of those of known distance, at its place among them."""
+    known = ~np.isnan(away)
+    place = np.cumsum(known) - 1
+    return np.asarray(local_scatter(away[known], resolution)[np.maximum(place, 0)])
+
+
+def pieces_between_gaps(angle: Float) -> list[slice]:
+    """Rows of a run between gaps, each piece of LEAST_ROWS or more; ``angle``: (rows,).
+
+    A gap is a step of more than SIDE_ROWS usual ones, both of the mean of the run and of the median
+    around it: a speed that changes makes none. Fewer rows than LEAST_ROWS stay with their
+    neighbours.
+    """
+    step = np.abs(np.diff(angle))
+    cuts = [0]
+    for place in np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))).tolist():
+        around = step[max(place - SIDE_ROWS, 0) : place + SIDE_ROWS + 1]
+        first = place + 1
+        if (
+            step[place] > SIDE_ROWS * float(np.median(around))
+            and first - cuts[-1] >= LEAST_ROWS
+            and angle.size - first >= LEAST_ROWS
+        ):
+            cuts.append(first)
+    return [slice(start, end) for start, end in pairwise([*cuts, angle.size])]
 
 
 def repeats(
@@ -245,7 +305,10 @@ def capture_outliers(
         if end - start < LEAST_ROWS:
             continue
         away[start:end], scatter[start:end] = far_from_neighbours(
-            difference_arcsec[start:end], count_arcsec, count_arcsec
+            difference_arcsec[start:end],
+            count_arcsec,
+            count_arcsec,
+            pieces_between_gaps(angle_rad[start:end]),
         )
         threshold = far_threshold(away.size, end - start - 2 * SIDE_ROWS)
         found[start:end] = lonely(away[start:end], scatter[start:end], threshold)
@@ -257,13 +320,13 @@ def capture_outliers(
 
 
 def station_outliers(
-    error_arcsec: Float, station: Integer, order_of_visit: Integer, least: float
+    error_arcsec: Float, station: Integer, order_of_visit: Integer, sense: Integer, least: float
 ) -> tuple[Boolean, Float]:
     """Outliers among readings of stations that were visited LEAST_VISITS times or more.
 
     ``station``: number of the station of each row. ``order_of_visit``: label of the pass of each
-    row; rows of one pass stand together. What a whole pass shows (another temperature, another
-    direction) is taken off by the running median of its rows.
+    row; rows of one pass stand together. ``sense`` of motion, 1 or −1. What a whole pass shows
+    (another temperature, another direction) is taken off by the running median of its rows.
     """
     edges = np.flatnonzero(np.diff(order_of_visit)) + 1
     size = np.diff([0, *edges.tolist(), error_arcsec.size])
@@ -276,7 +339,35 @@ def station_outliers(
         return np.zeros(away.size, dtype=bool), away
     scatter = max(NORMAL_MAD * float(np.median(np.abs(away[known]))), least)
     threshold = far_threshold(away.size, int(known.sum()))
-    return lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold), away
+    found = lonely(np.where(known, away, 0.0), np.full(away.size, scatter), threshold)
+    rows = np.flatnonzero(found)
+    found[rows[at_every_visit(rows, away, scatter, station, sense)]] = False
+    return found, away
+
+
+def at_every_visit(
+    rows: Integer, away: Float, scatter: float, station: Integer, sense: Integer
+) -> Boolean:
+    """For each of ``rows``: is something alike at its station, on the other passes of its sense?
+
+    ``away``, ``station``, ``sense`` (1 up, −1 down): shapes (all rows,). What a table does after a
+    reversal comes again after each; True if the median of the other passes, in the same sense, is
+    beyond NEAR_SIGMA.
+    """
+    found = np.zeros(rows.size, dtype=bool)
+    if rows.size > MOST_COMPARED:
+        return found
+    place = 2 * station + (sense > 0)
+    order = np.argsort(place, kind="stable")
+    ordered = place[order]
+    for number, row in enumerate(rows.tolist()):
+        first, last = np.searchsorted(ordered, [place[row], place[row] + 1])
+        there = order[first:last]
+        there = there[there != row]
+        if there.size:
+            alike = np.sign(away[row]) * away[there]
+            found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter
+    return found
 
 
 def _medians(values: Float, group: Integer) -> Float:

@@ -79,6 +79,8 @@ class CaptureRows(_Sliceable):
     """Standard uncertainty of R₂ − R₁, where the file gives one for each row."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
+    reference_in_time: bool = False
+    """Has the set a reference whose rows have a time?"""
 
 
 @dataclass(frozen=True)
@@ -114,5 +116,7 @@ class ReferenceRows(_Sliceable):
     """Standard uncertainty of ε, where the file gives one for each row."""
     row: Integer | None = None
     """Number of the row among all that are used; None: 0, 1, … without a gap."""
+    capture_runs: int | None = None
+    """Runs of the capture of the same set; None: these rows are not those of a set."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""

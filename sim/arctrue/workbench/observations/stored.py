@@ -48,6 +48,7 @@ class StoredCapture:
     reference_temperature_c: float
     u_arcsec: Float | None = None
     conditions: Mapping[str, Float] = field(default_factory=dict)
+    reference_in_time: bool = False
 
     @property
     def size(self) -> int:
@@ -101,6 +102,7 @@ class StoredCapture:
             difference_arcsec=difference * ARCSEC_PER_RAD,
             u_arcsec=None if self.u_arcsec is None else self.u_arcsec[rows],
             conditions={name: column[rows] for name, column in self.conditions.items()},
+            reference_in_time=self.reference_in_time,
         )
 
 

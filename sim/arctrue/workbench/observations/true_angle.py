@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
+from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_sum
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 
 Float = NDArray[np.float64]
@@ -18,6 +18,7 @@ ORDERS = tuple(range(1, 21))
 LEAST_GAIN = 0.3
 """Orders whose factor |e^{jnα} − 1| is smaller are left out of this rough estimate."""
 ROUNDS = 2
+BLOCK_ROWS = 1 << 16
 MOST_ROWS = 200_000
 """A rough ε does not need more samples than this."""
 
@@ -41,14 +42,14 @@ def true_angle(reading1_rad: Float, difference_rad: Float, head_separation_rad: 
         )
         solution, _, _, _ = solve_symmetric(columns.T @ columns, columns.T @ few_difference)
         coefficients = solution[:-1]
-        angle = few_reading - harmonic_columns(angle, orders) @ coefficients
+        angle = few_reading - harmonic_sum(angle, orders, coefficients)
     return _self_consistent(reading1_rad, orders, coefficients)
 
 
 def _self_consistent(reading_rad: Float, orders: list[int], coefficients: Float) -> Float:
     angle = np.array(reading_rad)
-    for start in range(0, angle.size, 1 << 16):
-        part = slice(start, start + (1 << 16))
+    for start in range(0, angle.size, BLOCK_ROWS):
+        part = slice(start, start + BLOCK_ROWS)
         for _ in range(3):
-            angle[part] = reading_rad[part] - harmonic_columns(angle[part], orders) @ coefficients
+            angle[part] = reading_rad[part] - harmonic_sum(angle[part], orders, coefficients)
     return angle

@@ -13,6 +13,7 @@ from arctrue.runs import run_spans
 from arctrue.units import arcsec_per_count, rad_per_count
 from arctrue.workbench.observations.outliers import (
     LEAST_ROWS,
+    LEAST_VISITS,
     MOST_SHARE,
     SIDE_ROWS,
     MaskedRow,
@@ -21,6 +22,7 @@ from arctrue.workbench.observations.outliers import (
     far_from_neighbours,
     far_threshold,
     lonely,
+    pieces_between_gaps,
     repeats,
     station_outliers,
 )
@@ -79,19 +81,24 @@ def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
     least = rows.standard_uncertainty_arcsec or 0.0
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
+    sense = np.ones(rows.error_arcsec.size, dtype=np.int64)
     for label, part in enumerate(passes):
         number[part] = label
+        sense[part] = 1 if rows.target_deg[part][-1] >= rows.target_deg[part][0] else -1
     station = np.round(np.mod(rows.target_deg, 360.0) / SAME_STATION_DEG).astype(np.int64)
     _, place = np.unique(station, return_inverse=True)
-    found, away = station_outliers(rows.error_arcsec, place, number, least)
+    found, away = station_outliers(rows.error_arcsec, place, number, sense, least)
     visited = np.bincount(place)[place]
     scatter = np.ones(away.size)
     dense = np.zeros(away.size, dtype=bool)
     for part in passes:
         step = np.abs(np.diff(rows.target_deg[part]))
         near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
-        if near and float(np.median(visited[part])) < 2.0:
-            away[part], scatter[part] = far_from_neighbours(rows.error_arcsec[part], least)
+        if near and float(np.median(visited[part])) < LEAST_VISITS:
+            pieces = pieces_between_gaps(rows.target_deg[part])
+            away[part], scatter[part] = far_from_neighbours(
+                rows.error_arcsec[part], least, pieces=pieces
+            )
             if np.median(scatter[part]) > 0.0:
                 threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)
                 found[part] = lonely(away[part], scatter[part], threshold)

@@ -16,7 +16,15 @@ from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
-from arctrue.studies.benchmark.cases import case_tasks, keep, kept_cases
+from arctrue.studies.benchmark.cases import (
+    NoSuchCaseError,
+    Reason,
+    case_tasks,
+    keep,
+    kept_cases,
+    kept_reasons,
+    write_reason,
+)
 from arctrue.studies.benchmark.diagnosis import answer_of
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, frozen_digests, task_digest
@@ -197,7 +205,9 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
     text = page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
-    assert "Expected calibration error: 0.100 (goal ≤ 0.03)" in text
+    assert "is stated: **0.100** (goal ≤ 0.03)" in text
+    assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
+    assert "expected calibration error (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
     assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
     stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
     assert "1.000 of all that the oracle sees. " in page(header_of(sets=1), scored([stranger]))
@@ -258,6 +268,37 @@ def test_failures_are_kept_once_and_asked_again(tmp_path: Path) -> None:
         "commit": "1234567890",
     }
     assert case_tasks("arctrue", file)[0] == {**failed.task, "subject": "arctrue"}
+
+
+def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) -> None:
+    file = tmp_path / "cases.json"
+    file.write_text('{"cases": []}')
+    failed = judged("named", effect("latency"), named="latency", beside=["vibration"])
+    later = replace(failed, task={**failed.task, "seed": 6})
+    assert keep([failed], "1234567890", file) == 1
+    reason = Reason("latency, and beside it vibration", "A line is left by the lag.")
+    write_reason("white", "one", 5, reason, file)
+    # A later run adds cases and leaves the reasons as they are.
+    assert keep([failed, later], None, file) == 1
+    found = scored([failed, later, replace(failed, answer={"verdict": "adequate"})])
+    text = page(header_of(sets=3), found, reasons=kept_reasons(file))
+    command = "--seed 5 --samples 1500` "
+    assert (
+        f"and beside it vibration). `{failed.command()}` *Why: A line is left by the lag.*" in text
+    )
+    assert f"`{later.command()}` *Not looked into yet.*" in text
+    stale = "*Looked into when latency, and beside it vibration was said: A line is left by the lag"
+    assert f"(adequate). `{failed.command()}` {stale}" in text
+    assert text.count(command) == 2
+    assert "why it fails: 2 of 3 have been looked into." in text
+    with pytest.raises(NoSuchCaseError, match="no case of world white, content one, seed 7"):
+        write_reason("white", "one", 7, reason, file)
+
+
+def test_reasons_in_the_tree_are_sentences() -> None:
+    for reason in kept_reasons().values():
+        assert reason.said
+        assert reason.why.endswith(".")
 
 
 def test_tier_of_cases_holds_sets_that_can_be_made(tmp_path: Path) -> None:
@@ -376,7 +417,7 @@ def scored_rate(found: dict[str, Any]) -> int:
         (lambda answers: answers.popitem(), "1 sets have no answer"),
         (lambda answers: answers.update(x={"verdict": "named"}), "no set is called 'x'"),
         (lambda answers: answers[min(answers)].update(verdict=1), "expected one of"),
-        (lambda answers: answers.update({min(answers): 3}), "expected one of"),
+        (lambda answers: answers.update({min(answers): 3}), "expected an object, found 3"),
     ],
 )
 def test_answers_that_cannot_be_scored_are_refused(tmp_path: Path, change: Any, match: str) -> None:

@@ -124,6 +124,19 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     assert "| false name | 0.0 (0.0 … 84.2) of 2 | 100.0 (15.8 … 100.0) of 2 |" in text
 
 
+def test_command_writes_the_page_and_the_picture_that_it_shows(tmp_path: Path) -> None:
+    run, place = tmp_path / "run", tmp_path / "docs"
+    answered(run, "arctrue", header_of(make_plan("quick", run), "arctrue"))
+    place.mkdir()
+    words = ["benchmark", "page", str(run), "--to", str(place / "blind.md")]
+    for more, shown in ([], False), (["--out", str(place / "images")], True):
+        done = CliRunner().invoke(main, [*words, *more])
+        assert done.exit_code == 0, done.output
+        text = (place / "blind.md").read_text(encoding="utf-8")
+        assert ("](images/blind.svg)" in text) is shown
+        assert (place / "images" / "blind.svg").is_file() is shown
+
+
 def header_of(plan: Plan, subject: str, **code: str) -> dict[str, Any]:
     libraries = {"numpy": "2", "scipy": "1", "pyarrow": "9"}
     return {

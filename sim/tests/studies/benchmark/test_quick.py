@@ -15,9 +15,7 @@ SECOND = "a second name, said beside the right one, that is not there"
 ALIKE = "two effects of the reference that differ by little in coloured noise"
 DRIFT = "slow noise of the reference takes a drift"
 CLASS = "the truth comes first in its class, and this set could split it"
-AS_OUTLIERS = "rows after each reversal lie far from those around them, and are 5 % of all"
 NOT_YET = {
-    1995662573424066: AS_OUTLIERS,
     2493580720761225: ALIKE,
     384265469022276: ALIKE,
     5938189884099881: DRIFT,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.report.long_run_page import long_run_page, plot_long_run
@@ -30,8 +31,8 @@ TURNS = 30
 def scenario() -> Scenario:
     """The shipped course on the core that the other tests build, with twice the counts."""
     short = shortened(read_scenario(SCENARIO, lines=32), TURNS)
-    scale = dataclasses.replace(short.scale, lanes=LANES, samples=SAMPLES)
-    errors = dataclasses.replace(short.errors, noise_arcsec=4.0)
+    scale = structs.replace(short.scale, lanes=LANES, samples=SAMPLES)
+    errors = structs.replace(short.errors, noise_arcsec=4.0)
     return dataclasses.replace(short, scale=scale, errors=errors)
 
 

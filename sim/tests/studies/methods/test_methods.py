@@ -42,7 +42,7 @@ def left(name: str, motion_m: float = 0.1e-6) -> np.ndarray:
         "spin": FREE_SPIN,
     }[name]
     world = World(dataclasses.replace(SHORT, radial_motion_m=motion_m))
-    return world.score(method.run(world)).amplitude_arcsec()
+    return world.score(method.run(world)).amplitude_arcsec
 
 
 def test_four_heads_separate_the_axis_from_the_disc_and_three_do_not() -> None:
@@ -208,10 +208,10 @@ def test_closure_does_not_need_the_certificate_and_the_table_does() -> None:
             return wrong, autocollimator
 
     worse = Worse(world.settings)
-    assert worse.score(POLYGON_CLOSURE.run(worse)).rms_arcsec == pytest.approx(
-        world.score(POLYGON_CLOSURE.run(world)).rms_arcsec, abs=1e-3
+    assert worse.score(POLYGON_CLOSURE.run(worse)).edges_rms_arcsec == pytest.approx(
+        world.score(POLYGON_CLOSURE.run(world)).edges_rms_arcsec, abs=1e-3
     )
-    assert worse.score(LOOK_UP_TABLE.run(worse)).rms_arcsec > 1.0
+    assert worse.score(LOOK_UP_TABLE.run(worse)).edges_rms_arcsec > 1.0
 
 
 def test_straight_lines_between_24_stations_leave_a_part_of_order_1() -> None:

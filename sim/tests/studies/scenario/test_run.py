@@ -16,7 +16,7 @@ from arctrue.cli._workbench import write_json
 from arctrue.instrument import Instrument
 from arctrue.studies.scenario import ScenarioResult, read_scenario, run_scenario
 from arctrue.studies.scenario.__main__ import results_table
-from arctrue.studies.scenario.reader import REASONS
+from arctrue.studies.scenario.scenario import REASONS
 from arctrue.table import DISC_RADIUS_M
 
 ROOT = Path(__file__).resolve().parents[4]

@@ -79,6 +79,21 @@ def test_score_of_edges_at_uneven_places_is_that_of_their_cosines() -> None:
     assert score.largest_order == 2
 
 
+def test_score_of_even_readings_is_that_of_edges_at_the_same_angles() -> None:
+    angle = (np.arange(7200) + 0.5) * (2 * np.pi / 7200)
+    waves = 1.5 * np.cos(2 * angle + 1) + 0.25 * np.cos(64 * angle - 2)
+    more = waves + 0.125 * np.cos(120 * angle + 1)
+    score = TurnScore.of_even_readings(3.0 + more, 128)
+    expected = np.zeros(128)
+    expected[[1, 63, 119]] = 1.5, 0.25, 0.125
+    np.testing.assert_allclose(score.amplitude_arcsec, expected, atol=1e-12)
+    assert score.edges_rms_arcsec == pytest.approx(np.sqrt(0.5 * np.sum(expected**2)), rel=1e-12)
+    assert score.every_edge_arcsec == pytest.approx((more.min(), more.max()), abs=1e-12)
+    as_edges = TurnScore.of_edges(angle, 3.0 + more)
+    for name in ("error_arcsec", "lowest_edge_arcsec", "highest_edge_arcsec"):
+        np.testing.assert_allclose(getattr(score, name), getattr(as_edges, name), atol=1e-9)
+
+
 @pytest.mark.parametrize("bins", [720, 7200])
 def test_score_of_recorded_parts_is_that_of_their_edges(bins: int) -> None:
     track, _ = _track(0)

@@ -76,6 +76,22 @@ def test_every_candidate_is_charged() -> None:
     assert corrected_p_value(30.0, 2, 1.0, 20) == pytest.approx(20.0 * chi2.sf(30.0, 2), rel=1e-6)
 
 
+def test_every_survey_of_a_diagnosis_is_charged() -> None:
+    """What is looked for once more beside a name, and once more beside that, may be chance too."""
+    made = measurement_set(runs=3, turns=1, reversal_arcsec=0.1)
+    residuals = Residuals(fit([_base()], observations_of(made)))
+    effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
+    once, thrice = (
+        survey.survey(residuals, effects, 0.0, lambda _: None, looks=looks) for looks in (1, 3)
+    )
+    for first, charged in (
+        (once.candidates[0], thrice.candidates[0]),
+        (once.parts[0], thrice.parts[0]),
+    ):
+        assert charged.p_corrected < 0.1
+        assert charged.p_corrected == pytest.approx(3.0 * first.p_corrected, rel=1e-6)
+
+
 def test_noise_that_is_little_known_makes_a_gain_less_rare() -> None:
     assert corrected_p_value(12.0, 1, 1.0, 1, freedom=4.0) > 4.0 * chi2.sf(12.0, 1)
 
@@ -312,7 +328,7 @@ def test_what_says_why_goes_before_what_says_what_is_seen(
 
 def test_a_more_natural_frame_is_left_only_for_odds_of_twenty_to_one() -> None:
     disc, head = (
-        PartsCandidate(ProductOfParts(ALWAYS, (2.0,), frame), gain, 2, 1.0, 1.0)  # type: ignore[arg-type]
+        PartsCandidate(ProductOfParts.of(ALWAYS, (2.0,), frame), gain, 2, 1.0, 1.0)  # type: ignore[arg-type]
         for frame, gain in (("disc", 100.0), ("head2", 104.0))
     )
     assert _natural([disc, head], 1000) is disc
@@ -320,8 +336,8 @@ def test_a_more_natural_frame_is_left_only_for_odds_of_twenty_to_one() -> None:
 
 
 def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
-    plain = PartsCandidate(ProductOfParts(ALWAYS, (2.0,), "disc"), 100.0, 2, 1.0, 1.0)
-    warm = PartsCandidate(ProductOfParts(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
+    plain = PartsCandidate(ProductOfParts.of(ALWAYS, (2.0,), "disc"), 100.0, 2, 1.0, 1.0)
+    warm = PartsCandidate(ProductOfParts.of(TEMPERATURE, (2.0,), "disc"), 104.0, 2, 1.0, 1.0)
     order = [ALWAYS, TEMPERATURE]
     assert _without_idle_conditions([warm, plain], order, 1000) == [plain]
 
@@ -349,7 +365,7 @@ def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
 
 def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
     product = SimpleNamespace(
-        effect=ProductOfParts(TEMPERATURE, (2.0,), "disc"),
+        effect=ProductOfParts.of(TEMPERATURE, (2.0,), "disc"),
         solution=SimpleNamespace(observations=SimpleNamespace(has_temperature=True)),
     )
     for ahead, is_unknown in ((11.0, True), (9.0, False)):

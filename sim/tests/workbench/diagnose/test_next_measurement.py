@@ -161,14 +161,14 @@ def test_planned_rows_are_like_those_that_the_simulator_measures(plan) -> None: 
 
 @pytest.mark.parametrize("condition", [*SIMPLE_CONDITIONS, settling_condition(5.0, True)])
 def test_every_condition_has_a_measurement_of_its_own(condition) -> None:  # type: ignore[no-untyped-def]
-    asked = measurement_for_parts(ProductOfParts(condition, (2.0,), "disc"))
+    asked = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"))
     assert asked.kind == OF_PARTS[condition.part][0]
 
 
 def test_a_wave_without_condition_asks_for_what_moves_its_frame() -> None:
     always = ALWAYS
     kinds = [
-        measurement_for_parts(ProductOfParts(always, orders, frame)).kind  # type: ignore[arg-type]
+        measurement_for_parts(ProductOfParts.of(always, orders, frame)).kind  # type: ignore[arg-type]
         for orders, frame in (((0.5,), "stator"), ((3.0,), "reference"), ((3.0,), "disc"))
     ]
     assert kinds == ["turns", "polygon_reindexed", None]

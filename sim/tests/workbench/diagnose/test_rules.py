@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 from sim.tests.workbench.small_sets import CAPTURE_NOISE, measurement_set, paper_error
 
 from arctrue.studies.benchmark.diagnosis import diagnosed
@@ -15,6 +16,7 @@ from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan import LEAST_STEP_ROWS, step_trials
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
@@ -68,6 +70,35 @@ def test_a_step_in_the_last_turn_can_be_held_out() -> None:
     assert before > 1.2 * noise
     # 14,400 rows, 41 coefficients: 1.0 to a percent, and the rounding of both counts.
     assert after == pytest.approx(np.hypot(noise, COUNT_ARCSEC / np.sqrt(6.0)), rel=0.03)
+
+
+@pytest.mark.parametrize("size", [3.0, 3.5])
+def test_a_step_pays_for_all_its_instants(size: float) -> None:
+    """Against the largest step of drawn white noise: two heads of one run with an offset."""
+    sets, rows = 4_000, 500
+    noise = np.random.default_rng(15).normal(size=(sets, rows))
+    before = np.arange(LEAST_STEP_ROWS, rows - LEAST_STEP_ROWS + 1)
+    total = np.cumsum(noise, axis=1)
+    bridge = total[:, before - 1] - total[:, -1:] * (before / rows)
+    largest = np.max(np.abs(bridge) / np.sqrt(before * (1.0 - before / rows)), axis=1)
+    share = float(np.mean(largest > size))
+    # The formula holds to a tenth for large steps; and four standard deviations of the count.
+    told = step_trials(size**2, rows) * 2.0 * float(ndtr(-size))
+    assert share == pytest.approx(told, abs=0.1 * told + 4.0 * np.sqrt(told / sets))
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_rows_that_are_off_at_the_end_of_a_run_are_no_slip(rows: int) -> None:
+    """Too few to tell a step from single wrong rows, and too small to be masked: 5 σ each."""
+    made = measurement_set(reference=False)
+    assert made.capture is not None
+    made.capture.head2_counts[-rows:] += round(5.0 * CAPTURE_NOISE * np.sqrt(2.0) / COUNT_ARCSEC)
+    observations = observations_of(made)
+    assert observations.masked == ()
+    base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
+    times = made.capture.time_s[-4:]
+    for place in places_of(EFFECTS["count_slip"](), Residuals(base)):
+        assert place.nonlinear["run"] != 3.0 or place.nonlinear["instant"] <= times[0]
 
 
 def test_many_faces_win_over_the_one_order_that_they_contain() -> None:

@@ -43,23 +43,38 @@ def test_a_good_set_keeps_every_row() -> None:
 
 
 def test_each_single_wrong_row_is_masked_and_no_other() -> None:
-    # Not among the first and last seven rows of a run, which have neighbours on one side only.
+    # The first and last seven rows of a run have neighbours on one side only.
+    run = ROWS // 4
+    ends = np.array([0, 2, 6, run - 7, run - 2, 2 * run - 1, 2 * run + 1])
     wrong = np.random.default_rng(3).choice(ROWS // 10, 40, replace=False) * 10 + 9
-    wrong[np.mod(wrong, ROWS // 4) < 10] += 10
+    wrong = np.union1d(wrong[np.mod(wrong + 10, run) > 20], ends)
     seen = observations_of(_with_head2(measurement_set(), wrong, SPIKE_ARCSEC))
     assert sorted(item.row - 2 for item in seen.masked) == sorted(wrong.tolist())
     assert seen.capture is not None
-    assert seen.capture.run.size == ROWS - 40
-    # The distance is what was added, within five standard deviations of R₂ − R₁.
+    assert seen.capture.run.size == ROWS - wrong.size
+    # The distance is what was added, within five standard deviations of R₂ − R₁; from one side the
+    # neighbours tell it with a scatter 1.3 times as large.
     for item in seen.masked:
-        assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=5.0 * 0.1 * np.sqrt(2.0))
+        assert item.away_arcsec == pytest.approx(SPIKE_ARCSEC, abs=1.3 * 5.0 * 0.1 * np.sqrt(2.0))
+
+
+@pytest.mark.parametrize("missing", [60, 400])
+def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
+    """What the error changes over the gap is no distance from the rows beside it."""
+    wrong = np.array([1_999, 2_000 + missing, 5_003, 5_005 + missing])
+    made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
+    assert made.capture is not None
+    left = np.ones(ROWS, dtype=bool)
+    left[2_000 : 2_000 + missing] = left[5_004 : 5_004 + missing] = False
+    seen = observations_of(replace(made, capture=made.capture.where(left)))
+    kept = np.flatnonzero(left)
+    assert [kept[item.row - 2] for item in seen.masked] == wrong.tolist()
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
     """Of one row in a hundred, some lie by chance where the other head was at another outlier."""
     random = np.random.default_rng(4)
     wrong = random.choice(ROWS // 20, ROWS // 100, replace=False) * 20 + 9
-    wrong = wrong[(np.mod(wrong, ROWS // 4) >= 7) & (np.mod(wrong, ROWS // 4) < ROWS // 4 - 7)]
     made = measurement_set()
     above = random.random(wrong.size) < 0.5
     made = _with_head2(made, wrong[above], SPIKE_ARCSEC)
@@ -115,6 +130,17 @@ def test_one_reading_of_a_station_that_its_other_visits_contradict_is_masked() -
     assert seen.reference.run.size == made.reference.error_arcsec.size - 2
 
 
+def test_what_comes_again_after_each_reversal_is_kept() -> None:
+    """The first two readings after it hang behind by 3″ and 1.5″: more than 5 % of all rows."""
+    made = measurement_set(cycles=6)
+    assert made.reference is not None
+    error, sense = made.reference.error_arcsec, np.asarray(made.reference.direction)
+    for since, behind in enumerate((3.0, 1.5)):
+        error[since::24] -= behind * sense[since::24]
+    error[108] -= 6.0
+    assert _masked(made, "reference") == [108]
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) -> None:
     """At a third of the rows it goes to the other stop, 5″ away, and a row or more later back."""
@@ -127,12 +153,15 @@ def test_a_head_that_knocks_between_two_stops_is_no_faulty_recording(seed: int) 
     assert data_faults(observations_of(made)) == []
 
 
-def test_a_wrong_reading_of_a_dense_pass_is_masked() -> None:
+@pytest.mark.parametrize("passes", [1, 3])
+def test_a_wrong_reading_of_a_dense_pass_is_masked(passes: int) -> None:
+    """Three visits of a station do not tell which of them is wrong; its neighbours do."""
     random = np.random.default_rng(2)
-    target = np.linspace(0.0, 40.0, 800)
-    error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, 800)
+    target = np.tile(np.linspace(0.0, 40.0, 800), passes)
+    error = 5.0 * np.sin(np.radians(target * 18.0)) + random.normal(0.0, 0.3, target.size)
     error[400] += 6.0
-    made = MeasurementSet(measurement_set().table, reference=Reference(target, error))
+    cycle = np.repeat(np.arange(passes), 800)
+    made = MeasurementSet(measurement_set().table, reference=Reference(target, error, cycle=cycle))
     assert _masked(made, "reference") == [400]
 
 

@@ -14,25 +14,33 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
 )
 from arctrue.workbench.effects.conditions import one_speed
-from arctrue.workbench.observations import CaptureRows, Observations
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
 class Vibration(Effect):
-    """cos, sin 2πft in R₂ − R₁, its phase free in every run."""
+    """cos, sin 2πft in R₂ − R₁, its phase free in every run; in ε too, if head 1 shakes."""
 
     name = "vibration"
     physics = (
         "A head's bracket rings, or the floor shakes it, at a fixed frequency. The phase has "
         "nothing to do with the angle and is another one in every run."
     )
-    equation = "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found"
+    equation = (
+        "δ₂₁ = Σ_run c_r cos 2πft + s_r sin 2πft, t since the run's start, f found; "
+        "ε₁ = c cos 2πft + s sin 2πft"
+    )
     source = "forced oscillation of one head"
     capture_sees = "a line in time, at the same frequency whatever the speed"
-    reference_sees = "scatter"
+    reference_sees = "scatter; at even times a slow line, the alias of f"
     told_apart_by = "the same frequency at another speed; an order would move"
     next_measurement = "a capture at another speed, or at standstill"
     plausible = "0.05 to 2″, 5 to 300 Hz"
-    parameter_units = {"frequency": "Hz", "amplitude": "arcsec", "run_R_amplitude": "arcsec"}
+    parameter_units = {
+        "frequency": "Hz",
+        "amplitude": "arcsec",
+        "run_R_amplitude": "arcsec",
+        "reference_amplitude": "arcsec",
+    }
     search_kind = "frequency"
     search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "of the oscillation"),)
 
@@ -43,7 +51,10 @@ class Vibration(Effect):
         return one_speed(observations)
 
     def column_names(self, observations: Observations) -> list[str]:
-        return [f"{kind} run {run}" for run in range(observations.runs) for kind in ("cos", "sin")]
+        runs = [f"{kind} run {run}" for run in range(observations.runs) for kind in ("cos", "sin")]
+        rows = observations.reference
+        seen = rows is not None and rows.time_s is not None
+        return [*runs, "cos reference", "sin reference"] if seen else runs
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
@@ -51,11 +62,20 @@ class Vibration(Effect):
         # From the start of its run: the phase is the run's own anyway.
         since_s = rows.time_s - rows.run_start_s
         phase = 2.0 * np.pi * nonlinear["frequency"] * since_s
-        runs = rows.runs
-        columns = np.zeros((phase.size, 2 * runs))
+        columns = np.zeros((phase.size, 2 * (rows.runs + rows.reference_in_time)))
         index = np.arange(phase.size)
         columns[index, 2 * rows.run] = np.cos(phase)
         columns[index, 2 * rows.run + 1] = np.sin(phase)
+        return columns
+
+    def reference_columns(
+        self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
+    ) -> Columns | None:
+        if rows.time_s is None or rows.capture_runs is None:
+            return None
+        phase = 2.0 * np.pi * nonlinear["frequency"] * (rows.time_s - rows.set_start_s)
+        columns = np.zeros((phase.size, 2 * rows.capture_runs + 2))
+        columns[:, -2], columns[:, -1] = np.cos(phase), np.sin(phase)
         return columns
 
     def parameters(
@@ -65,8 +85,10 @@ class Vibration(Effect):
         nonlinear: Nonlinear,
         observations: Observations,
     ) -> dict[str, Parameter]:
-        amplitudes = np.hypot(coefficients[0::2], coefficients[1::2])
-        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        each = np.hypot(coefficients[0::2], coefficients[1::2])
+        amplitudes = each[: observations.runs]
+        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        sigma = spread[: 2 * observations.runs]
         found = {
             "frequency": Parameter(nonlinear["frequency"], float("nan"), "Hz"),
             "amplitude": Parameter(
@@ -78,5 +100,9 @@ class Vibration(Effect):
         for run, amplitude in enumerate(amplitudes):
             found[f"run_{run}_amplitude"] = Parameter(
                 float(amplitude), float(np.mean(sigma[2 * run : 2 * run + 2])), "arcsec"
+            )
+        if each.size > amplitudes.size:
+            found["reference_amplitude"] = Parameter(
+                float(each[-1]), float(np.mean(spread[-2:])), "arcsec"
             )
         return found

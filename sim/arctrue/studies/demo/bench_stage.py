@@ -1,4 +1,4 @@
-"""What the process inside the simulator tells the demo while it runs."""
+"""The stage that the test bench is in, in a file that the demo reads while it simulates."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """How far the simulation is."""
+class BenchStage:
+    """What the test bench is doing, and the clock of the gateware at which it said so."""
 
     stage: str
     clock: int
@@ -21,8 +22,8 @@ class Progress:
         write_whole_text(file, json.dumps(asdict(self)))
 
     @classmethod
-    def read(cls, file: Path) -> Progress | None:
-        """The last progress written, or None before the first."""
+    def read(cls, file: Path) -> BenchStage | None:
+        """The last stage written, or None before the first."""
         if not file.exists():
             return None
-        return cls(**json.loads(file.read_text(encoding="utf-8")))
+        return read_json(file, cls)

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "parameter_commands.h"
+
+#include <stddef.h>
+#include <string.h>
+
+const char set_use[] = "set PARAMETER VALUE";
+const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
+const char sync_use[] =
+    "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
+const char probe_use[] = "probe: where the table was at its last edge | probe falling 1";
+const char compare_use[] =
+    "compare | compare first COUNTS | compare interval COUNTS | compare on 1 | compare width CLOCKS: "
+    "pulses at an angle behind the index and each interval from there";
+
+enum { NAME_MOST = 32 };
+
+static void line(const struct text_sink *sink, const char *text) {
+    text_word(sink, text);
+    text_word(sink, "\r\n");
+}
+
+static void error(const struct text_sink *sink, const char *text, const char *word) {
+    text_word(sink, "error: ");
+    text_word(sink, text);
+    line(sink, word);
+}
+
+static void named(const struct text_sink *sink, const char *name, int64_t value) {
+    text_word(sink, name);
+    text_signed(sink, value);
+    line(sink, "");
+}
+
+void parameters_show(const struct console *console, const char *beginning) {
+    const struct text_sink *sink = &console->sink;
+    for (uint32_t place = 0; place < parameters_number(); place++) {
+        const char *name = parameters_description(place)->name;
+        if (strncmp(name, beginning, strlen(beginning)) == 0) {
+            text_word(sink, name);
+            text_word(sink, " ");
+            text_fixed(sink, parameters_value(&console->application->parameters, place), 9);
+            line(sink, "");
+        }
+    }
+}
+
+static void tell_range(const struct text_sink *sink, const char *name,
+                       const struct parameter_description *description) {
+    text_word(sink, "error: ");
+    text_word(sink, name);
+    text_word(sink, " takes ");
+    text_fixed(sink, description->low, 2);
+    text_word(sink, " to ");
+    text_unsigned(sink, (uint64_t)description->high);
+    line(sink, "");
+}
+
+static void set(const struct console *console, const char *name, const char *word) {
+    const struct text_sink *sink = &console->sink;
+    const struct parameter_description *description = NULL;
+    double value;
+    if (!text_parse_decimal(word, &value)) {
+        error(sink, "not a decimal number: ", word);
+        return;
+    }
+    switch (application_set(console->application, name, value, &description)) {
+    case PARAMETER_SET:
+        line(sink, description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
+        break;
+    case PARAMETER_OUT_OF_RANGE:
+        tell_range(sink, name, description);
+        break;
+    case PARAMETER_NOT_WHOLE:
+        error(sink, "a whole number is needed, not ", word);
+        break;
+    case PARAMETER_UNKNOWN:
+    default:
+        error(sink, "no parameter ", name);
+    }
+}
+
+void set_command(struct console *console, char *const *words, uint32_t number) {
+    (void)number;
+    set(console, words[1], words[2]);
+}
+
+static void tell_probe(const struct console *console) {
+    const struct text_sink *sink = &console->sink;
+    struct core_probe probe = core_probe(&console->application->core);
+    named(sink, "edges ", probe.edges);
+    named(sink, "time_clocks ", (int64_t)probe.time);
+    named(sink, "position_counts ", probe.position);
+    named(sink, "angle_counts ", probe.angle);
+}
+
+static void tell_unit(const struct console *console, const char *unit) {
+    if (console->application->phase == PHASE_NO_CORE) {
+        return;
+    }
+    if (text_equal(unit, "probe")) {
+        tell_probe(console);
+    } else if (text_equal(unit, "compare")) {
+        bool armed = core_status(&console->application->core).compare_armed;
+        line(&console->sink, armed ? "armed yes" : "armed no");
+    }
+}
+
+void pins_command(struct console *console, char *const *words, uint32_t number) {
+    char name[NAME_MOST] = {0};
+    size_t length = strlen(words[0]);
+    memcpy(name, words[0], length);
+    name[length++] = '_';
+    if (number == 3) {
+        strncpy(name + length, words[1], NAME_MOST - 1 - length);
+        set(console, name, words[2]);
+        return;
+    }
+    if (number == 2) {
+        error(&console->sink, "no value for ", words[1]);
+        return;
+    }
+    parameters_show(console, name);
+    if (!text_equal(words[0], "trigger") && !text_equal(words[0], "compare")) {
+        parameters_show(console, "pulse_filter");
+    }
+    tell_unit(console, words[0]);
+    line(&console->sink, "ok");
+}

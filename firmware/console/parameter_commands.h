@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+/* Parameters shown and set; and those of the pins beside the table by themselves, each with what its unit of
+   the core says. */
+
+#ifndef ARCTRUE_PARAMETER_COMMANDS_H
+#define ARCTRUE_PARAMETER_COMMANDS_H
+
+#include "console.h"
+
+extern const char set_use[];
+extern const char trigger_use[];
+extern const char sync_use[];
+extern const char probe_use[];
+extern const char compare_use[];
+
+/* All whose names begin with `beginning`. */
+void parameters_show(const struct console *console, const char *beginning);
+
+void set_command(struct console *console, char *const *words, uint32_t number);
+/* `trigger`, `sync`, `probe`, `compare`: `compare on 1` sets compare_on. */
+void pins_command(struct console *console, char *const *words, uint32_t number);
+
+#endif

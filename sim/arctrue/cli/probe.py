@@ -1,0 +1,74 @@
+"""``arctrue probe PORT``: where the table was at each edge of the probe's pin."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from arctrue.cli._figures import figure
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFile
+from arctrue.cli._tables import live_head, live_row
+from arctrue.cli._terminal import note, say, tell_error
+from arctrue.device.console import Console, ConsoleError
+from arctrue.device.probe import Latch, Probe, as_csv
+from arctrue.whole_file import write_whole_text
+
+NO_DEVICE = 2
+COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12))
+
+
+@click.command(short_help="Show where a probe's edges found the table.")
+@click.argument("port")
+@click.option("--count", type=click.IntRange(min=1), help="End after so many edges.")
+@click.option("--csv", "out", type=OutputFile(".csv"), help="Write them to this file at the end.")
+@click.option(
+    "--silence",
+    type=Finite(min=0.1),
+    default=60.0,
+    show_default=True,
+    help="Seconds without an edge after which it says so.",
+)
+def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
+    """Show the corrected position that each edge at probe_in latched, until Ctrl-C.
+
+    The device at PORT is asked ten times a second. Of edges that come faster the last one is
+    shown, and how many were missed. `probe falling 1` on the console takes falling edges.
+
+    Exit code 2: the device does not answer, or the file cannot be written.
+    """
+    latches: list[Latch] = []
+    try:
+        try:
+            latch = Probe(Console(port))
+            say(live_head(COLUMNS))
+            while count is None or len(latches) < count:
+                found = latch.wait(silence)
+                if found is None:
+                    note(f"no edge for {silence:g} s; is the probe connected to probe_in?")
+                    continue
+                latches.append(found)
+                say(_row(found))
+        except KeyboardInterrupt:
+            pass
+        if out is not None:
+            write_whole_text(out, as_csv(latches))
+            say(f"{len(latches)} edges: {out}")
+    except (ConsoleError, OSError) as error:
+        tell_error(str(error))
+        sys.exit(NO_DEVICE)
+
+
+def _row(latch: Latch) -> str:
+    line = live_row(
+        [
+            figure(latch.edge, 0),
+            figure(latch.time_s, 6),
+            figure(latch.position_counts, 0),
+            figure(latch.angle_deg, 6),
+        ],
+        COLUMNS,
+    )
+    return f"{line}  {latch.missed} missed before it" if latch.missed else line

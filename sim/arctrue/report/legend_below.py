@@ -1,0 +1,23 @@
+"""A legend below its axes, where it hides no curve."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.transforms import ScaledTranslation
+
+BELOW_AXES_POINTS = 36.0
+"""Room for the numbers and the label of the horizontal axis."""
+
+
+def legend_below(axes: Axes, *, columns: int) -> None:
+    """Put the legend under the label of the horizontal axis, in so many columns."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    down = ScaledTranslation(0.0, -BELOW_AXES_POINTS / 72.0, figure.dpi_scale_trans)
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0.0),
+        bbox_transform=axes.transAxes + down,
+        ncols=columns,
+        fontsize=8,
+    )

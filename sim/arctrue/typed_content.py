@@ -1,0 +1,334 @@
+"""Content of TOML and JSON files as typed structures; what does not fit is said in one sentence.
+
+A reader declares its file as msgspec structures (or dataclasses): names, types, ranges and defaults
+of the keys. :func:`typed` converts the content, or says which key is wrong, what was expected there
+and what was found.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+from msgspec import Meta, inspect
+
+from arctrue.printable import is_printable, one_line
+from arctrue.similar import similar
+
+T = TypeVar("T")
+
+LARGEST = sys.float_info.max
+"""NaN and infinity are not within it."""
+LONGEST_FOUND = 60
+"""Characters of a value that a sentence repeats."""
+
+
+def at_least(low: float) -> Meta:
+    """A finite number of ``low`` or more."""
+    return Meta(ge=low, le=LARGEST)
+
+
+def above(low: float) -> Meta:
+    """A finite number greater than ``low``."""
+    return Meta(gt=low, le=LARGEST)
+
+
+Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+"""Any finite number."""
+NotNegative = Annotated[float, at_least(0.0)]
+Positive = Annotated[float, above(0.0)]
+
+
+class ContentError(ValueError):
+    """Content that does not fit its declaration; the text begins with the key."""
+
+    def __init__(self, text: str, *, missing: bool = False) -> None:
+        """``missing``: a key that has to be there is not."""
+        super().__init__(text)
+        self.missing = missing
+
+
+def typed(content: object, kind: type[T], place: str = "") -> T:
+    """``content`` as ``kind``, a structure or a dataclass; ``place`` is its key in the file.
+
+    Raises ContentError: key, what was expected and what was found. A ValueError that a structure's
+    ``__post_init__`` raises is repeated; its text begins with a key of the structure.
+    """
+    try:
+        return msgspec.convert(content, kind)
+    except msgspec.ValidationError as error:
+        raise _told(content, kind, place, error) from error
+
+
+def read_json(path: Path, kind: type[T]) -> T:
+    """The content of a JSON file that a program wrote: every key is declared.
+
+    Raises OSError where it cannot be read, ContentError, which names the file, for its content.
+    """
+    return typed_json(path.read_bytes(), kind, str(path))
+
+
+def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
+    """JSON text as ``kind``; ``file`` says where it stands. Raises ContentError, which names it."""
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ContentError(f"{file}: no JSON: {one_line(str(error))}") from error
+    try:
+        found = typed(content, kind)
+    except ContentError as error:
+        told = re.sub(r"expected a table( \[[^]]*\])?", "expected an object", str(error))
+        raise ContentError(f"{file}: {told}", missing=error.missing) from error
+    for key, near in (unknown_keys(content, kind) if isinstance(content, dict) else {}).items():
+        meant = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise ContentError(f"{file}: {one_line(key)}: is not known{meant}")
+    return found
+
+
+def unknown_keys(content: dict[str, Any], kind: type) -> dict[str, list[str]]:
+    """Dotted keys that neither ``kind`` nor a structure in it knows, with known ones like each."""
+    found: dict[str, list[str]] = {}
+    fields = _fields(_declared(kind))
+    if not fields:
+        return found
+    for key, value in content.items():
+        if key not in fields:
+            found[key] = similar(key, fields)
+        elif isinstance(value, dict) and (inner := _fields(_branch(fields[key], value))):
+            for name in value:
+                if name not in inner:
+                    found[f"{key}.{name}"] = similar(name, inner)
+    return found
+
+
+def shown(value: object) -> str:
+    """A value as its file has it, on one line, cut where it is long."""
+    if isinstance(value, str):
+        text = f'"{value}"'
+    elif value is None or isinstance(value, bool):
+        text = "null" if value is None else str(value).lower()
+    else:
+        text = repr(value)
+    text = one_line(text)
+    return text if len(text) <= LONGEST_FOUND else text[: LONGEST_FOUND - 1] + "…"
+
+
+@cache
+def _declared(kind: Any) -> inspect.Type:
+    return inspect.type_info(kind)
+
+
+@dataclass(frozen=True)
+class _Spot:
+    """A place of the content: its key for people, what is declared and what stands there."""
+
+    key: str
+    declared: inspect.Type
+    value: Any
+
+    def inside(self, name: str) -> str:
+        return f"{self.key}.{name}" if self.key else name
+
+
+_WHERE = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>[^`]*)`)?$", re.DOTALL)
+_STEP = re.compile(r"\.([^.\[]+)|\[(\d+)\]|(\[\.\.\.\])")
+_NAMED = re.compile(r"^Object (missing required|contains unknown) field `(.*)`$", re.DOTALL)
+
+
+def _told(content: object, kind: type, place: str, error: msgspec.ValidationError) -> ContentError:
+    """The library's error as a sentence for the person who wrote the file."""
+    where = _WHERE.match(str(error))
+    assert where is not None
+    spot = _spot(content, kind, place, where["path"] or "", str(error))
+    if isinstance(error.__cause__, ValueError):
+        return ContentError(spot.inside(str(error.__cause__)))
+    named = _NAMED.match(where["what"])
+    if named is None:
+        expected = _words(spot.declared, spot.value)
+        if expected == "a table" and spot.key and "[" not in spot.key:
+            expected = f"a table [{spot.key}]"
+        before = f"{spot.key}: " if spot.key else ""
+        return ContentError(f"{before}expected {expected}, found {shown(spot.value)}")
+    name, fields = named[2], _fields(spot.declared)
+    if named[1] == "missing required":
+        expected = _words(fields[name]) if name in fields else "a text"
+        return ContentError(f"{spot.inside(name)}: is missing: expected {expected}", missing=True)
+    near = similar(name, fields)
+    meant = f" (did you mean {' or '.join(near)}?)" if near else ""
+    return ContentError(
+        f"{one_line(spot.inside(name))}: is not known{meant}; there are: {', '.join(fields)}"
+    )
+
+
+def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spot:
+    spot = _Spot(place, _declared(kind), content)
+    taken: list[str | int] = []
+    for name, index, _ in _STEP.findall(path):
+        spot = _Spot(spot.key, _branch(spot.declared, spot.value), spot.value)
+        if name:
+            step: str | int = name
+            declared = _fields(spot.declared).get(name, inspect.AnyType())
+            spot = _Spot(spot.inside(name), declared, spot.value.get(name))
+        elif index:
+            step = int(index)
+            value = spot.value[step]
+            spot = _Spot(f"{spot.key}[{step + 1}]{_called(value)}", _item(spot, step), value)
+        else:
+            step = _guilty_key(content, kind, taken, spot.value, told)
+            assert isinstance(spot.declared, inspect.DictType)
+            spot = _Spot(spot.inside(one_line(step)), spot.declared.value_type, spot.value[step])
+        taken.append(step)
+    return _Spot(spot.key, _branch(spot.declared, spot.value), spot.value)
+
+
+def _called(value: object) -> str:
+    """The name of an entry of a list, where it has one."""
+    name = value.get("name") if isinstance(value, dict) else None
+    return f" ({shown(name)[1:-1]})" if isinstance(name, str) and name else ""
+
+
+def _guilty_key(
+    content: object, kind: type, taken: list[str | int], items: dict[str, Any], told: str
+) -> str:
+    """Which of ``items``, alone in their place, gives the same error: the library does not say."""
+    for key, value in items.items():
+        try:
+            msgspec.convert(_replaced(content, taken, {key: value}), kind)
+        except msgspec.ValidationError as error:
+            if str(error) == told:
+                return key
+    return next(iter(items))
+
+
+def _replaced(content: Any, path: list[str | int], new: object) -> Any:
+    if not path:
+        return new
+    inner = _replaced(content[path[0]], path[1:], new)
+    if isinstance(content, dict):
+        return {**content, path[0]: inner}
+    return [inner if index == path[0] else item for index, item in enumerate(content)]
+
+
+def _branch(declared: inspect.Type, value: object) -> inspect.Type:
+    """What of a union the value would be; the declaration itself where it is none."""
+    if isinstance(declared, inspect.Metadata):
+        # Words for the whole are kept: they say what is expected.
+        return declared if "description" in (declared.extra_json_schema or {}) else declared.type
+    if not isinstance(declared, inspect.UnionType):
+        return declared
+    kinds = [kind for kind in declared.types if not isinstance(kind, inspect.NoneType)]
+    for kind in kinds:
+        if not isinstance(kind, inspect.StructType) or not isinstance(value, dict):
+            continue
+        if kind.tag is not None and value.get(str(kind.tag_field)) == kind.tag:
+            return kind
+    return kinds[0] if len(kinds) == 1 else inspect.UnionType(tuple(kinds))
+
+
+def _bare(declared: inspect.Type) -> inspect.Type:
+    return declared.type if isinstance(declared, inspect.Metadata) else declared
+
+
+def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
+    """Keys of a structure with what is declared of each, its tag first."""
+    declared = _bare(declared)
+    if isinstance(declared, inspect.UnionType):
+        kinds = [kind for kind in declared.types if isinstance(kind, inspect.StructType)]
+        tags = tuple(kind.tag for kind in kinds)
+        return {str(kinds[0].tag_field): inspect.LiteralType(tags)} if kinds else {}
+    if not isinstance(declared, inspect.StructType | inspect.DataclassType):
+        return {}
+    fields = {field.encode_name: field.type for field in declared.fields}
+    tag = getattr(declared, "tag_field", None)
+    return {tag: inspect.StrType(), **fields} if tag else fields
+
+
+def _item(spot: _Spot, index: int) -> inspect.Type:
+    declared = _bare(spot.declared)
+    if isinstance(declared, inspect.TupleType):
+        return declared.item_types[index]
+    assert isinstance(declared, inspect.ListType | inspect.VarTupleType)
+    return declared.item_type
+
+
+def _words(declared: inspect.Type, found: object = None) -> str:
+    """What is expected, in words."""
+    if isinstance(declared, inspect.Metadata):
+        said = (declared.extra_json_schema or {}).get("description")
+        return str(said) if said else _words(declared.type, found)
+    if isinstance(declared, inspect.UnionType):
+        kinds = [kind for kind in declared.types if not isinstance(kind, inspect.NoneType)]
+        return " or ".join(dict.fromkeys(_words(kind, found) for kind in kinds))
+    if isinstance(declared, inspect.IntType):
+        return "a whole number" + _range(declared)
+    if isinstance(declared, inspect.FloatType):
+        unbounded = not _range(declared)
+        odd = isinstance(found, float) and not math.isfinite(found)
+        return ("a finite number" if unbounded or odd else "a number") + _range(declared)
+    if isinstance(declared, inspect.LiteralType):
+        words = ", ".join(shown(value) for value in declared.values)
+        return words if len(declared.values) == 1 else f"one of {words}"
+    if isinstance(declared, inspect.ListType | inspect.VarTupleType):
+        some = "a list of one or more " if declared.min_length else "a list of "
+        return some + _plural(declared.item_type)
+    if isinstance(declared, inspect.TupleType):
+        return f"{len(declared.item_types)} {_plural(declared.item_types[0])}"
+    return {
+        inspect.StrType: "a text",
+        inspect.BoolType: "true or false",
+        inspect.StructType: "a table",
+        inspect.DataclassType: "a table",
+        inspect.DictType: "a table",
+    }.get(type(declared), "another value")
+
+
+def _plural(declared: inspect.Type) -> str:
+    bare = _bare(declared)
+    if isinstance(bare, inspect.LiteralType):
+        return _words(bare).removeprefix("one of ")
+    return {
+        inspect.IntType: "whole numbers",
+        inspect.FloatType: "finite numbers",
+        inspect.StrType: "texts",
+    }.get(type(bare), "tables")
+
+
+def _range(declared: inspect.IntType | inspect.FloatType) -> str:
+    low, high = declared.ge, declared.le
+    if declared.gt is None and _told_limit(low) and _told_limit(high):
+        return f" from {_figure(low)} to {_figure(high)}"
+    return " and".join(_limits(declared))
+
+
+def _limits(declared: inspect.IntType | inspect.FloatType) -> Iterator[str]:
+    if declared.gt is not None:
+        yield f" above {_figure(declared.gt)}"
+    if _told_limit(declared.ge):
+        yield f" of {_figure(declared.ge)} or more"
+    if declared.lt is not None:
+        yield f" below {_figure(declared.lt)}"
+    if _told_limit(declared.le):
+        yield f" of {_figure(declared.le)} or less"
+
+
+def _figure(limit: float | None) -> str:
+    assert limit is not None
+    return str(int(limit)) if limit == round(limit) and abs(limit) < 1e15 else f"{limit:g}"
+
+
+def _told_limit(limit: float | None) -> bool:
+    return limit is not None and abs(limit) < LARGEST
+
+
+def line_of_text(text: str, key: str) -> None:
+    """Raise ValueError, for a ``__post_init__``, where ``text`` is not one printable line."""
+    if not is_printable(text):
+        raise ValueError(f"{key}: expected one line of printable text, found {text!r}")

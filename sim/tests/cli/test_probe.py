@@ -1,0 +1,105 @@
+"""probe against the firmware's own console, over registers that change like those of the core."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from sim.tests.cli.test_monitor import Device
+from sim.tests.firmware.emulator import PATIENCE_S
+from sim.tests.firmware.library import firmware
+from sim.tests.firmware.model_core import Firmware, address
+
+from arctrue.cli import main
+from arctrue.device import console, probe
+
+TURN = 1 << 24
+CLOCK_HZ = 100_000_000
+FIRST_EDGE = (1 << 16) - 2
+"""The count of the edges wraps while they are shown."""
+
+
+def position_of(edge: int) -> int:
+    return 1_000_003 * (edge - 3)
+
+
+class ProbedDevice(Device):
+    """An edge each time that its latch was told, and twice three edges at once."""
+
+    def attach(self, made: Firmware) -> None:
+        self.core = made.core
+        self.edges = FIRST_EDGE
+        self.latch()
+
+    def latch(self) -> None:
+        number = self.edges - FIRST_EDGE
+        clocks = 50_000_000 * number + (1 << 33)
+        self.core.words[address("probe.time")] = clocks & 0xFFFF_FFFF
+        self.core.words[address("probe.time") + 4] = clocks >> 32
+        self.core.set("probe.position", position_of(number))
+        self.core.set("probe.angle", position_of(number) % TURN)
+        self.core.set("probe.edges", self.edges % (1 << 16))
+
+    def tell(self, said: str) -> None:
+        super().tell(said)
+        if "angle_counts" in said:
+            self.edges += 3 if self.edges - FIRST_EDGE in (2, 8) else 1
+            self.latch()
+
+
+@pytest.fixture
+def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[ProbedDevice]:
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+    monkeypatch.setattr(probe, "LOOK_S", 0.0)
+    made = ProbedDevice()
+    made.start()
+    yield made
+    made.ended = True
+    made.join(PATIENCE_S)
+    assert not made.is_alive()
+
+
+def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_path: Path) -> None:
+    out = tmp_path / "edges.csv"
+    arguments = ["probe", device.port, "--count", "5", "--csv", str(out)]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    assert done.output.count("2 missed before it") == 1
+    rows = np.loadtxt(out, delimiter=",", skiprows=1)
+    numbers = np.array([1, 2, 5, 6, 7])
+    np.testing.assert_array_equal(rows[:, 0], (FIRST_EDGE + numbers) % (1 << 16))
+    np.testing.assert_allclose(rows[:, 1], (5e7 * numbers + 2**33) / CLOCK_HZ, rtol=1e-12)
+    positions = np.array([position_of(int(number)) for number in numbers])
+    np.testing.assert_array_equal(rows[:, 2], positions)
+    np.testing.assert_allclose(rows[:, 3], positions % TURN / TURN * 360.0, atol=5.1e-8)
+    assert "5 edges: " in done.output
+
+
+class StillDevice(Device):
+    """Nobody touches the probe."""
+
+
+def test_without_an_edge_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+    device = StillDevice()
+    device.start()
+    assert probe.Probe(console.Console(device.port)).wait(0.0) is None
+    device.ended = True
+    device.join(PATIENCE_S)
+
+
+def test_a_file_of_another_kind_is_refused() -> None:
+    done = CliRunner().invoke(main, ["probe", "/dev/null", "--csv", "edges.txt"])
+    assert done.exit_code == 2
+    assert "expected a name that ends in .csv" in done.output
+
+
+def test_no_device() -> None:
+    done = CliRunner().invoke(main, ["probe", "/dev/no-such-port"])
+    assert done.exit_code == 2
+    assert "cannot be opened" in done.output

@@ -1,0 +1,36 @@
+"""The position compare by the console, on the gateware: when its single place is passed."""
+
+from __future__ import annotations
+
+from sim.tests.faults.scene import Scene
+from sim.tests.faults.setting import CLOCKS_A_COUNT, COUNTS
+
+LOOK_CLOCKS = 20 * CLOCKS_A_COUNT
+"""Between two looks at the core."""
+
+
+def corrected_angle(scene: Scene) -> int:
+    scene.instrument.read("snapshot.time")
+    return int(scene.instrument.read("snapshot.corrected_angle"))
+
+
+def test_the_compare_is_done_where_the_console_said() -> None:
+    """A quarter of a turn ahead, corrected; the place is passed within two looks of it."""
+    scene = Scene()
+    scene.calibrate()
+    place = (corrected_angle(scene) + COUNTS // 4) % COUNTS
+    for line in (f"compare first {place}", "compare on 1"):
+        assert scene.firmware.send(line) == "ok"
+    assert "armed yes" in scene.firmware.send("compare")
+    scene.firmware.run(
+        until=lambda _: not scene.instrument.read("status.compare_armed"), poll_clocks=LOOK_CLOCKS
+    )
+    passed = (corrected_angle(scene) - place) % COUNTS
+    assert passed <= 2 * LOOK_CLOCKS // CLOCKS_A_COUNT
+    assert "armed no" in scene.firmware.send("compare")
+    # An interval: it goes on until it is ended.
+    assert scene.firmware.send(f"compare interval {COUNTS // 8}") == "ok"
+    scene.turn(0.5)
+    assert "armed yes" in scene.firmware.send("compare")
+    assert scene.firmware.send("compare on 0") == "ok"
+    assert "armed no" in scene.firmware.send("compare")

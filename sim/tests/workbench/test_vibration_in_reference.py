@@ -1,0 +1,73 @@
+"""A bracket of head 1 that shakes is seen in the reference too, at the alias of its frequency."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sim.tests.workbench.small_sets import REFERENCE_NOISE, measurement_set
+
+from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
+from arctrue.workbench.inference.search_parameters import refined
+from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.observations.build import observations_of
+
+EFFECTS = built_in()
+FREQUENCY_HZ = 7.31
+"""Of which readings every 4 s show a line of 0.06 Hz."""
+SIZE_ARCSEC = 0.5
+
+
+def _fitted(*, head1: bool, in_time: bool = True) -> Solution:
+    made = measurement_set(
+        head2_only=lambda time, _: -SIZE_ARCSEC * np.cos(2.0 * np.pi * FREQUENCY_HZ * time)
+    )
+    assert made.reference is not None
+    assert made.reference.time_s is not None
+    phase = 2.0 * np.pi * FREQUENCY_HZ * made.reference.time_s + 0.7
+    made.reference.error_arcsec[:] += head1 * SIZE_ARCSEC * np.cos(phase)
+    if not in_time:
+        made = replace(made, reference=replace(made.reference, time_s=None))
+    observations = observations_of(made)
+    graduation = Term(EFFECTS["graduation_harmonics"](), {})
+    effect = EFFECTS["vibration"]()
+    place = places_of(effect, Residuals(fit([graduation], observations)))[0]
+    return refined(fit([graduation, Term(effect, place.nonlinear)], observations))
+
+
+def test_nothing_of_it_is_left_in_the_reference() -> None:
+    """It was left whole, and named once more as a line without a cause."""
+    solution = _fitted(head1=True)
+    left = solution.reference_residual_arcsec()
+    assert left is not None
+    # 288 rows, 23 coefficients at the most: the scatter is told to 5 %, and three times that.
+    assert float(np.std(left)) == pytest.approx(REFERENCE_NOISE, rel=0.15)
+    # Of a sine in white noise: σ = √(6/n)·(noise/amplitude)/(π·T), T = 1,152 s; five times that.
+    sigma_hz = np.sqrt(6.0 / 288) * (REFERENCE_NOISE / SIZE_ARCSEC) / (np.pi * 1152.0)
+    found = solution.terms[-1].nonlinear["frequency"]
+    assert found == pytest.approx(FREQUENCY_HZ, abs=5.0 * sigma_hz)
+
+
+def test_a_bracket_of_head_2_leaves_the_reference_alone() -> None:
+    solution = _fitted(head1=False)
+    told = solution.terms[-1].effect.parameters(
+        solution.coefficients[solution.part(1)],
+        solution.covariance[solution.part(1), solution.part(1)],
+        solution.terms[-1].nonlinear,
+        solution.observations,
+    )
+    size = told["reference_amplitude"]
+    assert size.value < 4.0 * size.sigma
+    # R₂ − R₁ of 14,400 rows: √(2/n) of the noise of two heads, and five times that.
+    assert told["amplitude"].value == pytest.approx(
+        SIZE_ARCSEC, abs=5.0 * 0.15 * np.sqrt(2 / 14_400)
+    )
+
+
+def test_a_reference_without_times_has_no_columns_of_it() -> None:
+    solution = _fitted(head1=False, in_time=False)
+    assert solution.widths[1] == 2 * 4
