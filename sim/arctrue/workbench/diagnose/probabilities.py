@@ -30,7 +30,7 @@ WRONG_NAMES, NAMES = 6, 161
 WRONG_UNKNOWN, ALL_UNKNOWN = 8, 68
 """Answers that were surer than 0.98, and those of them that were wrong: of 270 sets of the tier
 ``dev`` (docs/blind.md, without the five that have been mended since) and 89 of the tier
-``calibration`` (one mended since). A whole run of that tier replaces them: ``right_of`` in its score."""
+``calibration`` (one mended since). A whole run of it replaces them: ``right_of`` in its score."""
 
 
 def inadequacy(verdict: str) -> float:
