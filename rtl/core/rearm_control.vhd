@@ -56,6 +56,8 @@ begin
     variable take      : std_ulogic := '0';
     variable legal     : std_ulogic;
     variable differs   : std_ulogic := '0';
+    -- More than one clock of the hold is left.
+    variable goes_on   : std_ulogic := '0';
 
   begin
 
@@ -85,9 +87,9 @@ begin
         changes_turn <= differs;
       elsif remaining /= 0 then
         remaining := remaining - 1;
-        rearm     <= or remaining;
+        rearm     <= goes_on;
 
-        changes_turn <= differs and (or remaining);
+        changes_turn <= differs and goes_on;
       end if;
 
       if reset = '1' then
@@ -97,6 +99,7 @@ begin
         refused        <= '0';
         counts_per_rev <= to_unsigned(COUNTS_PER_REV_MAX, COUNTS_PER_REV_WIDTH);
       end if;
+      goes_on := or remaining(7 downto 1);
     end if;
 
   end process control;
