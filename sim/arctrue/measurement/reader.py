@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -108,8 +109,10 @@ def data_file(description: Description, section: str) -> Path | None:
 def _require_for_capture(description: Description) -> None:
     for key in ("counts_per_rev", "head_separation_deg"):
         if getattr(description.keys.table, key) is None:
+            near = difflib.get_close_matches(f"table.{key}", description.other, 1)
+            meant = f"; {near[0]} is not known: is it meant?" if near else ""
             raise MeasurementError(
-                "missing", description.path, f"table.{key}: is missing; a capture needs it"
+                "missing", description.path, f"table.{key}: is missing; a capture needs it{meant}"
             )
     if description.keys.table.head_separation_deg == 0:
         raise MeasurementError(

@@ -209,6 +209,7 @@ def test_capture_that_is_not_text(tmp_path: Path) -> None:
         ),
         (TOML.replace("counts_per_rev = 16777216\n", ""), "table.counts_per_rev: is missing"),
         (TOML.replace("head_separation_deg = 33.0\n", ""), "head_separation_deg: is missing"),
+        (TOML.replace("counts_per_rev", "counts_per_turn"), "table.counts_per_turn is not known"),
         (TOML.replace("[table]", "[table"), "is not TOML"),
         ("schema = 1\ntable = 5\n", "table: expected a table [table], found 5"),
         (TOML + '[capture]\nfile = "other.csv"\n', "other.csv: no such file"),
