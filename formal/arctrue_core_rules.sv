@@ -125,7 +125,8 @@ module arctrue_core_rules #(
 
     // For the lemmas: where the access under way is.
     wire [1:0] probe_state;
-    wire probe_taken, probe_is_write;
+    wire probe_taken, probe_is_write, probe_read_then;
+    wire probe_register_request, probe_register_writes;
     // Units are asked in the clock after it was taken.
     reg asks = 0;
     always @(posedge clock) asks <= probe_taken && !reset;
@@ -184,7 +185,15 @@ module arctrue_core_rules #(
             assert (reads == (is_out && !probe_is_write));
             assert (!is_out || 3'd0 + probe_to_registers + probe_to_coefficients + probe_to_offset
                                + probe_to_capture + probe_refused == 1);
-            assert (asked == (probe_state == BUSY && !probe_taken && !asks));
+            assert (asked + probe_read_then == (probe_state == BUSY && !probe_taken && !asks));
+            assert (!probe_read_then || (probe_to_registers && !probe_is_write));
+            assert (probe_register_request == (asks && probe_to_registers));
+            assert (probe_capture_read == (asks && probe_to_capture));
+            assert (probe_coefficient_read == (asks && probe_to_coefficients && !probe_is_write));
+            assert (probe_coefficient_write == (asks && probe_to_coefficients && probe_is_write));
+            assert (probe_offset_read == (asks && probe_to_offset && !probe_is_write));
+            assert (probe_offset_write == (asks && probe_to_offset && probe_is_write));
+            assert (!asks || !(probe_register_request && probe_register_writes != probe_is_write));
             assert (!asked || !probe_refused);
             assert (!capture_reads || probe_to_capture);
             assert (!coefficient_reads || probe_to_coefficients);

@@ -59,6 +59,31 @@ architecture rtl of access_guard is
   constant CAPTURE_FIRST      : byte_address := to_unsigned(CAPTURE_ADDRESS, 18);
   constant OFFSET_WORD        : byte_address := to_unsigned(COEFFICIENT_OFFSET_ADDRESS, 18);
 
+  -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
+  -- does not know.
+  function bit_of (
+    table : std_ulogic_vector;
+    place : u_unsigned
+  ) return std_ulogic is
+
+    variable left_over : std_ulogic_vector(0 to 2 ** place'length - 1);
+    variable number    : u_unsigned(place'length - 1 downto 0);
+
+  begin
+
+    left_over := table;
+    number    := place;
+
+    for digit in number'range loop
+      if number(digit) = '1' then
+        left_over(0 to 2 ** digit - 1) := left_over(2 ** digit to 2 * 2 ** digit - 1);
+      end if;
+    end loop;
+
+    return left_over(0);
+
+  end function bit_of;
+
 begin
 
   assert CAPTURE_ADDRESS = 16#20000# and COEFFICIENTS_ADDRESS mod 1024 = 0
@@ -71,7 +96,7 @@ begin
     variable lane         : u_unsigned(5 downto 0);
     variable sample       : u_unsigned(13 downto 0);
     variable partial      : boolean;
-    variable word         : natural range 0 to MAY_BE_READ'length - 1;
+    variable word         : u_unsigned(REGISTERS_ADDRESS_WIDTH - 1 downto 2);
     variable legal        : std_ulogic;
     variable registers    : boolean;
     variable coefficients : boolean;
@@ -89,10 +114,10 @@ begin
 
       -- Windows are aligned to their size: 1 KiB of coefficients, 128 KiB of capture.
       is_offset    := place(17 downto 2) = OFFSET_WORD(17 downto 2);
-      word         := to_integer(place(REGISTERS_ADDRESS_WIDTH - 1 downto 2));
-      legal        := MAY_BE_READ(word);
+      word         := place(REGISTERS_ADDRESS_WIDTH - 1 downto 2);
+      legal        := bit_of(MAY_BE_READ, word);
       if is_write = '1' then
-        legal := MAY_BE_WRITTEN(word);
+        legal := bit_of(MAY_BE_WRITTEN, word);
       end if;
       registers    := place(17 downto REGISTERS_ADDRESS_WIDTH) = 0 and legal = '1';
       offset       := is_offset and not partial;
