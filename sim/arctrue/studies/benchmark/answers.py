@@ -25,10 +25,12 @@ from arctrue.studies.campaign.store import HEADER, read_header
 from arctrue.typed_content import ContentError, read_json, typed
 
 
+Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
+"""What an answer may say; ``error`` where there is none."""
+
+
 class _Verdict(Struct):
-    verdict: Literal[
-        "adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"
-    ]
+    verdict: Verdict
 
 
 class AnswersError(ValueError):

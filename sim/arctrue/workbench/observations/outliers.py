@@ -35,6 +35,8 @@ MOST_ROWS = 3
 """Off for longer, it may be real."""
 SIDE_ROWS = 2 * MOST_ROWS + 1
 """Rows on each side whose median is taken: outliers are always the smaller part of them."""
+LEAST_SIDE_ROWS = 5
+"""The same near an end: two wrong rows do not move their median far."""
 TO_MIDDLE = SIDE_ROWS // 2 + 1
 """From a row to the middle of the SIDE_ROWS rows before or after it."""
 LEAST_ROWS = 3 * SIDE_ROWS
@@ -142,13 +144,20 @@ def from_both_sides(values: Float) -> Float:
     """What the rows before and after each row let expect there, (rows,).
 
     The mean of the median of the SIDE_ROWS rows before and of those after: exact where the values
-    rise evenly, and not moved by MOST_ROWS wrong rows on each side. The first and the last
-    SIDE_ROWS rows have only one side, and are not-a-number: :func:`from_one_side` tells of them.
+    rise evenly, and not moved by MOST_ROWS wrong rows on each side. Nearer to an end as many rows
+    as there are, on each side. The first and the last LEAST_SIDE_ROWS rows are not-a-number:
+    :func:`from_one_side` tells of them.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")
     expected = np.full(values.size, np.nan)
     inner = np.arange(SIDE_ROWS, values.size - SIDE_ROWS)
     expected[inner] = 0.5 * (medians[inner - TO_MIDDLE] + medians[inner + TO_MIDDLE])
+    for side in range(LEAST_SIDE_ROWS, min(SIDE_ROWS, values.size // 2)):
+        for part, row in (
+            (values[: 2 * side + 1], side),
+            (values[-2 * side - 1 :], values.size - 1 - side),
+        ):
+            expected[row] = 0.5 * (np.median(part[:side]) + np.median(part[side + 1 :]))
     return expected
 
 
@@ -173,8 +182,8 @@ def far_from_neighbours(
 
     ``values``: rows of one run or pass in order, (rows,), in steps of ``resolution``. ``pieces``:
     LEAST_ROWS rows or more each, between which rows are missing; one where none are. The first and
-    last SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the scatter that
-    this makes of the END_ROWS rows there: it is larger than that from both sides.
+    last LEAST_SIDE_ROWS rows of a piece are judged by the rows on their one side, and by the
+    scatter that this makes of the END_ROWS rows there: it is larger than that from both sides.
     """
     away = np.full(values.size, np.nan)
     after, before = away.copy(), away.copy()

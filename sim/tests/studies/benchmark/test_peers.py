@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from sim.tests.studies.campaign.loaded import loaded_by
 
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.answers import VERDICTS, AnswersError, score_beside
+from arctrue.studies.benchmark.answers import AnswersError, Verdict, score_beside
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import frozen_digests
 from arctrue.studies.benchmark.page import PEERS_TOLD, page
@@ -71,7 +71,7 @@ def test_gaussian_process_sees_a_discrepancy_and_has_no_name_for_it(
 def test_a_lean_set_is_answered_too(tmp_path: Path, subject: str) -> None:
     folder = tmp_path / "set"
     write_measurement_set(folder, simulate_set([], lean().smaller(600, 0), 4).measurement)
-    assert find_subject(subject)(folder)["verdict"] in VERDICTS
+    assert find_subject(subject)(folder)["verdict"] in get_args(Verdict)
 
 
 def test_an_index_that_does_not_repeat_is_no_effect(tmp_path: Path) -> None:

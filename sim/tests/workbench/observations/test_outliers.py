@@ -20,7 +20,7 @@ from sim.tests.workbench.small_sets import (
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
-from arctrue.workbench.observations.outliers import FALSE_ROWS, far_threshold
+from arctrue.workbench.observations.outliers import FALSE_ROWS, far_from_neighbours, far_threshold
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN
 SPIKE_ARCSEC = 5.0
@@ -69,6 +69,19 @@ def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
     seen = observations_of(replace(made, capture=made.capture.where(left)))
     kept = np.flatnonzero(left)
     assert [kept[item.row - 2] for item in seen.masked] == wrong.tolist()
+
+
+@pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])
+def test_a_wrong_row_near_an_end_is_far_where_the_values_curve(place: int) -> None:
+    """25 rows a period, as order 20 of 500 rows a turn: a line through 14 of them says nothing.
+
+    What lies 1 to 7 rows away on both sides errs by 2·(1 − cos(2π·4/25)) = 0.93 at the most.
+    """
+    values = 2.0 * np.sin(2.0 * np.pi * np.arange(200) / 25.0)
+    values += 0.1 * np.random.default_rng(place).standard_normal(200)
+    values[place] += 9.0
+    away, scatter = far_from_neighbours(values, 0.0)
+    assert np.flatnonzero(np.abs(away) > 6.0 * scatter).tolist() == [place]
 
 
 def test_outliers_of_both_signs_do_not_vouch_for_each_other() -> None:
