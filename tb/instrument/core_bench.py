@@ -36,6 +36,9 @@ COMMANDS = (
     "alive",
 )
 
+LATCHES = ("head1.index", "head2.index", "snapshot.time", "probe.time")
+"""Whose low word latches the rest of its group."""
+
 Access = tuple[bool, int, int, int]
 """Write, address, word, strobe."""
 
@@ -89,6 +92,9 @@ def accesses(draw: random.Random) -> Iterator[Access]:
     """What a processor does, right and wrong, for ever."""
     yield from set_up()
     yield from coefficients(draw)
+    # A latch is not reset: until it is asked, it holds what was there before the reset.
+    for path in LATCHES:
+        yield False, address(path), 0, 0
     while True:
         kind = draw.random()
         if kind < 0.5:

@@ -24,7 +24,6 @@ from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
 from arctrue.typed_content import ContentError, read_json, typed
 
-
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
 """What an answer may say; ``error`` where there is none."""
 
