@@ -37,27 +37,34 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     The device at PORT is asked ten times a second. Of edges that come faster the last one is
     shown, and how many were missed. `probe falling 1` on the console takes falling edges.
 
-    Exit code 2: the device does not answer, or the file cannot be written.
+    Exit code 2: the device does not answer (any more), or the file cannot be written. Edges that
+    were shown are written all the same.
     """
     latches: list[Latch] = []
+    failed = False
     try:
-        try:
-            latch = Probe(Console(port))
-            say(live_head(COLUMNS))
-            while count is None or len(latches) < count:
-                found = latch.wait(silence)
-                if found is None:
-                    note(f"no edge for {silence:g} s; is the probe connected to probe_in?")
-                    continue
-                latches.append(found)
-                say(_row(found))
-        except KeyboardInterrupt:
-            pass
-        if out is not None:
-            write_whole_text(out, as_csv(latches))
-            say(f"{len(latches)} edges: {out}")
+        latch = Probe(Console(port))
+        say(live_head(COLUMNS))
+        while count is None or len(latches) < count:
+            found = latch.wait(silence)
+            if found is None:
+                note(f"no edge for {silence:g} s; is the probe connected to probe_in?")
+                continue
+            latches.append(found)
+            say(_row(found))
+    except KeyboardInterrupt:
+        pass
     except (ConsoleError, OSError) as error:
         tell_error(str(error))
+        failed = True
+    if out is not None and (latches or not failed):
+        try:
+            write_whole_text(out, as_csv(latches))
+        except OSError as error:
+            tell_error(str(error))
+            sys.exit(NO_DEVICE)
+        say(f"{len(latches)} edges: {out}")
+    if failed:
         sys.exit(NO_DEVICE)
 
 

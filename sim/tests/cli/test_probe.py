@@ -83,6 +83,31 @@ class StillDevice(Device):
     """Nobody touches the probe."""
 
 
+class DyingDevice(ProbedDevice):
+    """Silent from its third latch on."""
+
+    def tell(self, said: str) -> None:
+        super().tell(said)
+        self.ended = self.edges - FIRST_EDGE > 3
+
+
+def test_edges_that_were_shown_are_written_where_the_device_falls_silent(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (1.0,))
+    monkeypatch.setattr(probe, "LOOK_S", 0.0)
+    device = DyingDevice()
+    device.start()
+    out = tmp_path / "edges.csv"
+    done = CliRunner().invoke(main, ["probe", device.port, "--csv", str(out)])
+    device.join(PATIENCE_S)
+    assert done.exit_code == 2, done.output
+    rows = np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2)
+    assert rows.shape[0] >= 1
+    assert f"{rows.shape[0]} edges: " in done.output
+
+
 def test_without_an_edge_nothing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     firmware()
     monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
