@@ -190,7 +190,7 @@ class Effect(ABC):
     longest_call_s: ClassVar[float] = 60.0
     """Seconds that one call of a method of a user's file may take; ended then, as an error."""
     needs_settings: ClassVar[bool] = False
-    """Its settings say what it is: nobody looks for it as it is without them."""
+    """True: it is nothing without its settings, and the diagnosis does not try it."""
     unspecific: ClassVar[bool] = False
     """It says what is seen and not why: an effect that says more, and fits as well, is named."""
     in_parts: ClassVar[tuple[str, ...]] = ()

@@ -383,7 +383,7 @@ STEP_PLACES = 24
 
 
 def step_trials(gain: float, rows: int) -> float:
-    """Independent instants of a step among ``rows`` rows; they are the more, the larger its gain.
+    """Independent instants of a step among ``rows`` rows; their number grows with its gain.
 
     A larger gain is sharper in time. The chance that white noise gives a gain of b² anywhere is
     b·φ(b)·Σ ν(b·√r)·r over the instants k, r = n/(k(n − k)) (James, James and Siegmund, Biometrika
