@@ -373,4 +373,13 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "max(item.size_arcsec.values(), default=0.0) >= 0.0",
         f"{GUARDS}::test_what_moves_the_prediction_by_less_than_what_matters_is_negligible",
     ),
+    Mutation(
+        "a_cut_run_is_a_gap",
+        "a run that was cut is taken for one whose last rows were dropped",
+        f"{DIAGNOSE}/data_faults.py",
+        "ends_in_gap = np.ceil(turns) - turns <= dropped",
+        "ends_in_gap = np.ceil(turns) - turns <= 1.0",
+        "sim/tests/workbench/diagnose/test_data_faults.py"
+        "::test_a_run_that_ends_in_a_gap_is_not_cut",
+    ),
 )
