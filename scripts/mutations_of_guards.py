@@ -398,4 +398,20 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/workbench/diagnose/test_data_faults.py"
         "::test_a_run_that_ends_in_a_gap_is_not_cut",
     ),
+    Mutation(
+        "slow_noise_keeps_what_it_took",
+        "an effect of which the slow noise of the model without it holds most is not weighed",
+        f"{DIAGNOSE}/survey.py",
+        "    near |= {item.name for item in taken}\n",
+        "",
+        f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
+    ),
+    Mutation(
+        "an_effect_or_noise_is_noise",
+        "adequate is said where an effect and slow noise explain the rows alike",
+        f"{DIAGNOSE}/coverage.py",
+        "_p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE",
+        "_p_beside_it(item, item.evidence.score, tests) < 0.0",
+        f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
+    ),
 )
