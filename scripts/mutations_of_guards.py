@@ -414,4 +414,22 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "_p_beside_it(item, item.evidence.score, tests) < 0.0",
         f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
     ),
+    Mutation(
+        "noise_explains_itself",
+        "what the model leaves of a block by the noise of the angles counts as the block's own",
+        "sim/arctrue/workbench/inference/residuals.py",
+        "    kept = shares > LEAST_OWN_SHARE\n",
+        "    kept = shares > -1.0\n",
+        "sim/tests/workbench/test_scores.py"
+        "::test_noise_of_the_angles_explains_no_noise_of_the_rows",
+    ),
+    Mutation(
+        "every_constant_is_a_head_angle",
+        "a constant that the interpolation has by itself is named as a head that stands elsewhere",
+        f"{DIAGNOSE}/survey.py",
+        "            and not self.may_be_a_constant_of_the_model(item)\n",
+        "",
+        "sim/tests/workbench/diagnose/test_rules.py"
+        "::test_a_constant_that_the_interpolation_may_have_is_no_head_angle",
+    ),
 )

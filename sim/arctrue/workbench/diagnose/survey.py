@@ -54,6 +54,8 @@ FAR_TOO_SMALL = 0.5
 """Share of what matters: the noise estimated anew does not double a size."""
 SAME_BLOCK = 1e-6
 """Of a gain, and of a canonical correlation: rounding of the same columns."""
+OF_A_CONSTANT = 0.1
+"""What changes less than this share of its mean over the rows is a constant."""
 AS_GOOD = 6.0
 """BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
 RUNS_ARE_THE_SAMPLE = 0.5
@@ -99,7 +101,28 @@ class Survey:
 
     def confirmed(self, item: Candidate) -> bool:
         """It matters, held-out rows show it, and so does every pass over its place."""
-        return self.matters(item) and _holds_out(item) and on_every_pass(item, self.base)
+        return (
+            self.matters(item)
+            and _holds_out(item)
+            and on_every_pass(item, self.base)
+            and not self.may_be_a_constant_of_the_model(item)
+        )
+
+    def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
+        """It is a constant of R₂ − R₁ that the effects of the model may have by themselves."""
+        base = self.base
+        most = sum(
+            term.effect.constant_between_heads_arcsec(base.coefficients[base.part(index)])
+            for index, term in enumerate(base.terms)
+        )
+        if most == 0.0 or base.observations.capture is None:
+            return False
+        before, after = (
+            solution.capture_prediction_arcsec(False) for solution in (base, item.solution)
+        )
+        change = after - before
+        constant = float(change.mean())
+        return abs(constant) <= most and float(np.std(change)) < OF_A_CONSTANT * abs(constant)
 
 
 def survey(
