@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
-from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.every_pass import RUNS_ARE_THE_SAMPLE, on_every_pass
 from arctrue.workbench.diagnose.evidence import (
     MUCH_MORE,
     Evidence,
@@ -58,8 +58,6 @@ OF_A_CONSTANT = 0.1
 """What changes less than this share of its mean over the rows is a constant."""
 AS_GOOD = 6.0
 """BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
-RUNS_ARE_THE_SAMPLE = 0.5
-"""Share of the index in the variance of an effect's size."""
 
 
 @dataclass
