@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import without_unspecific
-from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
+from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage, effect_or_noise
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import (
     DEEPEST,
@@ -130,7 +130,7 @@ def diagnose(
     result = _told(observations, tried, found)
     result.covers = coverage(residuals, result.candidates, result.untestable, tried.absent)
     if result.verdict == "adequate":
-        _unless_blind(result, residuals, matters)
+        _unless_blind(result, residuals, matters, tried.absent)
     result.probability = _probability(result)
     progress("fitting every row")
     _sharpen(result)
@@ -207,9 +207,13 @@ def _beside(found: Decision) -> list[Candidate]:
     return names
 
 
-def _unless_blind(result: Diagnosis, residuals: Residuals, matters_arcsec: float) -> None:
+def _unless_blind(
+    result: Diagnosis, residuals: Residuals, matters_arcsec: float, tests: int
+) -> None:
     """Nothing was found; where little could be, that says nothing."""
-    found = blindness(residuals, result.covers, result.residual_rms_arcsec, matters_arcsec)
+    found = blindness(
+        residuals, result.covers, result.residual_rms_arcsec, matters_arcsec
+    ) or effect_or_noise(result.candidates, tests, matters_arcsec)
     if found is not None:
         result.verdict = "cannot_tell"
         result.cannot_tell = found.reason

@@ -28,6 +28,7 @@ from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, referenc
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.diagnose.taken_by_noise import may_be_taken
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -264,13 +265,17 @@ def _weigh(result: Survey, progress: Say, *, negligible: bool) -> None:
     residuals = result.residuals
     null = restricted_likelihood(residuals)
     waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    waiting = [
-        item
+    near = {
+        item.name
         for item in waiting
         if item.p_corrected < NEAR_P
         or item.effect.step_at
         or takes_most(item.solution, residuals.solution)
-    ]
+    }
+    others = [item for item in waiting if item.name not in near]
+    taken = may_be_taken(others, residuals, result.absent * result.looks, SIGNIFICANCE)
+    near |= {item.name for item in taken}
+    waiting = [item for item in waiting if item.name in near]
     products = result.parts[:1]
     if not negligible:
         waiting = [item for item in waiting if result.may_matter(item)]
