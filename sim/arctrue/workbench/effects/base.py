@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.similar import did_you_mean
+
 if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -204,7 +206,8 @@ class Effect(ABC):
         if unknown:
             known = ", ".join(sorted(self.defaults)) or "none"
             raise ValueError(
-                f"effect {self.name}: unknown setting {', '.join(unknown)}; it has: {known}"
+                f"effect {self.name}: unknown setting {', '.join(unknown)}."
+                f"{did_you_mean(unknown[0], self.defaults)} It has: {known}"
             )
         for key, value in settings.items():
             expected = self.defaults[key]
