@@ -199,6 +199,8 @@ class Effect(ABC):
     """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
+    fixed_to_polygon: ClassVar[bool] = False
+    """It moves along when the polygon is put on the table some faces further."""
 
     def __init__(self, **settings: object) -> None:
         """Raises ValueError for a setting that this effect does not have, or of a wrong type."""
