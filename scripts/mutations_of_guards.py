@@ -366,6 +366,15 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
     ),
     Mutation(
+        "columns_that_moved_leave_a_wave",
+        "what a solution leaves along its own columns is taken for a further effect",
+        "sim/arctrue/workbench/inference/residuals.py",
+        "            moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
+        "",
+        "sim/tests/workbench/test_scores.py"
+        "::test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit",
+    ),
+    Mutation(
         "parts_by_a_decimal",
         "a product of parts is preferred to a name by a decimal of the likelihood",
         f"{DIAGNOSE}/decision.py",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set
@@ -63,6 +65,28 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
     assert whitened is not None
     moment = further.T @ whitened
     assert score.gain == pytest.approx(float(moment @ np.linalg.solve(information, moment)), 1e-6)
+
+
+def test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
+    """A gain of 1 % changes ε, and so its own column: what is left is no least squares.
+
+    The gain has taken all but 1 % of one direction of a first order beside it, in which the trifle
+    that is left would be a large wave. Both are judged with the same noise and the same ε.
+    """
+    measurement = measurement_set(turns=1, runs=1)
+    assert measurement.reference is not None
+    measurement.reference.error_arcsec[:] *= 1.01
+    observations = observations_of(measurement)
+    first = Residuals(fit([Term(EFFECTS["graduation_harmonics"](), {})], observations))
+    gain, wave = EFFECTS["autocollimator_gain"](), EFFECTS["polygon_eccentricity"]()
+    grown = first.solution_with(gain, {}, first.score(gain, {}))
+    again = fit(grown.terms, observations, grown.context, noise=grown.noise)
+    found, expected = (
+        Residuals(replace(solution, context=grown.context)).score(wave, {})
+        for solution in (grown, again)
+    )
+    assert found.gain == pytest.approx(expected.gain, rel=1e-6)
+    assert found.gain < 12.0  # χ² of two columns: 1 in 400
 
 
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])

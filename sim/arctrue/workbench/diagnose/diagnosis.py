@@ -121,8 +121,7 @@ def diagnose(
 
     def with_first(first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
-        # A line beside its place would leave a rest for others.
-        left = Residuals(refined(first.solution))
+        left = Residuals(_settled(first.solution))
         return survey(
             left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
         )
@@ -136,6 +135,19 @@ def diagnose(
     progress("fitting every row")
     _sharpen(result)
     return result
+
+
+def _settled(solution: Solution) -> Solution:
+    """The solution without what only the way of its search leaves, which others would take.
+
+    A line beside its place leaves a rest. So does a delay whose columns are those of the model
+    without it: orders that it bent turn with it.
+    """
+    if any(term.effect.depends_on_model for term in solution.terms):
+        terms, observations = solution.terms, solution.observations
+        bent = fit(terms, observations, solution.context, noise=solution.noise)
+        solution = fit(terms, observations, bent.context)
+    return refined(solution)
 
 
 def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnosis:

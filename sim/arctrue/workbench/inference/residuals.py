@@ -176,6 +176,21 @@ class Residuals:
                 total[places] += design.moment(values)
         return total
 
+    @cached_property
+    def _left_moment(self) -> Matrix:
+        """What the residuals have left along the model's own columns; nothing after a fit.
+
+        Columns that depend on the model change with its coefficients, and a solution that was not
+        fitted again with the new columns is a little beside the least squares.
+        """
+        layout, solution = self._layout, self.solution
+        if solution.held:
+            return np.zeros(layout.size)
+        total = self._joint_moment(self.capture_whitened, self.reference_whitened)
+        offsets = np.arange(layout.shared, layout.shared + layout.runs)
+        total[offsets] -= solution.run_offsets_arcsec / solution.noise.index_variance
+        return total
+
     def with_residuals(
         self, capture: NDArray[np.float64] | None, reference: NDArray[np.float64] | None
     ) -> Residuals:
@@ -184,6 +199,8 @@ class Residuals:
         for name in ("_designs", "_normal", "_inverse"):
             # The model's own matrices do not depend on the residuals.
             other.__dict__[name] = getattr(self, name)
+        # They are those of a fit.
+        other.__dict__["_left_moment"] = np.zeros(self._layout.size)
         noise, layout = self.solution.noise, self._layout
         white = [self._whitened(capture, noise.capture), self._whitened(reference, noise.reference)]
         found = self._inverse @ self._joint_moment(white[0], white[1])
@@ -307,7 +324,7 @@ class Residuals:
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)
         if not self.solution.held:
-            # The residuals are those of a fit: the moment has no part of the model's columns.
+            moment = moment - cross.T @ (self._inverse @ self._left_moment)
             moment = np.where(alive, moment, 0.0)
         coefficients, covariance, rank, _ = solve_symmetric(kept, np.where(alive, moment, 0.0))
         gain = float(np.where(alive, moment, 0.0) @ coefficients)
