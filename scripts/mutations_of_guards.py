@@ -52,6 +52,14 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/workbench/diagnose/test_rules.py::test_a_step_pays_for_all_its_instants",
     ),
     Mutation(
+        "ranges_are_advice",
+        "a search may end outside the range that its effect declares",
+        "sim/arctrue/workbench/inference/scan.py",
+        "ranges[name][0] <= value <= ranges[name][1]",
+        "np.isfinite(value)",
+        "sim/tests/workbench/test_search_range.py::test_places_outside_the_range_are_not_scored",
+    ),
+    Mutation(
         "noise_is_known",
         "noise known from few runs is taken as known for sure",
         f"{DIAGNOSE}/significance.py",
