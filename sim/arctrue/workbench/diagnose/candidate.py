@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from arctrue.workbench.diagnose.evidence import Evidence
 from arctrue.workbench.diagnose.heldout import HeldOut, Improvement
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
@@ -32,6 +34,8 @@ class Candidate:
     size_arcsec: dict[str, float]
     """RMS by which it moves the prediction where it acts, by channel."""
     p_corrected: float
+    rows: int
+    """Rows of the channels that it moves: what its size is known from."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Places that its p pays for, where the level is not shared out evenly among them."""
@@ -53,6 +57,14 @@ class Candidate:
     def freedom(self) -> float:
         """Degrees of freedom with which the noise of its size is known."""
         return float("inf") if self.evidence is None else self.evidence.freedom
+
+    @cached_property
+    def at_maximum(self) -> Solution:
+        """Its solution with the search parameters between the places that were tried.
+
+        For what is asked of a candidate once it is judged; its solution stays where it is.
+        """
+        return refined(self.solution)
 
     @property
     def term(self) -> Term:

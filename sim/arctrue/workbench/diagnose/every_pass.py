@@ -18,8 +18,11 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     """False for an effect that one turn, or one run, shows and the others do not.
 
     Of an effect that acts on few rows of a turn the turns are asked, of others the runs: an order
-    of the disc that is there at one speed only is a line in time, or its alias.
+    of the disc that is there at one speed only is a line in time, or its alias. Both solutions are
+    with the noise that the effect was weighed with: another one moves the model's own orders too.
     """
+    if item.evidence is not None:
+        base = item.evidence.base.solution
     rows = base.observations.capture
     if rows is None or rows.revolution.size == 0 or not _acts_on_capture(item):
         return True
@@ -27,6 +30,9 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     if before is None:
         return True
     change = item.solution.capture_prediction_arcsec(False) - base.capture_prediction_arcsec(False)
+    # The offset of a run takes what is constant in it: of that no row of the run can tell.
+    rows_of_run = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
+    change -= (np.bincount(rows.run, weights=change, minlength=rows.runs) / rows_of_run)[rows.run]
     local = item.effect.local_on_disc
     if local:
         change[np.abs(change) < ACTING_SHARE * np.abs(change).max(initial=0.0)] = 0.0

@@ -282,6 +282,16 @@ class Effect(ABC):
         """
         return None
 
+    def search_contradiction(
+        self, found: Mapping[str, Parameter], observations: Observations
+    ) -> str | None:
+        """Why the search parameters that were found are not those of this effect, in words.
+
+        ``found``: every fitted parameter, those of the search with their σ at the maximum of the
+        likelihood. None: they may be.
+        """
+        return None
+
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:
         """One name a coefficient, for instance ``cos 3``."""

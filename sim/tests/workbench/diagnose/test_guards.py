@@ -216,7 +216,11 @@ def test_a_line_pays_for_all_frequencies() -> None:
 def _candidate(base: Solution, term: Term) -> Any:
     grown = fit([*base.terms, term], base.observations, base.context, noise=base.noise)
     return SimpleNamespace(
-        effect=term.effect, solution=grown, name=term.effect.name, nonlinear=term.nonlinear
+        effect=term.effect,
+        solution=grown,
+        name=term.effect.name,
+        nonlinear=term.nonlinear,
+        evidence=None,
     )
 
 
@@ -229,6 +233,49 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         made = measurement_set(error, runs=2, turns=1, reference=False)
         base = fit([_base()], observations_of(made))
         assert on_every_pass(_candidate(base, order), base) is real
+
+
+def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() -> None:
+    """Order 1 is 10″ larger in one of two runs: with other noise the fit takes that run's.
+
+    Order 25 is in both runs. What the noise moves of order 1 is none of its doing.
+    """
+
+    def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return _always(disc, temperature, speed) + 10.0 * (speed > 0.0) * np.cos(disc)
+
+    made = measurement_set(uneven, runs=2, turns=1, reference=False)
+    base = fit([_base()], observations_of(made))
+    item = _candidate(base, Term(EFFECTS["high_order_graduation"](), {"order": 25.0}))
+
+    def of_one_run(solution: Solution) -> Solution:
+        moved = solution.coefficients.copy()
+        moved[0] += 5.0
+        return replace(solution, coefficients=moved)
+
+    item.solution = of_one_run(item.solution)
+    assert not on_every_pass(item, base)
+    weighed_with = SimpleNamespace(solution=of_one_run(base))
+    item.evidence = SimpleNamespace(base=weighed_with)
+    assert on_every_pass(item, base)
+
+
+def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
+    """A head 9″ beside its place: the same in all rows, and the runs' offsets have it already.
+
+    They are 0.03″ off in one run, as the scatter of the index makes them.
+    """
+    made = measurement_set(
+        runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
+    )
+    base = fit([_base()], observations_of(made))
+    item = _candidate(base, Term(EFFECTS["head_angle_error"](), {}))
+    rows = base.observations.capture
+    assert rows is not None
+    lifted = rows.difference_arcsec + 0.03 * (rows.run == 2)
+    capture = replace(rows, difference_arcsec=lifted)
+    there = replace(base, observations=replace(base.observations, capture=capture))
+    assert on_every_pass(item, there)
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
