@@ -301,6 +301,14 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
     ),
     Mutation(
+        "rows_stay_hidden",
+        "wrong rows that a larger effect hid stay once it is known",
+        f"{DIAGNOSE}/diagnosis.py",
+        "        if without is not None:\n",
+        "        if without is False:\n",
+        f"{OUTLIERS}::test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves",
+    ),
+    Mutation(
         "rows_between_gaps_are_far",
         "a few rows between two gaps are compared with what stands beyond, wave and all",
         "sim/arctrue/workbench/observations/outliers.py",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from arctrue.percent import probability_percent
 from arctrue.progress import Say
@@ -32,6 +32,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
 """An effect that moves the prediction by less than this many counts RMS is negligible."""
@@ -129,6 +130,18 @@ def diagnose(
         )
 
     found = decide(Case(tried, effects, with_first))
+    if found.verdict not in ("adequate", "cannot_tell"):
+        left_arcsec = _deepest(found, base).capture_residual_arcsec()
+        without = without_wrong_rows(observations, left_arcsec)
+        if without is not None:
+            progress("once more without single wrong rows")
+            return diagnose(
+                replace(without, may_mask=False),
+                terms,
+                effects,
+                matters_counts=matters_counts,
+                progress=progress,
+            )
     result = _told(observations, tried, found)
     result.covers = coverage(residuals, result.candidates, result.untestable, tried.absent)
     if result.verdict == "adequate":
@@ -137,6 +150,21 @@ def diagnose(
     progress("fitting every row")
     _sharpen(result)
     return result
+
+
+def _deepest(found: Decision, base: Solution) -> Solution:
+    """The solution with most of what is spoken of: it leaves what no effect explains.
+
+    A defect of a few rows is not taken off: it may be a wrong row, and on every turn it is none.
+    """
+    further: Decision | None = found
+    while further is not None:
+        first = further.first or further.resembles
+        if first is not None and first.effect.local_on_disc:
+            break
+        base = base if first is None else first.solution
+        further = further.beside
+    return base
 
 
 def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnosis:
