@@ -296,9 +296,25 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "outliers_beside_missing_rows_stay",
         "rows on both sides of a gap are compared as if none were missing",
         "sim/arctrue/workbench/observations/outliers.py",
-        "            step[place] > SIDE_ROWS * float(np.median(around))\n",
-        "            step[place] > 1e9 * float(np.median(around))\n",
+        "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
+        "        if step[place] > 1e9 * float(np.median(around)):\n",
         f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
+    ),
+    Mutation(
+        "rows_between_gaps_are_far",
+        "a few rows between two gaps are compared with what stands beyond, wave and all",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "            without_wave(difference_arcsec[start:end], angle),\n",
+        "            difference_arcsec[start:end],\n",
+        f"{OUTLIERS}::test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not",
+    ),
+    Mutation(
+        "scatter_in_steps",
+        "the scatter of whole counts is taken half a count too large",
+        "sim/arctrue/workbench/observations/outliers.py",
+        "overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)",
+        "overall = NORMAL_MAD * (float(middle(np.abs(away))) + half)",
+        f"{OUTLIERS}::test_the_scatter_of_whole_counts_is_that_of_the_noise",
     ),
     Mutation(
         "each_reversal_is_an_outlier",
@@ -358,6 +374,15 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
     ),
     Mutation(
+        "columns_that_moved_leave_a_wave",
+        "what a solution leaves along its own columns is taken for a further effect",
+        "sim/arctrue/workbench/inference/residuals.py",
+        "            moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
+        "",
+        "sim/tests/workbench/test_scores.py"
+        "::test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit",
+    ),
+    Mutation(
         "parts_by_a_decimal",
         "a product of parts is preferred to a name by a decimal of the likelihood",
         f"{DIAGNOSE}/decision.py",
@@ -380,5 +405,48 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "max(item.size_arcsec.values(), default=0.0) >= self.matters_arcsec",
         "max(item.size_arcsec.values(), default=0.0) >= 0.0",
         f"{GUARDS}::test_what_moves_the_prediction_by_less_than_what_matters_is_negligible",
+    ),
+    Mutation(
+        "a_cut_run_is_a_gap",
+        "a run that was cut is taken for one whose last rows were dropped",
+        f"{DIAGNOSE}/data_faults.py",
+        "ends_in_gap = np.ceil(turns) - turns <= dropped",
+        "ends_in_gap = np.ceil(turns) - turns <= 1.0",
+        "sim/tests/workbench/diagnose/test_data_faults.py"
+        "::test_a_run_that_ends_in_a_gap_is_not_cut",
+    ),
+    Mutation(
+        "slow_noise_keeps_what_it_took",
+        "an effect of which the slow noise of the model without it holds most is not weighed",
+        f"{DIAGNOSE}/survey.py",
+        "    near |= {item.name for item in taken}\n",
+        "",
+        f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
+    ),
+    Mutation(
+        "an_effect_or_noise_is_noise",
+        "adequate is said where an effect and slow noise explain the rows alike",
+        f"{DIAGNOSE}/coverage.py",
+        "_p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE",
+        "_p_beside_it(item, item.evidence.score, tests) < 0.0",
+        f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
+    ),
+    Mutation(
+        "noise_explains_itself",
+        "what the model leaves of a block by the noise of the angles counts as the block's own",
+        "sim/arctrue/workbench/inference/residuals.py",
+        "    kept = shares > LEAST_OWN_SHARE\n",
+        "    kept = shares > -1.0\n",
+        "sim/tests/workbench/test_scores.py"
+        "::test_noise_of_the_angles_explains_no_noise_of_the_rows",
+    ),
+    Mutation(
+        "every_constant_is_a_head_angle",
+        "a constant that the interpolation has by itself is named as a head that stands elsewhere",
+        f"{DIAGNOSE}/survey.py",
+        "            and not self.may_be_a_constant_of_the_model(item)\n",
+        "",
+        "sim/tests/workbench/diagnose/test_rules.py"
+        "::test_a_constant_that_the_interpolation_may_have_is_no_head_angle",
     ),
 )

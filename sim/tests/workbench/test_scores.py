@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set
@@ -9,6 +11,7 @@ from sim.tests.workbench.small_sets import measurement_set
 from arctrue.workbench.diagnose.evidence import under
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import Place, moved_to_maximum
@@ -64,6 +67,28 @@ def test_score_is_the_fall_of_generalised_least_squares() -> None:
     assert score.gain == pytest.approx(float(moment @ np.linalg.solve(information, moment)), 1e-6)
 
 
+def test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit() -> None:
+    """A gain of 1 % changes ε, and so its own column: what is left is no least squares.
+
+    The gain has taken all but 1 % of one direction of a first order beside it, in which the trifle
+    that is left would be a large wave. Both are judged with the same noise and the same ε.
+    """
+    measurement = measurement_set(turns=1, runs=1)
+    assert measurement.reference is not None
+    measurement.reference.error_arcsec[:] *= 1.01
+    observations = observations_of(measurement)
+    first = Residuals(fit([Term(EFFECTS["graduation_harmonics"](), {})], observations))
+    gain, wave = EFFECTS["autocollimator_gain"](), EFFECTS["polygon_eccentricity"]()
+    grown = first.solution_with(gain, {}, first.score(gain, {}))
+    again = fit(grown.terms, observations, grown.context, noise=grown.noise)
+    found, expected = (
+        Residuals(replace(solution, context=grown.context)).score(wave, {})
+        for solution in (grown, again)
+    )
+    assert found.gain == pytest.approx(expected.gain, rel=1e-6)
+    assert found.gain < 12.0  # χ² of two columns: 1 in 400
+
+
 @pytest.mark.parametrize("away", [-0.7, 0.0, 0.4, 2.6])
 def test_a_line_is_found_between_and_beyond_the_points_of_a_grid(away: float) -> None:
     """Steps of a quarter of what the record resolves; to a thousandth of that."""
@@ -106,3 +131,18 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
     wave = wave + 0.5 * np.cos(12.5 * rows.angle_rad + 0.3)
     left = Residuals(SOLUTION).with_residuals(wave, np.zeros(OBSERVATIONS.reference.run.size))  # type: ignore[union-attr]
     assert best_parts(left)[0].effect.orders == (12.5,)
+
+
+@pytest.mark.parametrize("order", [48.3072, 200.3])
+def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
+    """Beside free faces any wave over the stations is known; what is left of it is angle noise.
+
+    The capture's two columns are left: in white noise, their gain is above 18.4 in 10⁻⁴ of sets.
+    """
+    observations = observations_of(measurement_set(runs=1, cycles=6))
+    model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]
+    noise = white_noise(observations, (0.1 * np.sqrt(2.0), 0.15))
+    residuals = Residuals(fit(model, observations, noise=noise))
+    found = residuals.score(EFFECTS["bearing_ball_pass"](), {"order": order})
+    assert found.rank == 2
+    assert found.gain < 18.4

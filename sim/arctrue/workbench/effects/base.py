@@ -287,6 +287,10 @@ class Effect(ABC):
         """
         return None
 
+    def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
+        """The most that it may add to the constant of R₂ − R₁ that its columns do not have."""
+        return 0.0
+
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:
         """One name a coefficient, for instance ``cos 3``."""

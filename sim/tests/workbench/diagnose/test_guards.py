@@ -216,7 +216,11 @@ def test_a_line_pays_for_all_frequencies() -> None:
 def _candidate(base: Solution, term: Term) -> Any:
     grown = fit([*base.terms, term], base.observations, base.context, noise=base.noise)
     return SimpleNamespace(
-        effect=term.effect, solution=grown, name=term.effect.name, nonlinear=term.nonlinear
+        effect=term.effect,
+        solution=grown,
+        name=term.effect.name,
+        nonlinear=term.nonlinear,
+        evidence=None,
     )
 
 
@@ -229,6 +233,25 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         made = measurement_set(error, runs=2, turns=1, reference=False)
         base = fit([_base()], observations_of(made))
         assert on_every_pass(_candidate(base, order), base) is real
+
+
+@pytest.mark.parametrize(("index_share", "real"), [(1.0, True), (0.0, False)])
+def test_what_offsets_of_the_runs_show_is_not_asked_of_their_rows(
+    index_share: float, real: bool
+) -> None:
+    """Head 2 reads 24″ ahead. The runs' own offsets take that; in slow noise 0.05″ are left.
+
+    What is left of the runs' means says nothing of a head that stands elsewhere.
+    """
+    made = measurement_set(turns=1, reference=False)
+    assert made.capture is not None
+    made.capture.head2_counts[:] += 311
+    base = fit([_base()], observations_of(made))
+    left = np.array([-0.05, 0.02, 0.02, 0.02])
+    item = _candidate(base, Term(EFFECTS["head_angle_error"](), {}))
+    item.evidence = SimpleNamespace(index_share=index_share)
+    in_slow_noise = replace(base, run_offsets_arcsec=base.run_offsets_arcsec + left)
+    assert on_every_pass(item, in_slow_noise) is real
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:
