@@ -22,6 +22,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 from scripts.bench_rows import Row, read_rows, table
 
@@ -132,9 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             benches[module] = run(module, folder / f"{name}.json", words)
             write_whole_text(stored, json.dumps(asdict(benches[module]), indent=1) + "\n")
         elif stored.exists():
-            found = json.loads(stored.read_text(encoding="utf-8"))
-            rows = tuple(Row(**{**row, "values": tuple(row["values"])}) for row in found["rows"])
-            benches[module] = Ran(found["code"], rows, found["text"], found["facts"])
+            benches[module] = read_json(stored, Ran)
     write_whole_text(given.file, page(facts, benches))
     print(f"\nwrote {given.file}")
     return int(any(ran.code for ran in benches.values()))

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.typed_content import read_json
 from arctrue.whole_file import write_whole_text
 
 HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside: peer or limit")
@@ -82,5 +83,4 @@ def give_out(rows: Sequence[Row], file: Path | None) -> int:
 
 def read_rows(file: Path) -> list[Row]:
     """As :func:`give_out` wrote them."""
-    found = json.loads(file.read_text(encoding="utf-8"))
-    return [Row(**{**row, "values": tuple(row["values"])}) for row in found]
+    return read_json(file, list[Row])

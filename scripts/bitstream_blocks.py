@@ -2,7 +2,7 @@
 
 What the features mean is told by the database's names and by UG479 and UG473; what the gateware
 does not use (the DSP's port D, SIMD, pattern detection; a block RAM as FIFO, with error correction
-or cascaded) is refused.
+or with its data cascaded) is refused. A cascaded address is a route.
 """
 
 from __future__ import annotations
@@ -43,9 +43,7 @@ DSP_REGISTERS: Final = {
 }
 DSP_REFUSED: Final = re.compile(r"USE_DPORT|USE_SIMD|AUTORESET|A_INPUT|B_INPUT")
 
-RAM_REFUSED: Final = re.compile(
-    r"FIFO_MODE|EN_ECC|EN_SYN|FIRST_WORD|RAM_EXTENSION_._LOWER|BRAM36_|CASCOUT_"
-)
+RAM_REFUSED: Final = re.compile(r"FIFO_MODE|EN_ECC|EN_SYN|FIRST_WORD|RAM_EXTENSION_._LOWER|BRAM36_")
 RAM_PINS: Final = {
     "ENA": ("ENARDEN", "RDEN"),
     "ENB": ("ENBWREN", "WREN"),

@@ -2,8 +2,9 @@
 
 Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
 decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
-pad and every output of the PS7; a pin that nothing drives in the bitstream gets random levels of
-its own. All outputs must be equal before and after every edge of the clock.
+pad and every output of the PS7, or at its bus accesses that somebody lists; a pin that nothing
+drives in the bitstream gets random levels of its own. All outputs must be equal before and after
+every edge of the clock.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from __future__ import annotations
 import re
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from scripts.bitstream_accesses import Access, Answer, read_answers
 from scripts.bitstream_decode import Decoded, bus_bits
 from scripts.netlist import ToolError
 
@@ -39,9 +41,18 @@ KINDS: Final = (
     (r"\w*_a", "encoder_a"),
     (r"\w*_b", "encoder_b"),
     (r"\w*_z", "encoder_z"),
+    (r"\w*_in", "pulse"),
     (r".*", "data"),
 )
 """How an input is driven, by its name: the first that fits."""
+MASTER: Final = "MAXIGP0"
+MASTER_LINES: Final = (
+    *("AWVALID", "AWREADY", "AWID", "AWADDR", "AWLEN", "AWSIZE", "AWBURST"),
+    *("WVALID", "WREADY", "WDATA", "WSTRB", "WLAST", "BVALID", "BREADY", "BRESP"),
+    *("ARVALID", "ARREADY", "ARID", "ARADDR", "ARLEN", "ARSIZE", "ARBURST"),
+    *("RVALID", "RREADY", "RDATA", "RRESP", "RLAST"),
+)
+"""Of the PS7's general purpose master 0 (AXI3); a design that lacks some has them without bits."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +102,11 @@ def _placed(ports: Sequence[Port], *, is_input: bool) -> list[tuple[Port, int]]:
             found.append((port, first))
             first += port.bits
     return found
+
+
+def _placed_all(ports: Sequence[Port]) -> list[tuple[Port, int]]:
+    """Ports of both directions, each with its first bit of its own bus."""
+    return [place for is_input in (True, False) for place in _placed(ports, is_input=is_input)]
 
 
 def _reference(top: str, ports: Sequence[Port]) -> str:
@@ -148,10 +164,10 @@ def _reference(top: str, ports: Sequence[Port]) -> str:
     return "\n".join(lines)
 
 
-def _without_repeats(netlist: str) -> str:
-    """GHDL declares an output twice, as a port and as a wire, and assigns it to itself.
+def without_repeats(netlist: str) -> str:
+    """GHDL declares an output twice, as a port and as a wire, and assigns signals to themselves.
 
-    Verilator takes only one declaration.
+    Verilator takes only one declaration, and of two assignments the first.
     """
     kept = []
     ports: set[str] = set()
@@ -163,7 +179,7 @@ def _without_repeats(netlist: str) -> str:
             ports.add(found[1])
         again = re.fullmatch(r"\s*wire\s+(?:\[[^]]*\]\s*)?(\S+);", line)
         itself = re.fullmatch(r"\s*assign (\S+) = (\S+);.*", line)
-        is_itself = bool(itself and itself[1] == itself[2] and itself[1] in ports)
+        is_itself = bool(itself and itself[1] == itself[2])
         if not is_itself and not (again and again[1] in ports):
             kept.append(line)
     return "\n".join([*kept, ""])
@@ -221,9 +237,17 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
         kind = _kind(port, first, decoded.clock)
         head = port.name.rpartition("_")[0] if kind.startswith("encoder_") else ""
         place = heads.setdefault(head, len(heads)) if head else 0
-        rows.append(f"    {{{first}, {port.bits}, Kind::{kind}, {place}}},")
+        is_master = str(port.name.startswith(MASTER)).lower()
+        rows.append(f"    {{{first}, {port.bits}, Kind::{kind}, {place}, {is_master}}},")
     blocks = [f'    {{"{name}", {first}, {bits}}},' for name, first, bits in decoded.activity]
     names = ", ".join(f'"{name}"' for name in decoded.outputs)
+    places = {port.name: (first, port.bits) for port, first in _placed_all(ports)}
+    master = [
+        f"    {{{first}, {bits}}},  // {line}"
+        for line in MASTER_LINES
+        for first, bits in [places.get(f"{MASTER}{line}", (0, 0))]
+    ]
+    pulses = sum(_kind(port, first, decoded.clock) == "pulse" for port, first in inputs)
     active = sum(count for _, _, count in decoded.activity)
     kinds = ", ".join(dict.fromkeys(["clock", *(kind for _, kind in KINDS)]))
 
@@ -233,13 +257,18 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
     return "\n".join(
         (
             "#pragma once",
+            "#include <vector>",
             f"enum class Kind {{ {kinds} }};",
-            "struct Line { int first; int bits; Kind kind; unsigned encoder; };",
+            "struct Line { int first; int bits; Kind kind; unsigned encoder; bool is_master; };",
+            "struct Lines { int first; int bits; };",
+            f"struct MasterLines {{ Lines {', '.join(MASTER_LINES).lower()}; }};",
+            f"constexpr MasterLines AXI = {{\n{chr(10).join(master)}\n}};",
             "struct Block { const char* name; int first; int bits; };",
             f"constexpr Line LINES[] = {{\n{chr(10).join(rows)}\n}};",
             # One more, since an array of nothing is none.
             f"constexpr int BLOCK_COUNT = {len(blocks)};",
             f"constexpr int ENCODERS = {max(1, len(heads))};",
+            f"constexpr int PULSES = {pulses};",
             f"constexpr int CLOCK_LINE = {decoded.clock};",
             f"constexpr int OUTPUT_COUNT = {len(decoded.outputs)};",
             f"constexpr int OUTPUT_WORDS = {words(len(decoded.outputs))};",
@@ -258,7 +287,11 @@ class Compared:
 
     differences: list[str]
     still: list[str]
+    """DSPs and halves of block RAMs that never moved."""
     figures: Mapping[str, int]
+    quiet: list[str] = field(default_factory=list)
+    """Outputs that never moved."""
+    answers: Sequence[Answer] = ()
 
     @property
     def is_equal(self) -> bool:
@@ -274,7 +307,7 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
     folder.mkdir(parents=True, exist_ok=True)
     inputs, outputs = _placed(ports, is_input=True), _placed(ports, is_input=False)
     texts = {
-        "design.v": direct_tristates(_without_repeats(netlist.read_text(encoding="utf-8"))),
+        "design.v": direct_tristates(without_repeats(netlist.read_text(encoding="utf-8"))),
         "decoded.v": decoded.verilog,
         "reference.sv": _reference(top, ports),
         "bench.sv": _bench(
@@ -289,7 +322,8 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
     sources = [folder / name for name in ("reference.sv", "bench.sv", "decoded.v", "design.v")]
     sources += [*sorted(MODELS.glob("*.v")), MODELS / "bench.cpp"]
     made = folder / "verilated"
-    command = [*VERILATOR, "-CFLAGS", f"-I{folder.resolve()}", "--Mdir", str(made)]
+    headers = f"-std=c++17 -I{folder.resolve()} -I{MODELS.resolve()}"
+    command = [*VERILATOR, "-CFLAGS", headers, "--Mdir", str(made)]
     log = folder / "verilator.log"
     with log.open("w", encoding="utf-8") as file:
         try:
@@ -307,11 +341,19 @@ def build(netlist: Path, top: str, ports: Sequence[Port], decoded: Decoded, fold
     return made / "bench"
 
 
-def run(bench: Path, clocks: int, seed: int) -> Compared:
-    """Run it for so many clocks. Raises ToolError when it ends without figures."""
-    done = subprocess.run(
-        [str(bench), str(clocks), str(seed)], capture_output=True, text=True, check=False
-    )
+def run(bench: Path, clocks: int, seed: int, accesses: Sequence[Access] = ()) -> Compared:
+    """Run it for so many clocks at least, and to the end of ``accesses``, seen at the VHDL.
+
+    Without any, all lines of the processor get random levels. Raises ToolError when it ends without
+    figures.
+    """
+    command = [str(bench), str(clocks), str(seed)]
+    answered = bench.with_name("answers.txt")
+    if accesses:
+        listed = bench.with_name("accesses.txt")
+        listed.write_text("".join(f"{access.line()}\n" for access in accesses), encoding="ascii")
+        command += [str(listed), str(answered)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = done.stdout.splitlines()
     if not lines or not lines[-1].startswith("clocks="):
         raise ToolError(f"{bench} ended early: {done.stderr.strip()[-300:]}")
@@ -320,4 +362,6 @@ def run(bench: Path, clocks: int, seed: int) -> Compared:
         differences=[line for line in lines if line.startswith("clock ")],
         still=[line.removeprefix("still: ") for line in lines if line.startswith("still: ")],
         figures=figures,
+        quiet=[line.removeprefix("quiet: ") for line in lines if line.startswith("quiet: ")],
+        answers=read_answers(answered) if accesses else (),
     )

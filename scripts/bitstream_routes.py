@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from typing import Final
 
 from scripts.bitstream_database import Chip, Wire
 from scripts.bitstream_features import Features
@@ -10,6 +12,8 @@ from scripts.netlist import ToolError
 
 TIE_OFF = {"HARD0": 0, "HARD1": 1}
 """Output pins of the sites of type TIEOFF."""
+CASCADE: Final = re.compile(r"BRAM_CASCOUT_ADDR(?P<port>ARD|BWR)ADDRU\d+")
+"""An address that a block RAM hands on to its neighbours, where ``CASCOUT_…_ACTIVE`` is set."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,11 @@ class Routes:
                 self._known[entry] = found
         return found
 
+    def _is_active(self, tile: str, wire: str) -> bool:
+        """Whether a connection that is always there lets its signal through."""
+        found = CASCADE.fullmatch(wire)
+        return not found or f"CASCOUT_{found['port']}_ACTIVE" in self.features.of(tile)
+
     def _step(self, node: set[Wire]) -> tuple[Wire | None, Source | None]:
         """The wire before a node, or the pin that drives it, or neither."""
         chosen: set[Wire] = set()
@@ -65,7 +74,7 @@ class Routes:
             driver = self.features.drivers(tile).get(wire)
             if driver is None and wire not in own.driven_by_pin:
                 # Where there is a pin too, the connection is the way through its site.
-                driver = own.permanent.get(wire)
+                driver = own.permanent.get(wire) if self._is_active(tile, wire) else None
             if driver is not None:
                 chosen.add((tile, driver))
             elif wire in own.defaults:

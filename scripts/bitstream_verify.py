@@ -1,9 +1,10 @@
 """``make verify-bitstream``: does what is in the bitstream compute what the VHDL says?
 
 The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
-netlist of the VHDL that it was made of, with the same random levels; docs/device.md. It reads the
-folder that ``make bitstream FLOW=open`` made. Exit code 1 when an output differs or a DSP or a
-block RAM never moved, 2 when something is missing, is not driven or is not decoded.
+netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the
+same accesses; docs/device.md. It reads the folder that ``make bitstream FLOW=open`` made. Exit code
+1 when an output differs, or when a DSP, a block RAM or a word of coefficients was not reached, 2
+when something is missing, is not driven or is not decoded.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from scripts.bitstream_job import CONSTRAINTS, TOPS, Tool, all_found
 from scripts.bitstream_open import INSTALL, UNPACKED, database_of
 from scripts.bitstream_pins import check_pins_driven
 from scripts.bitstream_routes import Routes
+from scripts.bitstream_stimulus import accesses_of, core_of, questions, shortfalls
 from scripts.netlist import ROOT, ToolError
 
 CLOCKS = 200_000
@@ -104,6 +106,25 @@ def faults_of(compared: Compared) -> list[str]:
     return faults
 
 
+def run_core(bench: Path, clocks: int, seed: int) -> tuple[Compared, list[str]]:
+    """Run it with accesses to the core that it has; and sentences about what they did not reach.
+
+    Raises ToolError as ``run`` does.
+    """
+    core = core_of(run(bench, 1, seed, questions()).answers)
+    accesses = accesses_of(core, clocks, seed)
+    compared = run(bench, clocks, seed, accesses)
+    lacking = shortfalls(core, accesses, compared.answers)
+    if not lacking:
+        print(
+            f"verify-bitstream: {core.lanes} lanes folded by {core.fold}, {core.depth} samples a "
+            f"bank; {len(accesses):,} accesses, each of {len(core.coefficients)} words of "
+            "coefficients written and read",
+            flush=True,
+        )
+    return compared, lacking
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream_verify", description=__doc__)
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
@@ -136,14 +157,20 @@ def main(arguments: list[str] | None = None) -> int:
         blocks = check_pins_driven(routes)
         print("verify-bitstream: compiling both netlists (Verilator)", flush=True)
         bench = build(design.netlist, design.top, design.ports, decoded, folder / "verify")
-        compared = run(bench, chosen.clocks, chosen.seed)
+        if TOPS[chosen.top].has_core:
+            compared, lacking = run_core(bench, chosen.clocks, chosen.seed)
+        else:
+            compared, lacking = run(bench, chosen.clocks, chosen.seed), []
     except (ToolError, ConstraintError) as error:
         print(f"verify-bitstream: {error}", file=sys.stderr)
         return 2
-    faults = faults_of(compared)
+    faults = [*faults_of(compared), *lacking]
     for fault in faults:
         print(f"verify-bitstream: {fault}", file=sys.stderr)
     figures = compared.figures
+    pads = [name for name in design.pads if name in compared.quiet]
+    if pads:
+        print(f"verify-bitstream: pads that never moved: {', '.join(pads)}")
     print(
         f"verify-bitstream: {blocks} DSPs and halves of block RAMs, every pin driven; "
         f"{figures['clocks']:,} clocks, {figures['outputs']} outputs, of which "

@@ -6,9 +6,11 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_type_hints
 
 import click
+
+from arctrue.typed_content import bound_words
 
 COMMANDS_HEAD = """# Commands
 
@@ -105,9 +107,12 @@ def _described(what: Any, name: str) -> str:
     if not inspect.isclass(what):
         return f"\n### {name}\n\n```python\n{name}{_signature(what)}\n```\n\n{_words(what)}\n"
     text = f"\n### {name}\n\n{_words(what)}\n"
-    rows = list(_fields(what))
-    if rows:
-        text += "\n| Field | Type |\n|---|---|\n" + "".join(rows)
+    fields = list(_fields(what))
+    # A bound is told where one of the fields has one.
+    columns = 3 if any(bounds for *_, bounds in fields) else 2
+    if fields:
+        text += "\n| Field | Type |" + " |" * (columns - 2) + "\n|" + "---|" * columns + "\n"
+        text += "".join(f"| {' | '.join(row[:columns])} |\n" for row in fields)
     for key, member in _methods(what):
         static = isinstance(member, classmethod | staticmethod)
         method = member.__func__ if static else member
@@ -118,12 +123,19 @@ def _described(what: Any, name: str) -> str:
     return text
 
 
-def _fields(kind: type) -> Iterator[str]:
+def _fields(kind: type) -> Iterator[tuple[str, str, str]]:
+    """Each with its plain type and, where the type has them, its bounds in words."""
     if not dataclasses.is_dataclass(kind):
         return
     for item in dataclasses.fields(kind):
-        if not item.name.startswith("_"):
-            yield f"| `{item.name}` | `{_cell(str(item.type))}` |\n"
+        if item.name.startswith("_"):
+            continue
+        text, bounds = str(item.type), ""
+        declared = get_type_hints(kind, include_extras=True)[item.name]
+        if "Annotated[" in str(declared):
+            plain = inspect.formatannotation(get_type_hints(kind)[item.name])
+            text, bounds = re.sub(r"Optional\[(.*)\]", r"\1 | None", plain), bound_words(declared)
+        yield f"`{item.name}`", f"`{_cell(text)}`", bounds
 
 
 def _methods(kind: type) -> Iterator[tuple[str, Any]]:

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Drives a design and what was decoded of its bitstream with the same random levels and compares all
-// outputs before every rising edge and after it. Prints one line for each fault and one of figures;
-// exit code 1 when anything differs. lines.h, generated, tells what the inputs are.
+// Drives a design and what was decoded of its bitstream with the same random levels, and with a list of
+// accesses where there is one, and compares all outputs before every rising edge and after it. Prints one
+// line for each fault and one of figures; exit code 1 when anything differs. lines.h, generated, tells what
+// the inputs are.
 
 #include <cinttypes>
 #include <cstdint>
@@ -12,6 +13,8 @@
 #include <vector>
 
 #include "Vbench.h"
+#include "axi_master.h"
+#include "levels.h"
 #include "lines.h"
 #include "verilated.h"
 
@@ -22,36 +25,7 @@ constexpr uint64_t RESET_CLOCKS = 16;
 constexpr uint64_t CLOCKS_A_RESET = 40000;  // on the mean
 constexpr uint32_t COUNTS_A_TURN = 96;
 
-uint64_t state;
-
-// SplitMix64.
-uint64_t any() {
-  uint64_t value = (state += 0x9E3779B97F4A7C15u);
-  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9u;
-  value = (value ^ (value >> 27)) * 0x94D049BB133111EBu;
-  return value ^ (value >> 31);
-}
-
-bool one_in(uint64_t count) { return any() % count == 0; }
-
-template <typename Bus>
-void put(Bus& bus, int first, int bits, uint64_t value) {
-  for (int bit = 0; bit < bits; ++bit) {
-    const int place = first + bit;
-    const uint32_t mask = uint32_t{1} << (place % 32);
-    if (value >> bit & 1)
-      bus[place / 32] |= mask;
-    else
-      bus[place / 32] &= ~mask;
-  }
-}
-
-template <typename Bus>
-bool get(const Bus& bus, int place) {
-  return bus[place / 32] >> (place % 32) & 1;
-}
-
-// An encoder: a turn of few counts, so that its index comes often.
+// An encoder: a turn of few counts, so that its index comes often, and counts lost or illegal now and then.
 struct Encoder {
   uint32_t count = 0;
   uint32_t wait = 0;
@@ -62,8 +36,9 @@ struct Encoder {
       --wait;
       return;
     }
-    if (one_in(300)) direction = -direction;
-    count = (count + COUNTS_A_TURN + static_cast<uint32_t>(direction)) % COUNTS_A_TURN;
+    if (one_in(100)) direction = -direction;
+    const uint32_t counts = one_in(400) ? 1 + static_cast<uint32_t>(any() % 5) : 1;
+    count = (count + COUNTS_A_TURN + static_cast<uint32_t>(direction) * counts) % COUNTS_A_TURN;
     wait = static_cast<uint32_t>(one_in(4) ? any() % 200 : 12 + any() % 20);
   }
   bool a() const { return ((count + 1) & 2) != 0; }
@@ -79,16 +54,37 @@ uint64_t of_any_size(int bits) {
   return value;
 }
 
+// An input that stands for some clocks.
+struct Pulse {
+  bool level = false;
+  uint32_t wait = 0;
+
+  bool step() {
+    if (wait-- == 0) {
+      level = !level;
+      wait = static_cast<uint32_t>(any() % 60);
+    }
+    return level;
+  }
+};
+
 template <typename Bus>
-void drive(Bus& inputs, uint64_t clock, std::vector<Encoder>& encoders) {
+void drive(Bus& inputs, uint64_t clock, std::vector<Encoder>& encoders, std::vector<Pulse>& pulses,
+           const Master* master) {
   for (auto& encoder : encoders) encoder.step();
+  size_t pulse = 0;
   for (const Line& line : LINES) {
+    if (master != nullptr && line.is_master) continue;
     uint64_t value = 0;
     switch (line.kind) {
       case Kind::clock:
         continue;
       case Kind::resetn:
-        value = (clock < RESET_CLOCKS || one_in(CLOCKS_A_RESET)) ? 0 : ~uint64_t{0};
+        value = ~uint64_t{0};
+        if (clock < RESET_CLOCKS || (master != nullptr ? master->resets() : one_in(CLOCKS_A_RESET))) value = 0;
+        break;
+      case Kind::pulse:
+        value = pulses[pulse++].step();
         break;
       case Kind::valid:
         value = any() & 1;
@@ -134,8 +130,8 @@ void drive(Bus& inputs, uint64_t clock, std::vector<Encoder>& encoders) {
 }  // namespace
 
 int main(int count, char** words) {
-  if (count != 3) {
-    std::fprintf(stderr, "usage: bench clocks seed\n");
+  if (count != 3 && count != 5) {
+    std::fprintf(stderr, "usage: bench clocks seed [accesses answers]\n");
     return 2;
   }
   const uint64_t clocks = std::strtoull(words[1], nullptr, 10);
@@ -143,6 +139,9 @@ int main(int count, char** words) {
   const auto context = std::make_unique<VerilatedContext>();
   const auto bench = std::make_unique<Vbench>(context.get());
   std::vector<Encoder> encoders(ENCODERS);
+  std::vector<Pulse> pulses(PULSES);
+  std::unique_ptr<Master> master;
+  if (count == 5) master = std::make_unique<Master>(read_accesses(words[3]), words[4]);
   std::vector<uint32_t> ones(ACTIVITY_WORDS, 0), zeros(ACTIVITY_WORDS, 0);
   std::vector<uint32_t> out_ones(OUTPUT_WORDS, 0), out_zeros(OUTPUT_WORDS, 0);
   int shown = 0;
@@ -167,11 +166,20 @@ int main(int count, char** words) {
     }
   };
 
-  for (uint64_t clock = 0; clock < clocks; ++clock) {
-    drive(bench->inputs, clock, encoders);
+  uint64_t clock = 0;
+  for (; clock < clocks || (master && !master->is_done()); ++clock) {
+    drive(bench->inputs, clock, encoders, pulses, master.get());
+    if (master) {
+      if (master->hangs()) {
+        std::fprintf(stderr, "access %zu has no answer\n", master->place());
+        return 2;
+      }
+      master->drive(bench->inputs);
+    }
     for (int word = 0; word < OPEN_WORDS; ++word)
       bench->open_lines[word] = static_cast<uint32_t>(any());
     settle(clock, 0);
+    if (master) master->take(bench->expected);
     settle(clock, 1);
     for (int word = 0; word < ACTIVITY_WORDS; ++word) {
       ones[static_cast<size_t>(word)] |= bench->activity[word];
@@ -188,9 +196,12 @@ int main(int count, char** words) {
     if (!has_moved) std::printf("still: %s\n", block.name);
   }
   int moved_outputs = 0;
-  for (int place = 0; place < OUTPUT_COUNT; ++place)
-    moved_outputs += get(out_ones, place) && get(out_zeros, place);
+  for (int place = 0; place < OUTPUT_COUNT; ++place) {
+    const bool has_moved = get(out_ones, place) && get(out_zeros, place);
+    moved_outputs += has_moved;
+    if (!has_moved) std::printf("quiet: %s\n", OUTPUTS[place]);
+  }
   std::printf("clocks=%" PRIu64 " different=%" PRIu64 " outputs=%d moved_outputs=%d blocks=%d moved_blocks=%d\n",
-              clocks, different, OUTPUT_COUNT, moved_outputs, BLOCK_COUNT, moved);
+              clock, different, OUTPUT_COUNT, moved_outputs, BLOCK_COUNT, moved);
   return different != 0;
 }

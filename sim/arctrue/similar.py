@@ -10,11 +10,11 @@ LEAST_RATIO = 0.6
 """Of matching letters (difflib.SequenceMatcher.ratio): its usual limit for words."""
 
 
-def similar(name: str, known: Iterable[str]) -> list[str]:
+def similar(name: str, known: Iterable[str], least: float = LEAST_RATIO) -> list[str]:
     """At most MOST of ``known``: those spelt like ``name``, else those that contain it."""
     names = list(known)
     plain = name.lower().replace("-", "_")
-    close = difflib.get_close_matches(plain, names, n=MOST, cutoff=LEAST_RATIO)
+    close = difflib.get_close_matches(plain, names, n=MOST, cutoff=least)
     if close or len(plain) < 3:
         return close
     return [one for one in names if plain in one][:MOST]

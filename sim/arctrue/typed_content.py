@@ -27,6 +27,8 @@ T = TypeVar("T")
 
 LARGEST = sys.float_info.max
 """NaN and infinity are not within it."""
+LARGE_POWER = 40
+"""From here on a limit is told as a power of two."""
 LONGEST_FOUND = 60
 """Characters of a value that a sentence repeats."""
 
@@ -87,26 +89,38 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
     except ContentError as error:
         told = re.sub(r"expected a table( \[[^]]*\])?", "expected an object", str(error))
         raise ContentError(f"{file}: {told}", missing=error.missing) from error
-    for key, near in (unknown_keys(content, kind) if isinstance(content, dict) else {}).items():
+    for key, near in unknown_keys(content, kind).items():
         meant = f"; did you mean {' or '.join(near)}?" if near else ""
         raise ContentError(f"{file}: {one_line(key)}: is not known{meant}")
     return found
 
 
-def unknown_keys(content: dict[str, Any], kind: type) -> dict[str, list[str]]:
+def unknown_keys(content: object, kind: type) -> dict[str, list[str]]:
     """Dotted keys that neither ``kind`` nor a structure in it knows, with known ones like each."""
-    found: dict[str, list[str]] = {}
-    fields = _fields(_declared(kind))
-    if not fields:
-        return found
-    for key, value in content.items():
-        if key not in fields:
-            found[key] = similar(key, fields)
-        elif isinstance(value, dict) and (inner := _fields(_branch(fields[key], value))):
-            for name in value:
-                if name not in inner:
-                    found[f"{key}.{name}"] = similar(name, inner)
-    return found
+    return dict(_unknown(_Spot("", _declared(kind), content)))
+
+
+def _unknown(spot: _Spot) -> Iterator[tuple[str, list[str]]]:
+    value, declared = spot.value, _bare(_branch(spot.declared, spot.value))
+    if isinstance(value, dict):
+        fields = _fields(declared)
+        if isinstance(declared, inspect.DictType):
+            fields = dict.fromkeys(value, declared.value_type)
+        for name in value if fields else ():
+            if name in fields:
+                yield from _unknown(_Spot(spot.inside(name), fields[name], value[name]))
+            else:
+                yield spot.inside(name), similar(name, fields)
+    elif isinstance(value, list) and isinstance(declared, _LISTS):
+        for index, item in enumerate(value):
+            place = f"{spot.key}[{index + 1}]{_called(item)}"
+            yield from _unknown(_Spot(place, _item(declared, index), item))
+
+
+def bound_words(kind: Any) -> str:
+    """The least and greatest number of an annotated type in words; empty where it has none."""
+    declared = _branch(_declared(kind), None)
+    return _range(declared).strip() if isinstance(declared, _NUMBERS) else ""
 
 
 def shown(value: object) -> str:
@@ -180,7 +194,8 @@ def _spot(content: object, kind: type, place: str, path: str, told: str) -> _Spo
         elif index:
             step = int(index)
             value = spot.value[step]
-            spot = _Spot(f"{spot.key}[{step + 1}]{_called(value)}", _item(spot, step), value)
+            declared = _item(_bare(spot.declared), step)
+            spot = _Spot(f"{spot.key}[{step + 1}]{_called(value)}", declared, value)
         else:
             step = _guilty_key(content, kind, taken, spot.value, told)
             assert isinstance(spot.declared, inspect.DictType)
@@ -251,10 +266,15 @@ def _fields(declared: inspect.Type) -> dict[str, inspect.Type]:
     return {tag: inspect.StrType(), **fields} if tag else fields
 
 
-def _item(spot: _Spot, index: int) -> inspect.Type:
-    declared = _bare(spot.declared)
+_LISTS = (inspect.ListType, inspect.VarTupleType, inspect.TupleType, inspect.StructType)
+"""What a list may be declared as; a structure, where its values stand without their keys."""
+
+
+def _item(declared: inspect.Type, index: int) -> inspect.Type:
     if isinstance(declared, inspect.TupleType):
         return declared.item_types[index]
+    if isinstance(declared, inspect.StructType):
+        return declared.fields[index].type
     assert isinstance(declared, inspect.ListType | inspect.VarTupleType)
     return declared.item_type
 
@@ -301,6 +321,9 @@ def _plural(declared: inspect.Type) -> str:
     }.get(type(bare), "tables")
 
 
+_NUMBERS = (inspect.IntType, inspect.FloatType)
+
+
 def _range(declared: inspect.IntType | inspect.FloatType) -> str:
     low, high = declared.ge, declared.le
     if declared.gt is None and _told_limit(low) and _told_limit(high):
@@ -321,6 +344,10 @@ def _limits(declared: inspect.IntType | inspect.FloatType) -> Iterator[str]:
 
 def _figure(limit: float | None) -> str:
     assert limit is not None
+    for less, words in ((0, ""), (1, " - 1")):
+        power = math.frexp(abs(limit + less))[1] - 1
+        if power >= LARGE_POWER and abs(limit + less) == 2**power:
+            return f"{'-' if limit < 0 else ''}2^{power}{words}"
     return str(int(limit)) if limit == round(limit) and abs(limit) < 1e15 else f"{limit:g}"
 
 

@@ -204,8 +204,11 @@ def load(
     effects = effects_for(model, model_file, folders)
     context = click.get_current_context(silent=True)
     keep_outliers = context is not None and bool(context.meta.get(KEEP_OUTLIERS))
-    for entry in model.effects:
-        entry.effect(effects)
+    for number, entry in enumerate(model.effects, start=1):
+        try:
+            entry.effect(effects)
+        except ValueError as error:
+            raise ModelFileError(f"{model_file}: effect[{number}]: {error}") from error
     with Progress("reading the measurement set") as progress:
         measurement = read_measurement_set(measurement_set, progress=progress.read)
         observations = observations_of(

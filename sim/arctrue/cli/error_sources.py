@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
+from arctrue.typed_content import ContentError, read_json
 from arctrue.whole_file import write_whole_text
 
 
@@ -96,10 +97,8 @@ def error_sources(
 
 def _stored(source: Path) -> dict[str, Any]:
     """Raises ValueError for a file of another kind."""
-    try:
-        found: dict[str, Any] = json.loads(source.read_text(encoding="utf-8"))
+    with suppress(ContentError):
+        found = read_json(source, dict[str, Any])
         if {"methods", "experiment", "angle_deg"} <= found.keys():
             return found
-    except (json.JSONDecodeError, UnicodeDecodeError, AttributeError):
-        pass
     raise ValueError(f"{source}: expected the JSON of arctrue error-sources")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 
 import click
+from msgspec import structs
 
 from arctrue.cli._ladder import ladder_table
 from arctrue.cli._outputs import OutputFile, OutputFolder
@@ -35,7 +35,9 @@ def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
     if not model.history:
         raise ValueError(f"{model_file}: the model has no history yet; add an effect first")
     console.print(ladder_table(model.history))
-    write_json(json_file, {"schema": 1, "history": [asdict(step) for step in model.history]})
+    write_json(
+        json_file, {"schema": 1, "history": [structs.asdict(step) for step in model.history]}
+    )
     if out is not None:
         from arctrue.report.model_plots import plot_history
 

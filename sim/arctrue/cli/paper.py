@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.numbers import plain
+from arctrue.typed_content import ContentError, read_json, typed
 from arctrue.whole_file import write_whole_text
 
 FULL_INTERPOLATION = 1024
@@ -119,13 +120,11 @@ def _run(cycles: int, interpolation: int, lanes: int, seed: int) -> dict[str, An
 
 def _stored(source: Path) -> list[dict[str, Any]]:
     """The experiments of a file. Raises ValueError for a file of another kind."""
-    try:
-        found = json.loads(source.read_text(encoding="utf-8"))
-        experiments = found.get("experiments", [found])
-        if all("published" in one and "after" in one for one in experiments):
-            return list(experiments)
-    except (json.JSONDecodeError, UnicodeDecodeError, AttributeError, TypeError):
-        pass
+    with suppress(ContentError):
+        found = read_json(source, dict[str, Any])
+        experiments = typed(found.get("experiments", [found]), list[dict[str, Any]])
+        if all({"published", "after"} <= one.keys() for one in experiments):
+            return experiments
     raise ValueError(f"{source}: expected the JSON of arctrue paper, an experiment or a page")
 
 

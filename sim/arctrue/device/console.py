@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import serial
+from msgspec import Struct
 
 from arctrue.device.dump import DumpHead, read_head, read_row
 from arctrue.measurement import MeasurementSet
+from arctrue.typed_content import typed
 
 BAUD = 115_200
 ATTEMPTS = 3
@@ -22,6 +24,21 @@ SILENCE_S = 5.0
 
 class ConsoleError(Exception):
     """The device does not answer, or not as expected; the message is for people."""
+
+
+class _Told(Struct):
+    """What every line of telemetry has, and what is shown of one; there may be more."""
+
+    turn: int
+    result: str
+    reason: str
+    alarms: list[str] = []
+    separation_deg: float | None = None
+    noise_arcsec: float | None = None
+    active_arcsec: float | None = None
+    temperature_c: float | None = None
+    harmonics: list[tuple[int, float, float, float, int]] = []
+    """Order, amplitude, phase, standard uncertainty, whether it was applied."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,9 +178,11 @@ class Console:
         if not text.startswith("{"):
             return text
         try:
-            self._turns.append(Turn(json.loads(text)))
-        except json.JSONDecodeError:
-            # A line that lost characters on the way is one turn less, no more.
+            fields = json.loads(text)
+            typed(fields, _Told)
+            self._turns.append(Turn(fields))
+        except ValueError:
+            # A line that was spoiled on the way is one turn less, no more.
             return None
         return None
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import WHOLE_COLUMNS
+from arctrue.similar import similar
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]
@@ -32,6 +33,9 @@ _NOT_A_NUMBER = ("", "nan", "NaN", "NAN", "-nan", "-NaN", "null", "NULL", "NA", 
 _WHOLE = re.compile(r"-?[0-9]+\Z")
 _FLOAT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\Z")
 _INT64 = range(-(2**63), 2**63)
+MISSPELT_RATIO = 0.75
+"""Of matching letters: a condition may have any name, so that more is asked than of a key.
+temprature_c is told (0.96) and time (0.8), duration_s is not taken for direction (0.63)."""
 LARGEST_NUMBER = 1e12
 """Of seconds, degrees, arcseconds, °C; beyond it a field is damaged."""
 
@@ -101,6 +105,12 @@ class CsvFile:
             f"{self.path}: column {name or '(without a name)'} is not known and is not used"
             for name in self.header
             if name not in self.columns and name not in self.conditions
+        ]
+        absent = [name for name in self.optional if name not in self.columns]
+        self.warnings += [
+            f"{self.path}: column {name} is taken as a condition of that name; is {near[0]} meant?"
+            for name in self.conditions
+            if (near := similar(name, absent, MISSPELT_RATIO))
         ]
 
     def blocks(self) -> Iterator[Columns]:

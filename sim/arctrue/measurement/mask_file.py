@@ -17,18 +17,20 @@ Channel = TypeVar("Channel", Capture, Reference)
 
 
 def with_mask_file(
-    folder: Path, channel: Literal["capture", "reference"], rows: Channel
+    folder: Path, channel: Literal["capture", "reference"], rows: Channel, warnings: list[str]
 ) -> Channel:
     """``rows`` with what ``folder``/mask.csv says of them; without that file they stay as they are.
 
     The file has the columns ``capture_row,mask`` or ``reference_row,mask``, or all three with 0 for
     "none". A row is given by its line in the CSV file, the header being line 1. ``mask`` is 1 for
-    a row that must not be used and 0 for one that must. Raises MeasurementError.
+    a row that must not be used and 0 for one that must. A column of another name is added to
+    ``warnings``, once for both channels. Raises MeasurementError.
     """
     path = folder / FILE_NAME
     if not path.is_file():
         return rows
     file = CsvFile(path, ("mask",), ("capture_row", "reference_row"))
+    warnings.extend(warning for warning in file.warnings if warning not in warnings)
     column = f"{channel}_row"
     if len(file.columns) == 1:
         raise MeasurementError(

@@ -55,10 +55,10 @@ def read_measurement_set(
     heads = compared = None
     if capture and capture_path:
         heads = _capture(description, capture_path, warnings, progress)
-        heads = with_mask_file(folder, "capture", heads)
+        heads = with_mask_file(folder, "capture", heads, warnings)
     if reference and reference_path:
         compared = _reference(description, reference_path, warnings, progress)
-        compared = with_mask_file(folder, "reference", compared)
+        compared = with_mask_file(folder, "reference", compared, warnings)
     return MeasurementSet(
         table=description.keys.table,
         capture=heads,

@@ -224,3 +224,27 @@ def test_a_port_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.exit_code == 2
     assert "no answer to 'telemetry on'" in done.output
     os.close(near)
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    [
+        b'{"turn":1,"reszlt":"applied","reason":"none"}',
+        b'{"turn":"1","result":"applied","reason":"none"}',
+        b'{"turn":1,"result":"kept","reason":"none","noise_arcsec":"0.1"}',
+        b'{"turn":1,"result":"kept","reason":"none","harmonics":[[1,2.0]]}',
+        b'{"turn":1,"result":',
+    ],
+)
+def test_a_spoiled_line_is_one_turn_less(spoiled: bytes) -> None:
+    """A character that was changed on the way may leave a line that is JSON and no telemetry."""
+    near, far = pty.openpty()
+    tty.setraw(far)
+    device = console.Console(os.ttyname(far), timeout_s=0.2)
+    whole = b'{"turn":2,"result":"kept","reason":"none","further":1}'
+    os.write(near, spoiled + b"\r\n" + whole + b"\r\n")
+    turn = device.turn(10.0)
+    assert turn is not None
+    assert turn.fields["turn"] == 2
+    device.close()
+    os.close(near)

@@ -10,7 +10,7 @@ import pytest
 from scripts import bitstream_verify
 from scripts.bitstream_blocks import dsp, ram_half
 from scripts.bitstream_database import Chip
-from scripts.bitstream_equality import Compared, direct_tristates, ports_of
+from scripts.bitstream_equality import Compared, direct_tristates, ports_of, without_repeats
 from scripts.bitstream_features import Features
 from scripts.bitstream_routes import Routes, Source
 from scripts.bitstream_slices import Slice, Text
@@ -168,6 +168,58 @@ def test_bits_and_wires_that_cannot_be_are_told(tmp_path: Path) -> None:
     circle = grid_of_two(tmp_path / "circle", {0x10: frozenset({2, 3})})
     with pytest.raises(ToolError, match="is driven by itself"):
         circle.source("RIGHT", "PIN")
+
+
+@pytest.mark.parametrize("port", ["ARD", "BWR"])
+def test_an_address_is_handed_on_where_the_cascade_is_active(tmp_path: Path, port: str) -> None:
+    """Of block RAMs one above the other: Project X-Ray's ``CASCOUT_ARD_ACTIVE`` and ``_BWR_``."""
+    family = tmp_path / "zynq7"
+    (family / "xc7z020").mkdir(parents=True)
+    block = {"CLB_IO_CLK": {"baseaddr": "0x10", "frames": 1, "offset": 0, "words": 1}}
+    grid = {"B": {"type": "B", "grid_x": 0, "grid_y": 0, "bits": block}}
+    out = f"BRAM_CASCOUT_ADDR{port}ADDRU3"
+    tile = {
+        "sites": [
+            {
+                "name": "X0Y0",
+                "type": "TIEOFF",
+                "prefix": "TIEOFF",
+                "site_pins": {"HARD1": {"wire": "HIGH"}},
+            }
+        ],
+        "pips": {"one": {"dst_wire": out, "src_wire": "HIGH", "is_directional": "1"}},
+    }
+    for name, content in (
+        ("xc7z020/tilegrid.json", json.dumps(grid)),
+        ("xc7z020/tileconn.json", "[]"),
+        ("tile_type_B.json", json.dumps(tile)),
+        ("site_type_TIEOFF.json", json.dumps({"site_pins": {"HARD1": {"direction": "OUT"}}})),
+        ("segbits_b.db", "B.CASCOUT_ARD_ACTIVE 00_01\nB.CASCOUT_BWR_ACTIVE 00_02\n"),
+        ("ppips_b.db", f"B.{out}.HIGH always\n"),
+    ):
+        (family / name).write_text(content, encoding="ascii")
+    bit = {"ARD": 1, "BWR": 2}[port]
+    chip = Chip(family, PART)
+    active = Routes(Features(chip, {0x10: frozenset({bit})}))
+    assert active.source("B", out) == Source(level=1)
+    other = Routes(Features(chip, {0x10: frozenset({3 - bit})}))
+    assert other.source("B", out) is None
+
+
+def test_an_assignment_of_a_signal_to_itself_is_dropped() -> None:
+    """Verilator takes the first of two: here it would be the one without a meaning."""
+    written = (
+        "module core\n"
+        "  (input clock,\n"
+        "   output armed);\n"
+        "  wire armed;\n"
+        "  wire strobe;\n"
+        "  assign strobe = strobe; // (signal)\n"
+        "  assign strobe = n1_o;\n"
+        "  assign armed = strobe; //(module output)\n"
+    )
+    kept = without_repeats(written).splitlines()
+    assert kept == [written.splitlines()[place] for place in (0, 1, 2, 4, 6, 7)]
 
 
 def test_ports_of_the_processor_turn_round() -> None:

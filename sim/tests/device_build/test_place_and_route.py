@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import random
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 from scripts import bitstream_open
+from scripts.bitstream_accesses import Access, Response
 from scripts.bitstream_constraints import check_pins
 from scripts.bitstream_database import Chip
 from scripts.bitstream_equality import Compared, build, run
@@ -15,6 +17,7 @@ from scripts.bitstream_features import Bits, bits_of_bitstream, bits_of_frames
 from scripts.bitstream_file import check_bitstream
 from scripts.bitstream_job import Job
 from scripts.bitstream_open import OpenTools, Routed, place_and_route, write_frames
+from scripts.bitstream_stimulus import BASE
 from scripts.bitstream_tristates import add_straight_enables
 from scripts.bitstream_verify import BITREAD, Design, decode, faults_of
 from scripts.fasm_frames import frames_of
@@ -57,12 +60,16 @@ class Made:
         part_file = self.tools.family / PART / "part.yaml"
         return bits_of_bitstream(self.job.bitstream, reader, part_file)
 
-    def compared(self, bits: Bits, folder: Path) -> Compared:
-        """The design in ``bits`` beside its VHDL."""
+    def bench(self, bits: Bits, folder: Path) -> Path:
+        """The program that runs the design in ``bits`` beside its VHDL."""
         design = Design.read(self.netlist.parent, SMALL_TOP.name)
         pins = check_pins(self.job.pins, design.pads)
         decoded, _ = decode(self.chip, bits, design, pins)
-        return run(build(design.netlist, design.top, design.ports, decoded, folder), CLOCKS, 1)
+        return build(design.netlist, design.top, design.ports, decoded, folder)
+
+    def compared(self, bits: Bits, folder: Path) -> Compared:
+        """What comes of random levels."""
+        return run(self.bench(bits, folder), CLOCKS, 1)
 
 
 @pytest.fixture(scope="module")
@@ -109,13 +116,41 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
     """DSP, block RAM with contents, shift register, carry chains and all else but the PS7."""
-    compared = made.compared(made.bits(), tmp_path)
+    bench = made.bench(made.bits(), tmp_path)
+    compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
     assert compared.figures["clocks"] == CLOCKS
     assert compared.figures["blocks"] == compared.figures["moved_blocks"] == 2
     # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
     # clock and LEDs, the two wires of I2C and their levels; what else goes to the PS7 is constant.
     assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2 + 4
+    words_come_back(bench)
+
+
+def words_come_back(bench: Path) -> None:
+    """The bus master of the bench: single words and bursts are written and read, a reset between.
+
+    The design reads its memory of 18 bits, with sign, at 0x2000.
+    """
+    rng = random.Random(1)
+    words = {4 * place: rng.getrandbits(32) for place in rng.sample(range(16, 1024), 200)}
+    writes = [Access("w", BASE + address, word) for address, word in words.items()]
+    burst = Access("w", BASE, 0x12345, beats=16)
+    words |= {4 * beat: burst.beat(beat) for beat in range(16)}
+    order = rng.sample(list(words), len(words))
+    reads = [Access("r", BASE + 0x2000 + address, together=True) for address in order]
+    accesses = [burst, *writes, Access("z", data=30), *reads, Access("r", BASE + 0x2000, beats=16)]
+    accesses.append(Access("r", BASE - 4))
+    compared = run(bench, 1, 1, accesses)
+    assert compared.is_equal
+    answers = compared.answers
+    assert [answer.place for answer in answers[: len(writes) + 1]] == list(range(len(writes) + 1))
+    assert {answer.response for answer in answers[:-1]} == {Response.OKAY}
+    assert answers[-1].response is Response.DECODE_ERROR
+    read = [answer.data for answer in answers[len(writes) + 1 : -1]]
+    signed = {address: (word & 0x3FFFF ^ 1 << 17) - (1 << 17) for address, word in words.items()}
+    expected = [signed[address] for address in [*order, *range(0, 64, 4)]]
+    assert read == [word & 0xFFFF_FFFF for word in expected]
 
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")

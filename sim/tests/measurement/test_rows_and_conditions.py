@@ -82,6 +82,29 @@ def test_bad_uncertainty_or_mask(
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("uarcsec", "u_arcsec"), ("U_arcsec", "u_arcsec"), ("masked", "mask"), ("time", "time_s")],
+)
+def test_a_condition_that_is_spelt_like_a_missing_column_is_told(
+    tmp_path: Path, written: str, meant: str
+) -> None:
+    text = "target_deg,error_arcsec,load_nm,NAME\n0,1.5,2,0\n15,-2.5,3,1\n"
+    read = read_measurement_set(_write(tmp_path, text.replace("NAME", written)))
+    assert read.warnings == (
+        f"{tmp_path / 'reference.csv'}: column {written} is taken as a condition of that name; "
+        f"is {meant} meant?",
+    )
+    assert read_measurement_set(_write(tmp_path, text.replace("NAME", "duration_s"))).warnings == ()
+
+
+def test_a_column_of_the_mask_file_that_is_not_known_is_told_once(tmp_path: Path) -> None:
+    text = "reference_row,mask,capture_rw\n2,1,7\n"
+    read = read_measurement_set(_write(tmp_path, mask=text))
+    told = [warning for warning in read.warnings if "mask.csv" in warning]
+    assert told == [f"{tmp_path / 'mask.csv'}: column capture_rw is not known and is not used"]
+
+
 def test_mask_file_has_the_last_word(tmp_path: Path) -> None:
     read = read_measurement_set(_write(tmp_path, mask="reference_row,mask\n2,1\n3,0\n"))
     assert read.reference is not None

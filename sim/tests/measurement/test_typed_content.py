@@ -37,6 +37,12 @@ class Disc:
     width: Annotated[float, Meta(gt=-360, lt=360)] = 0.0
 
 
+@dataclass(frozen=True)
+class Stored(Disc):
+    sorts: dict[str, list[Disc]] | None = None
+    pair: tuple[Disc, int] | None = None
+
+
 class File(Struct, forbid_unknown_fields=True):
     schema: Annotated[Literal[1], Meta(description="1, the only schema")]
     title: str = "none"
@@ -134,16 +140,18 @@ def test_unknown_keys_of_a_file_that_may_have_them() -> None:
         ("3", "expected an object, found 3"),
         ('{"lines": "4"}', 'lines: expected a whole number of 4 or more, found "4"'),
         ('{"line": 4}', "line: is not known; did you mean lines?"),
+        ('{"sorts": {"a": [{}, {"line": 4}]}}', "sorts.a[2].line: is not known; did you mean line"),
+        ('{"pair": [{"line": 4}, 3]}', "pair[1].line: is not known; did you mean lines?"),
     ],
 )
 def test_a_json_file_is_named(tmp_path: Path, text: str, said: str) -> None:
     file = tmp_path / "disc.json"
     file.write_text(text, encoding="latin-1")
     with pytest.raises(ContentError) as caught:
-        read_json(file, Disc)
+        read_json(file, Stored)
     assert str(caught.value).startswith(f"{file}: {said}")
     file.write_text('{"lines": 4, "width": 2}')
-    assert read_json(file, Disc) == Disc(4, 2.0)
+    assert read_json(file, Stored) == Stored(4, 2.0)
 
 
 VALUES = st.recursive(

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from scripts.reference_pages import api_page
 
 import arctrue as at
 
@@ -23,6 +24,15 @@ def test_the_import_loads_nothing() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert done.stdout.split("\n")[:2] == ["[]", "True False"]
+
+
+def test_the_page_shows_plain_types_with_their_bounds_in_words() -> None:
+    """The bounds are those of the format: counts below 2⁶², one detection within a degree."""
+    page = api_page()
+    assert "Annotated" not in page
+    assert "Meta(" not in page
+    assert "| `counts_per_rev` | `int \\| None` | from 4 to 2^62 |" in page
+    assert "| `index_detection_arcsec` | `float \\| None` | from 0 to 3600 |" in page
 
 
 def test_a_recorded_set_is_compared_and_shown() -> None:

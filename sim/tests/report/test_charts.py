@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
 
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from msgspec.structs import replace
 
 from arctrue.report.charts.bins import of_turn
 from arctrue.report.charts.chart import Chart, Curve, HeatMap, in_unit

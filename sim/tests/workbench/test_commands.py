@@ -168,7 +168,16 @@ def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
 def _bad_commands(good: Path, folder: Path) -> dict[str, tuple[object, ...]]:
     other = folder / "other.toml"
     other.write_text('schema = 1\n[[effect]]\nname = "nonsense"\n', encoding="utf-8")
+    for name, table in (("setting", "[effect.settings]"), ("search", "[effect.search]")):
+        text = f'schema = 1\n[[effect]]\nname = "vibration"\n{table}\nfrequncy = 3\n'
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return {
+        "setting.toml: effect[1]: effect vibration: unknown setting frequncy": (
+            *("compare", good, "--model", folder / "setting.toml"),
+        ),
+        "search.toml: effect[1]: effect vibration: unknown search parameter frequncy. Did you": (
+            *("compare", good, "--model", folder / "search.toml"),
+        ),
         "no such": ("compare", folder / "nowhere"),
         "no effect is named 'nonsense'": ("compare", good, "--model", other),
         "no such model file": ("compare", good, "--model", folder / "none.toml"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 from arctrue.workbench.model.model_file import ModelFileError, read_model, write_model
 
@@ -36,7 +36,7 @@ def models(draw: st.DrawFn) -> Model:
             )
         )
     step = HistoryStep("add", "x", "set", *(draw(CHANNELS) for _ in range(4)))
-    step = replace(step, date=draw(TEXTS), program=draw(TEXTS), measurement_sha256=draw(TEXTS))
+    step.date, step.program, step.measurement_sha256 = (draw(TEXTS) for _ in range(3))
     counts = draw(st.none() | st.integers(4, 2**40))
     table = draw(st.none() | st.builds(ModelTable, st.just(counts), st.none() | NUMBERS))
     return Model(effects, draw(st.lists(NAMES)), [step], draw(NUMBERS), table=table)
@@ -79,6 +79,28 @@ def test_what_is_wrong_is_said_with_the_file(tmp_path: Path, text: str, said: st
     with pytest.raises(ModelFileError, match=said) as caught:
         read_model(path)
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("effect", "search", "said"),
+    [
+        ("vibration", {"frequncy": 3.5}, "parameter frequncy. Did you mean frequency?"),
+        ("hysteresis", {"order": 3.5}, "unknown search parameter order. It has: none"),
+        ("graduation_defect", {"place": 3.5}, "width is missing: give all of place, width, or"),
+        ("vibration", {"frequency": -1.0}, "expected a number from 0.1 to 2000, found -1"),
+    ],
+)
+def test_search_parameters_are_the_effects_own(
+    effect: str, search: dict[str, float], said: str
+) -> None:
+    with pytest.raises(ValueError, match=f"^effect {effect}: ") as caught:
+        ModelEffect(effect, search=search).term(built_in())
+    assert said in str(caught.value)
+
+
+def test_a_model_that_was_never_fitted_is_said_to_be_so() -> None:
+    with pytest.raises(ValueError, match="vibration: the model has no search parameters; fit it"):
+        ModelEffect("vibration").term(built_in())
 
 
 def test_which_differences_of_tables_count() -> None:

@@ -11,6 +11,7 @@ from sim.tests.workbench.small_sets import measurement_set
 from arctrue.workbench.diagnose.evidence import under
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import Place, moved_to_maximum
@@ -130,3 +131,18 @@ def test_products_of_parts_are_looked_for_at_every_half_order() -> None:
     wave = wave + 0.5 * np.cos(12.5 * rows.angle_rad + 0.3)
     left = Residuals(SOLUTION).with_residuals(wave, np.zeros(OBSERVATIONS.reference.run.size))  # type: ignore[union-attr]
     assert best_parts(left)[0].effect.orders == (12.5,)
+
+
+@pytest.mark.parametrize("order", [48.3072, 200.3])
+def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None:
+    """Beside free faces any wave over the stations is known; what is left of it is angle noise.
+
+    The capture's two columns are left: in white noise, their gain is above 18.4 in 10⁻⁴ of sets.
+    """
+    observations = observations_of(measurement_set(runs=1, cycles=6))
+    model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]
+    noise = white_noise(observations, (0.1 * np.sqrt(2.0), 0.15))
+    residuals = Residuals(fit(model, observations, noise=noise))
+    found = residuals.score(EFFECTS["bearing_ball_pass"](), {"order": order})
+    assert found.rank == 2
+    assert found.gain < 18.4

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import Literal
+
+from msgspec import Struct
 
 from arctrue.studies.demo.files import ConsoleLine
+from arctrue.typed_content import typed
 
 _COUNTERS = (
     *(f"head{head}_{what}" for head in (1, 2) for what in ("index_errors", "illegals")),
@@ -14,19 +17,17 @@ _COUNTERS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class ToldHarmonic:
+class ToldHarmonic(Struct, frozen=True, array_like=True):
     """An order as the firmware found it."""
 
     order: int
     amplitude_arcsec: float
     phase_rad: float
     standard_uncertainty_arcsec: float
-    applied: bool
+    applied: Literal[0, 1]
 
 
-@dataclass(frozen=True, slots=True)
-class ToldTurn:
+class ToldTurn(Struct, frozen=True, rename={"number": "turn"}):
     """A line of telemetry of a turn that was not refused."""
 
     clock: int
@@ -45,33 +46,12 @@ class ToldTurn:
 
 def told_turns(console: Iterable[ConsoleLine]) -> list[ToldTurn]:
     """The turns that the firmware worked on; refused ones and alarms between turns left out."""
-    turns = []
-    for line in console:
-        if line.typed or not line.text.startswith("{"):
-            continue
-        told = json.loads(line.text)
-        if told["result"] in ("refused", "alarm"):
-            continue
-        turns.append(
-            ToldTurn(
-                clock=line.clock,
-                number=told["turn"],
-                samples=told["samples"],
-                result=told["result"],
-                reason=told["reason"],
-                separation_deg=told["separation_deg"],
-                u_separation_arcsec=told["u_separation_arcsec"],
-                noise_arcsec=told["noise_arcsec"],
-                active_arcsec=told["active_arcsec"],
-                candidate_arcsec=told["candidate_arcsec"],
-                alarms=tuple(told["alarms"]),
-                harmonics=tuple(
-                    ToldHarmonic(order, amplitude, phase, uncertainty, bool(applied))
-                    for order, amplitude, phase, uncertainty, applied in told["harmonics"]
-                ),
-            )
-        )
-    return turns
+    told = [
+        {**json.loads(line.text), "clock": line.clock}
+        for line in console
+        if not line.typed and line.text.startswith("{")
+    ]
+    return [typed(turn, ToldTurn) for turn in told if turn["result"] not in ("refused", "alarm")]
 
 
 def console_faults(console: Iterable[ConsoleLine]) -> list[str]:

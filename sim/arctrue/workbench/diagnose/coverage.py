@@ -9,9 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
-from arctrue.workbench.inference.detectable import Detectable, smallest_detectable
-from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.detectable import (
+    SIGNIFICANCE,
+    Detectable,
+    smallest_detectable,
+)
+from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn
 from arctrue.workbench.observations import Observations
 
@@ -99,6 +104,38 @@ def blindness(
     )
 
 
+def effect_or_noise(
+    candidates: Sequence[Candidate], tests: int, matters: float
+) -> Blindness | None:
+    """An effect that matters, and slow noise, make the rows alike; None where there is none such.
+
+    With the noise that is left beside it the effect is significant; with the larger slow noise of
+    the model without it, it is not, and the likelihoods do not tell the two apart. ``tests``:
+    candidates that its p pays for.
+    """
+    alike = [
+        item.name
+        for item in candidates
+        if item.evidence is not None
+        and max(item.size_arcsec.values(), default=0.0) >= matters
+        and _p_beside_it(item, item.evidence.score, tests) < SIGNIFICANCE
+    ]
+    if not alike:
+        return None
+    return Blindness(
+        f"{' or '.join(alike)} and slow noise explain the rows alike: beside the scatter of single "
+        "readings the effect would be seen, beside noise that changes as slowly it is not",
+        "the same measurement once more, in another order and with the temperature: an effect "
+        "comes back, noise does not",
+        "again",
+    )
+
+
+def _p_beside_it(item: Candidate, score: Score, tests: int) -> float:
+    """Of an effect, were the noise known to be what is left beside it."""
+    return corrected_p_value(score.gain, score.rank, item.trials, tests)
+
+
 def _little_testable(found: Coverage) -> Blindness | None:
     whole = len(found.smallest) + len(found.untestable)
     if len(found.untestable) <= MOST_UNTESTED * whole:
@@ -172,4 +209,4 @@ def _frames(observations: Observations) -> list[Frame]:
     return ["reference"] if observations.capture is None else ["head2"]
 
 
-__all__ = ["Blindness", "Coverage", "blind_orders", "blindness", "coverage"]
+__all__ = ["Blindness", "Coverage", "blind_orders", "blindness", "coverage", "effect_or_noise"]

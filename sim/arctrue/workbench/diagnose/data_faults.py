@@ -22,6 +22,8 @@ STEP_TOLERANCE = 0.1
 """A step is plausible within 10 % of the steps around it."""
 WHOLE_TURN_TOLERANCE = 0.02
 """A run whose turns are nearer than this to a whole number was meant to be whole turns."""
+LEAST_GAP_STEPS = 3.0
+"""A step of more usual ones is rows that are missing, and no change of speed."""
 LOST_SIGMA = 8.0
 """Of the noise of a step, which in dense rows of few counts is more than that tenth."""
 MOST_SLIPS = 8
@@ -190,27 +192,38 @@ def _temperature_faults(
 
 
 def _cut_runs(rows: CaptureRows | StoredCapture, spans: list[tuple[int, int]]) -> list[str]:
-    turns = np.array(
-        [
-            abs(rows.angle_rad[end - 1] - rows.angle_rad[start])
-            / (2.0 * np.pi)
-            * (end - start)
-            / max(end - start - 1, 1)
-            for start, end in spans
-        ]
-    )
-    found = [
-        f"capture, run {run}: {value:.3f} of a turn, a whole turn is needed"
-        for run, value in enumerate(turns)
-        if value < 1.0 - WHOLE_TURN_TOLERANCE
-    ]
+    turns = np.array([_turns(rows, start, end) for start, end in spans])
     away = np.abs(turns - np.round(turns))
     whole = away < WHOLE_TURN_TOLERANCE
-    if turns.size > 2 and whole.sum() >= turns.size - 1 and not whole.all():
-        run = int(np.flatnonzero(~whole)[0])
-        if turns[run] >= 1.0 - WHOLE_TURN_TOLERANCE:
-            found.append(
-                f"capture, run {run}: cut after {turns[run]:.3f} turns; the other runs are whole "
-                "turns"
-            )
+    short = turns < 1.0 - WHOLE_TURN_TOLERANCE
+    if not (short.any() or (turns.size > 2 and whole.sum() == turns.size - 1)):
+        return []
+    # A record that drops rows drops them at the ends of its runs as well.
+    dropped = max(_longest_gap_turns(rows, start, end) for start, end in spans)
+    ends_in_gap = np.ceil(turns) - turns <= dropped
+    found = [
+        f"capture, run {run}: {turns[run]:.3f} of a turn, a whole turn is needed"
+        for run in np.flatnonzero(short & ~ends_in_gap).tolist()
+    ]
+    if turns.size > 2 and whole.sum() >= turns.size - 1:
+        found += [
+            f"capture, run {run}: cut after {turns[run]:.3f} turns; the other runs are whole turns"
+            for run in np.flatnonzero(~(whole | short | ends_in_gap)).tolist()
+        ]
     return found
+
+
+def _turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
+    """Of a run, its last step included."""
+    angle_rad = abs(float(rows.angle_rad[end - 1] - rows.angle_rad[start]))
+    return angle_rad / (2.0 * np.pi) * (end - start) / max(end - start - 1, 1)
+
+
+def _longest_gap_turns(rows: CaptureRows | StoredCapture, start: int, end: int) -> float:
+    """The longest step between the rows of a run that is a gap; 0 where no rows are missing."""
+    step = np.abs(np.diff(rows.angle_rad[start:end]))
+    if step.size == 0:
+        return 0.0
+    longest = float(step.max())
+    usual = float(np.median(step[:: max(step.size // MOST_FOR_MEDIANS, 1)]))
+    return longest / (2.0 * np.pi) if longest > LEAST_GAP_STEPS * usual else 0.0

@@ -9,7 +9,7 @@ from arctrue.percent import probability_percent
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import without_unspecific
-from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage
+from arctrue.workbench.diagnose.coverage import Coverage, blindness, coverage, effect_or_noise
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.decision import (
     DEEPEST,
@@ -123,8 +123,7 @@ def diagnose(
 
     def with_first(first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
-        # A line beside its place would leave a rest for others.
-        left = Residuals(first.at_maximum)
+        left = Residuals(_settled(first.at_maximum))
         return survey(
             left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
         )
@@ -133,11 +132,24 @@ def diagnose(
     result = _told(observations, tried, found)
     result.covers = coverage(residuals, result.candidates, result.untestable, tried.absent)
     if result.verdict == "adequate":
-        _unless_blind(result, residuals, matters)
+        _unless_blind(result, residuals, matters, tried.absent)
     _agree(result)
     progress("fitting every row")
     _sharpen(result)
     return result
+
+
+def _settled(solution: Solution) -> Solution:
+    """The solution without what only the way of its search leaves, which others would take.
+
+    A line beside its place leaves a rest. So does a delay whose columns are those of the model
+    without it: orders that it bent turn with it.
+    """
+    if any(term.effect.depends_on_model for term in solution.terms):
+        terms, observations = solution.terms, solution.observations
+        bent = fit(terms, observations, solution.context, noise=solution.noise)
+        solution = fit(terms, observations, bent.context)
+    return refined(solution)
 
 
 def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnosis:
@@ -197,9 +209,13 @@ def _beside(found: Decision) -> list[Candidate]:
     return names
 
 
-def _unless_blind(result: Diagnosis, residuals: Residuals, matters_arcsec: float) -> None:
+def _unless_blind(
+    result: Diagnosis, residuals: Residuals, matters_arcsec: float, tests: int
+) -> None:
     """Nothing was found; where little could be, that says nothing."""
-    found = blindness(residuals, result.covers, result.residual_rms_arcsec, matters_arcsec)
+    found = blindness(
+        residuals, result.covers, result.residual_rms_arcsec, matters_arcsec
+    ) or effect_or_noise(result.candidates, tests, matters_arcsec)
     if found is not None:
         result.verdict = "cannot_tell"
         result.cannot_tell = found.reason

@@ -48,7 +48,6 @@ OF_PARTS = {
     ),
 }
 """Kind and words of the measurement that puts a condition to the test."""
-POLYGON_FIXED = frozenset({"polygon_face_error", "polygon_eccentricity"})
 REINDEX = (
     "the same reference run with the polygon put on again some whole faces further, as a set of "
     "its own: where the fitted model then fails (compare --no-fit), the error has moved with the "
@@ -94,7 +93,8 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
             )
         if partly is None and max(splits) > SPLITS_CHI_SQUARE:
             partly = plan, max(splits), rivals[int(np.argmax(splits))]
-    if any((best.name in POLYGON_FIXED) != (rival.name in POLYGON_FIXED) for rival in rivals):
+    fixed = best.effect.fixed_to_polygon
+    if any(fixed != rival.effect.fixed_to_polygon for rival in rivals):
         return NextMeasurement(REINDEX, "polygon_reindexed")
     if partly is not None:
         plan, chi_square, rival = partly

@@ -20,6 +20,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import highest
 from arctrue.workbench.numeric.harmonics import BLOCK_ROWS, harmonic_columns
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.polygon_faces import keep_to_faces
 
 Float = NDArray[np.float64]
 
@@ -118,7 +119,7 @@ def _reference_waves(residuals: Residuals, factors: Sequence[Float]) -> tuple[Fl
     assert rows is not None
     orders = _half_orders()
     power, constants = _waves(residuals, factors, capture=False)
-    if rows.face is not None and rows.faces is not None:
+    if rows.faces is not None and keep_to_faces(rows.faces, rows.run, np.degrees(rows.target_rad)):
         # Faces see an order n and its alias faces − n alike: the lower one stands for both.
         power[:, orders > rows.faces / 2.0] = 0.0
     arc = float(np.ptp(rows.target_rad))

@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
-from arctrue.workbench.diagnose.every_pass import on_every_pass
+from arctrue.workbench.diagnose.every_pass import RUNS_ARE_THE_SAMPLE, on_every_pass
 from arctrue.workbench.diagnose.evidence import (
     MUCH_MORE,
     Evidence,
@@ -28,6 +28,7 @@ from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, referenc
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.diagnose.significance import corrected_p_value
+from arctrue.workbench.diagnose.taken_by_noise import may_be_taken
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
@@ -53,10 +54,10 @@ FAR_TOO_SMALL = 0.5
 """Share of what matters: the noise estimated anew does not double a size."""
 SAME_BLOCK = 1e-6
 """Of a gain, and of a canonical correlation: rounding of the same columns."""
+OF_A_CONSTANT = 0.1
+"""What changes less than this share of its mean over the rows is a constant."""
 AS_GOOD = 6.0
 """BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
-RUNS_ARE_THE_SAMPLE = 0.5
-"""Share of the index in the variance of an effect's size."""
 
 
 @dataclass
@@ -98,7 +99,28 @@ class Survey:
 
     def confirmed(self, item: Candidate) -> bool:
         """It matters, held-out rows show it, and so does every pass over its place."""
-        return self.matters(item) and _holds_out(item) and on_every_pass(item, self.base)
+        return (
+            self.matters(item)
+            and _holds_out(item)
+            and on_every_pass(item, self.base)
+            and not self.may_be_a_constant_of_the_model(item)
+        )
+
+    def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:
+        """It is a constant of R₂ − R₁ that the effects of the model may have by themselves."""
+        base = self.base
+        most = sum(
+            term.effect.constant_between_heads_arcsec(base.coefficients[base.part(index)])
+            for index, term in enumerate(base.terms)
+        )
+        if most == 0.0 or base.observations.capture is None:
+            return False
+        before, after = (
+            solution.capture_prediction_arcsec(False) for solution in (base, item.solution)
+        )
+        change = after - before
+        constant = float(change.mean())
+        return abs(constant) <= most and float(np.std(change)) < OF_A_CONSTANT * abs(constant)
 
 
 def survey(
@@ -265,13 +287,17 @@ def _weigh(result: Survey, progress: Say, *, negligible: bool) -> None:
     residuals = result.residuals
     null = restricted_likelihood(residuals)
     waiting = sorted(result.candidates, key=lambda item: -item.delta_bic)
-    waiting = [
-        item
+    near = {
+        item.name
         for item in waiting
         if item.p_corrected < NEAR_P
         or item.effect.step_at
         or takes_most(item.solution, residuals.solution)
-    ]
+    }
+    others = [item for item in waiting if item.name not in near]
+    taken = may_be_taken(others, residuals, result.absent * result.looks, SIGNIFICANCE)
+    near |= {item.name for item in taken}
+    waiting = [item for item in waiting if item.name in near]
     products = result.parts[:1]
     if not negligible:
         waiting = [item for item in waiting if result.may_matter(item)]

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.similar import did_you_mean
+
 if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -197,6 +199,8 @@ class Effect(ABC):
     """The product of parts that it is by its definition, on every set; empty: there is none."""
     local_on_disc: ClassVar[bool] = False
     """It acts on a short arc of the disc, which every turn has to show."""
+    fixed_to_polygon: ClassVar[bool] = False
+    """It moves along when the polygon is put on the table some faces further."""
 
     def __init__(self, **settings: object) -> None:
         """Raises ValueError for a setting that this effect does not have, or of a wrong type."""
@@ -204,7 +208,8 @@ class Effect(ABC):
         if unknown:
             known = ", ".join(sorted(self.defaults)) or "none"
             raise ValueError(
-                f"effect {self.name}: unknown setting {', '.join(unknown)}; it has: {known}"
+                f"effect {self.name}: unknown setting {', '.join(unknown)}."
+                f"{did_you_mean(unknown[0], self.defaults)} It has: {known}"
             )
         for key, value in settings.items():
             expected = self.defaults[key]
@@ -291,6 +296,10 @@ class Effect(ABC):
         likelihood. None: they may be.
         """
         return None
+
+    def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
+        """The most that it may add to the constant of R₂ − R₁ that its columns do not have."""
+        return 0.0
 
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
+from arctrue.similar import did_you_mean
 from arctrue.typed_content import Number
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
@@ -31,26 +32,52 @@ class ModelEffect:
     parameters: dict[str, Parameter] = field(default_factory=dict)
 
     def effect(self, effects: Mapping[str, type[Effect]]) -> Effect:
-        """The effect with its settings. Raises ValueError for an unknown name or setting."""
-        return effect_class(self.name, dict(effects))(**self.settings)
+        """The effect with its settings.
+
+        Raises ValueError for an unknown name, setting or search parameter, and for a search
+        parameter that is missing beside others or lies outside its declared range.
+        """
+        effect = effect_class(self.name, dict(effects))(**self.settings)
+        known = [item.name for item in effect.search]
+        for name, value in self.search.items():
+            if name not in known:
+                raise ValueError(
+                    f"effect {self.name}: unknown search parameter {name}."
+                    f"{did_you_mean(name, known)} It has: {', '.join(known) or 'none'}"
+                )
+            low, high = effect.search_range(name)
+            if not low <= value <= high:
+                raise ValueError(
+                    f"effect {self.name}: search parameter {name}: expected a number from {low:g} "
+                    f"to {high:g}, found {value:g}"
+                )
+        lacking = [name for name in known if name not in self.search]
+        if self.search and lacking:
+            raise ValueError(
+                f"effect {self.name}: search parameter {lacking[0]} is missing: give all of "
+                f"{', '.join(known)}, or none and they are searched for"
+            )
+        return effect
 
     def term(self, effects: Mapping[str, type[Effect]]) -> Term:
-        """The effect as a term of a fit."""
-        return Term(self.effect(effects), dict(self.search))
+        """The effect as a term of a fit. Raises ValueError where it has to be searched for yet."""
+        effect = self.effect(effects)
+        if effect.search and not self.search:
+            raise ValueError(f"{self.name}: the model has no search parameters; fit it first")
+        return Term(effect, dict(self.search))
 
 
-@dataclass
-class HistoryStep:
+class HistoryStep(Struct, forbid_unknown_fields=True, omit_defaults=True):
     """What one change of the model brought, on which set."""
 
     action: str = ""
     """fit, add, set or drop."""
     effect: str = ""
     measurement: str = ""
-    rms_arcsec: Channels = field(default_factory=dict)
-    peak_arcsec: Channels = field(default_factory=dict)
-    heldout_rms_arcsec: Channels = field(default_factory=dict)
-    noise_arcsec: Channels = field(default_factory=dict)
+    rms_arcsec: Channels = {}
+    peak_arcsec: Channels = {}
+    heldout_rms_arcsec: Channels = {}
+    noise_arcsec: Channels = {}
     date: str = ""
     """UTC, ISO 8601; empty in files of versions that did not write it."""
     program: str = ""
@@ -59,8 +86,7 @@ class HistoryStep:
     """Of the set that was fitted to, see :func:`arctrue.measurement.digest.set_digest`."""
 
 
-@dataclass(frozen=True)
-class ModelTable:
+class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Which table a model is of: its coefficients mean nothing on another."""
 
     counts_per_rev: Annotated[int, Meta(ge=1)] | None = None

@@ -6,10 +6,10 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
+import msgspec
 import tomli_w
 from filelock import FileLock, Timeout
 from msgspec import Meta, Struct
@@ -21,7 +21,7 @@ from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 
-SCHEMA = 1
+SCHEMA: Literal[1] = 1
 
 UNITS = {
     "1", "arcsec", "arcsec/K", "arcsec/h", "arcsec/cycle", "counts", "deg", "Hz", "s", "us", "um",
@@ -35,10 +35,14 @@ def known_unit(unit: str) -> bool:
     return unit in UNITS or unit.startswith(("arcsec/", "um/", "1/"))
 
 
-class _Parameter(Struct):
+class _Declared(Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """What is as it would be without its key is left out of the file."""
+
+
+class _Parameter(_Declared):
     value: Number
     unit: Annotated[str, Meta(description='a unit in quotes, like "arcsec"')]
-    sigma: float = math.nan
+    sigma: Number | None = None
 
     def __post_init__(self) -> None:
         if not known_unit(self.unit):
@@ -46,7 +50,7 @@ class _Parameter(Struct):
             raise ValueError(f"unit: expected one of {known}, found {shown(self.unit)}")
 
 
-class _Effect(Struct):
+class _Effect(_Declared):
     name: str
     settings: dict[str, object] = {}
     search: dict[str, Number] = {}
@@ -59,7 +63,8 @@ class _OnlySchema(Struct):
     schema: Literal[1]
 
 
-class _File(_OnlySchema, kw_only=True):
+class _File(_Declared, kw_only=True):
+    schema: Literal[1]
     effect: Annotated[list[_Effect], Meta(min_length=1, description="one [[effect]] or more")]
     effect_folders: list[str] = []
     history: list[HistoryStep] = []
@@ -104,38 +109,16 @@ def write_model(path: Path, model: Model) -> None:
 
     Raises OSError, and ModelFileError for a model that could not be read again.
     """
-    data: dict[str, Any] = {"schema": SCHEMA}
-    if model.folders:
-        data["effect_folders"] = model.folders
-    data["reference_offset_arcsec"] = model.reference_offset_arcsec
-    if model.reference_temperature_c is not None:
-        data["reference_temperature_c"] = model.reference_temperature_c
-    if model.table is not None:
-        data["table"] = {
-            key: value for key, value in asdict(model.table).items() if value is not None
-        }
-    data["effect"] = [_effect_entry(effect) for effect in model.effects]
-    data["history"] = [
-        {
-            "action": step.action,
-            "effect": step.effect,
-            "measurement": step.measurement,
-            **{
-                key: text
-                for key, text in (
-                    ("date", step.date),
-                    ("program", step.program),
-                    ("measurement_sha256", step.measurement_sha256),
-                )
-                if text
-            },
-            "rms_arcsec": step.rms_arcsec,
-            "peak_arcsec": step.peak_arcsec,
-            "heldout_rms_arcsec": step.heldout_rms_arcsec,
-            "noise_arcsec": step.noise_arcsec,
-        }
-        for step in model.history
-    ]
+    file = _File(
+        schema=SCHEMA,
+        effect=[_effect_entry(effect) for effect in model.effects],
+        effect_folders=model.folders,
+        history=model.history,
+        reference_offset_arcsec=model.reference_offset_arcsec,
+        reference_temperature_c=model.reference_temperature_c,
+        table=model.table,
+    )
+    data = msgspec.to_builtins(file)
     try:
         _refuse_unfit(data, "")
     except ContentError as error:
@@ -200,29 +183,20 @@ def _refuse_unfit(value: object, place: str) -> None:
         raise ContentError(f"{place}: expected a finite number, found {value!r}")
 
 
-def _effect_entry(effect: ModelEffect) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": effect.name}
-    if effect.settings:
-        entry["settings"] = effect.settings
-    if effect.search:
-        entry["search"] = effect.search
-    if effect.coefficients:
-        entry["columns"] = effect.columns
-        entry["coefficients"] = effect.coefficients
-    if effect.parameters:
-        entry["parameters"] = {
-            name: {
-                key: value
-                for key, value in (
-                    ("value", parameter.value),
-                    ("sigma", parameter.sigma),
-                    ("unit", parameter.unit),
-                )
-                if not (isinstance(value, float) and math.isnan(value))
-            }
-            for name, parameter in effect.parameters.items()
-        }
-    return entry
+def _effect_entry(effect: ModelEffect) -> _Effect:
+    return _Effect(
+        effect.name,
+        effect.settings,
+        effect.search,
+        effect.columns,
+        effect.coefficients,
+        {
+            name: _Parameter(
+                found.value, found.unit, None if math.isnan(found.sigma) else found.sigma
+            )
+            for name, found in effect.parameters.items()
+        },
+    )
 
 
 def _effect(place: str, entry: _Effect) -> ModelEffect:
@@ -238,7 +212,9 @@ def _effect(place: str, entry: _Effect) -> ModelEffect:
         entry.columns,
         entry.coefficients,
         {
-            name: Parameter(found.value, found.sigma, found.unit)
+            name: Parameter(
+                found.value, math.nan if found.sigma is None else found.sigma, found.unit
+            )
             for name, found in entry.parameters.items()
         },
     )

@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from msgspec import structs
+
 from arctrue.measurement.digest import set_digest
 from arctrue.workbench.model.model import Model
 
@@ -21,7 +23,7 @@ def with_provenance(model: Model, steps_before: int, measurement_set: Path) -> M
     program = f"arctrue {version('arctrue')}"
     digest = set_digest(measurement_set)
     newer = [
-        replace(step, date=date, program=program, measurement_sha256=digest)
+        structs.replace(step, date=date, program=program, measurement_sha256=digest)
         for step in model.history[steps_before:]
     ]
     return replace(model, history=[*model.history[:steps_before], *newer])

@@ -14,6 +14,7 @@ from arctrue.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations.observations import ARCSEC_PER_TURN, Observations
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
+from arctrue.workbench.observations.polygon_faces import faces_of
 from arctrue.workbench.observations.reference_speed import reference_speed
 from arctrue.workbench.observations.rows import ReferenceRows
 from arctrue.workbench.observations.run_speed import run_speeds
@@ -30,8 +31,6 @@ MOST_TURNS = 1_000_000
 """From the index: farther off, an angle in double precision is worse than a thousandth count."""
 MOST_COUNTS = 2**62 - 1
 """The difference of two heads then fits into 64 bits."""
-FACE_TOLERANCE_DEG = 0.05
-"""A station belongs to a face when it is this near to it."""
 
 
 def observations_of(
@@ -191,7 +190,7 @@ def _reference_rows(
         # Without a second head nothing ties a high order to the disc (cogging of a motor is fixed
         # to the angle): what repeats, repeats with the angle.
         line_rad=reading if two_heads else angle,
-        face=_faces(faces, run, columns.target_deg),
+        face=faces_of(faces, run, columns.target_deg),
         faces=faces,
         electrical1_rad=electrical,
         teeth=facts.drive_gear_teeth,
@@ -226,19 +225,3 @@ def _run_start(run: Integer, time_s: Float | None) -> Float | None:
         return None
     _, first, inverse = np.unique(run, return_index=True, return_inverse=True)
     return np.asarray(time_s[first][inverse])
-
-
-def _faces(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
-    """Face of each row; the polygon may be turned on the table from run to run, by part of one."""
-    if faces is None or target_deg.size == 0:
-        return None
-    place = target_deg * (faces / 360.0)
-    names, sizes = np.unique(run, return_counts=True)
-    # A run of a few rows does not tell how it is turned.
-    mountings = [run == name for name in names] if sizes.min() >= faces else [slice(None)]
-    for inside in mountings:
-        place[inside] -= float(np.median(place[inside] - np.round(place[inside])))
-    face = np.round(place)
-    if np.max(np.abs(place - face)) * 360.0 / faces > FACE_TOLERANCE_DEG:
-        return None
-    return face.astype(np.int64) % faces

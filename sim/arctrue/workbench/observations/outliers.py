@@ -45,6 +45,13 @@ SCALE_ROWS = 256
 """Rows that one value of the local scatter is taken over."""
 END_ROWS = 4 * SCALE_ROWS
 """Rows at each end of a run that tell how well a row is known from one side."""
+WAVE_ORDERS = 20
+"""Orders of the paper's model, which are taken off before rows on both sides of a gap are
+compared."""
+WAVE_CONDITION = 1e-6
+"""Singular values below this share are orders that an arc does not tell apart."""
+MOST_FITTED = 20_000
+"""Rows, evenly spread, that the wave is fitted to."""
 MOST_SHARE = 0.05
 """A larger share of outliers is no matter of single rows: the recording is faulty."""
 NORMAL_MAD = 1.4826
@@ -99,21 +106,31 @@ def local_scatter(away: Float, resolution: float) -> Float:
     """Robust standard deviation around each row, (rows,), never below that of all rows.
 
     The scatter of a stretch of SCALE_ROWS rows and of its neighbours, the largest of the three:
-    noise that is larger over a part of the turn is no stretch of outliers. The median of values
-    with steps of ``resolution`` can be half a step too small.
+    noise that is larger over a part of the turn is no stretch of outliers. Values with steps of
+    ``resolution`` do not tell a scatter of less than half a step.
     """
     half = 0.5 * resolution
-    overall = NORMAL_MAD * (float(np.median(np.abs(away))) + half)
+    overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)
     blocks = away.size // SCALE_ROWS
     if blocks < 3:
         return np.full(away.size, overall)
     whole = np.abs(away[: blocks * SCALE_ROWS]).reshape(blocks, SCALE_ROWS)
-    each = NORMAL_MAD * (np.median(whole, axis=1) + half)
+    each = NORMAL_MAD * np.maximum(middle(whole), half)
     padded = np.concatenate([each[:1], each, each[-1:]])
     largest = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     scatter = np.repeat(largest, SCALE_ROWS)
     tail = np.full(away.size - scatter.size, largest[-1])
     return np.asarray(np.maximum(np.concatenate([scatter, tail]), overall))
+
+
+def middle(values: Float) -> Float:
+    """The mean of the middle fifth along the last axis, (…, rows) → (…): a median without steps.
+
+    The median of values with a resolution is one of them, or half-way between two.
+    """
+    last = values.shape[-1] - 1
+    low, high = int(np.floor(0.4 * last)), int(np.ceil(0.6 * last))
+    return np.asarray(np.partition(values, (low, high), axis=-1)[..., low : high + 1].mean(axis=-1))
 
 
 def lonely(away: Float, scatter: Float, threshold: float = FAR_SIGMA) -> Boolean:
@@ -208,25 +225,53 @@ def _scatter_of_all(away: Float, resolution: float) -> Float:
     return np.asarray(local_scatter(away[known], resolution)[np.maximum(place, 0)])
 
 
+def gaps(angle: Float) -> Integer:
+    """Places of the steps over missing rows in a run; ``angle``: (rows,), steps: (rows − 1,).
+
+    More than SIDE_ROWS usual steps, both of the mean of the run and of the median around it: a
+    speed that changes makes none.
+    """
+    step = np.abs(np.diff(angle))
+    long = np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))) if step.size else step
+    found = []
+    for place in long.astype(np.int64).tolist():
+        around = step[max(place - SIDE_ROWS, 0) : place + SIDE_ROWS + 1]
+        if step[place] > SIDE_ROWS * float(np.median(around)):
+            found.append(place)
+    return np.array(found, dtype=np.int64)
+
+
 def pieces_between_gaps(angle: Float) -> list[slice]:
     """Rows of a run between gaps, each piece of LEAST_ROWS or more; ``angle``: (rows,).
 
-    A gap is a step of more than SIDE_ROWS usual ones, both of the mean of the run and of the median
-    around it: a speed that changes makes none. Fewer rows than LEAST_ROWS stay with their
-    neighbours.
+    Fewer rows than LEAST_ROWS stay with their neighbours.
     """
-    step = np.abs(np.diff(angle))
     cuts = [0]
-    for place in np.flatnonzero(step > SIDE_ROWS * float(np.mean(step))).tolist():
-        around = step[max(place - SIDE_ROWS, 0) : place + SIDE_ROWS + 1]
+    for place in gaps(angle).tolist():
         first = place + 1
-        if (
-            step[place] > SIDE_ROWS * float(np.median(around))
-            and first - cuts[-1] >= LEAST_ROWS
-            and angle.size - first >= LEAST_ROWS
-        ):
+        if first - cuts[-1] >= LEAST_ROWS and angle.size - first >= LEAST_ROWS:
             cuts.append(first)
     return [slice(start, end) for start, end in pairwise([*cuts, angle.size])]
+
+
+def without_wave(values: Float, angle_rad: Float) -> Float:
+    """Values less the first WAVE_ORDERS orders of the turn, which running medians show; (rows,).
+
+    What stands on both sides of a gap is then alike, so that the few rows between two gaps are
+    not far from those beyond. Values without gaps are left as they are.
+    """
+    if gaps(angle_rad).size == 0:
+        return values
+    thin = slice(None, None, max(values.size // MOST_FITTED, 1))
+    medians = median_filter(values, size=SIDE_ROWS, mode="nearest")[thin]
+    orders = np.arange(1, min(WAVE_ORDERS, values.size // (4 * SIDE_ROWS)) + 1)
+    phase = np.outer(angle_rad[thin], orders)
+    columns = np.column_stack([np.ones(medians.size), np.cos(phase), np.sin(phase)])
+    found = np.linalg.lstsq(columns, medians, rcond=WAVE_CONDITION)[0]
+    flat = values - found[0]
+    for order, even, odd in zip(orders, *np.split(found[1:], 2), strict=True):
+        flat -= even * np.cos(order * angle_rad) + odd * np.sin(order * angle_rad)
+    return np.asarray(flat)
 
 
 def repeats(
@@ -313,11 +358,12 @@ def capture_outliers(
     for start, end in spans:
         if end - start < LEAST_ROWS:
             continue
+        angle = angle_rad[start:end]
         away[start:end], scatter[start:end] = far_from_neighbours(
-            difference_arcsec[start:end],
+            without_wave(difference_arcsec[start:end], angle),
             count_arcsec,
             count_arcsec,
-            pieces_between_gaps(angle_rad[start:end]),
+            pieces_between_gaps(angle),
         )
         threshold = far_threshold(away.size, end - start - 2 * SIDE_ROWS)
         found[start:end] = lonely(away[start:end], scatter[start:end], threshold)

@@ -99,7 +99,7 @@ class ReferenceRows(_Sliceable):
     line_rad: Float
     """Disc angle of the lines that head 1 sees there: its reading."""
     face: Integer | None
-    """Number of the polygon face, 0 … faces − 1."""
+    """Number of the polygon face, 0 … faces − 1: between the faces the nearest one."""
     faces: int | None
     electrical1_rad: Float | None
     teeth: float | None

@@ -25,6 +25,7 @@ from arctrue.workbench.observations.outliers import (
     pieces_between_gaps,
     repeats,
     station_outliers,
+    without_wave,
 )
 from arctrue.workbench.observations.reference_speed import passes_of
 
@@ -96,9 +97,8 @@ def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
         near = step.size >= LEAST_ROWS and float(np.median(step)) <= DENSE_STEP_DEG
         if near and float(np.median(visited[part])) < LEAST_VISITS:
             pieces = pieces_between_gaps(rows.target_deg[part])
-            away[part], scatter[part] = far_from_neighbours(
-                rows.error_arcsec[part], least, pieces=pieces
-            )
+            flat = without_wave(rows.error_arcsec[part], np.radians(rows.target_deg[part]))
+            away[part], scatter[part] = far_from_neighbours(flat, least, pieces=pieces)
             if np.median(scatter[part]) > 0.0:
                 threshold = far_threshold(away.size, away[part].size - 2 * SIDE_ROWS)
                 found[part] = lonely(away[part], scatter[part], threshold)

@@ -104,3 +104,30 @@ def test_a_residual_smaller_than_what_can_be_found_cannot_tell() -> None:
     found = blindness(residuals, covers, {"capture": 1e-5, "reference": 1e-5}, 0.0)
     assert found is not None
     assert "simple effects" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("drift_rms_arcsec", "verdict"), [(0.0, "adequate"), (0.06, "cannot_tell"), (0.1, "named")]
+)
+def test_a_drift_that_slow_noise_may_be_is_not_adequate(
+    drift_rms_arcsec: float, verdict: str
+) -> None:
+    """288 readings of 0.15″ know a drift to 0.15″/√288 = 0.009″ RMS, if their noise is white.
+
+    One of 6.8 times that is seen then; slow noise as large explains the rows as well, and what
+    tells the two apart is that a drift is a straight line. Of 11 times it does.
+    """
+    made = measurement_set(runs=2)
+    assert made.reference is not None
+    time = made.reference.time_s
+    assert time is not None
+    made.reference.error_arcsec[:] += drift_rms_arcsec * np.sqrt(12.0) * time / np.ptp(time)
+    result = diagnose(observations_of(made), [_base()], EFFECTS)
+    assert result.verdict == verdict
+    if verdict == "cannot_tell":
+        assert result.cannot_tell is not None
+        assert result.cannot_tell.startswith("reference_drift and slow noise explain")
+        assert result.next_measurement_kind == "again"
+    if verdict == "named":
+        assert result.named is not None
+        assert result.named.name == "reference_drift"

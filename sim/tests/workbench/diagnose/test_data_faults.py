@@ -156,3 +156,16 @@ def test_what_is_off_for_longer_than_three_rows_is_not_outlying() -> None:
     assert outlying(values, 1.0) == []
     values[23] = 0.0
     assert outlying(values, 1.0) == [(20, 23, 5.0)]
+
+
+@pytest.mark.parametrize(("gap_rows", "faults"), [(60, 0), (0, 1)])
+def test_a_run_that_ends_in_a_gap_is_not_cut(gap_rows: int, faults: int) -> None:
+    """A run of three turns lacks 50 rows at its end: as many as others lack within, or a cut."""
+    made, capture = _copied()
+    kept = np.ones(capture.run.size, dtype=bool)
+    kept[ROW : ROW + gap_rows] = False
+    end = int(np.flatnonzero(capture.run == 2)[-1]) + 1
+    kept[end - 50 : end] = False
+    found = _faults(made, capture.where(kept))
+    assert len(found) == faults
+    assert all("cut after 2.958 turns" in text for text in found)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+import arctrue.workbench
+from arctrue.workbench.diagnose import next_measurement
 from arctrue.workbench.diagnose.classes import family_gain
 from arctrue.workbench.diagnose.decision import (
     AGAIN,
@@ -21,6 +25,9 @@ from arctrue.workbench.diagnose.decision import (
     refused_is_ahead,
     shown_at_one_speed,
 )
+from arctrue.workbench.effects.registry import catalogue
+
+WORKBENCH = Path(arctrue.workbench.__file__).parent
 
 
 def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: bool = False):  # type: ignore[no-untyped-def]
@@ -42,6 +49,33 @@ def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-un
     case = Case(survey, {}, lambda item: survey)  # type: ignore[arg-type]
     case.__dict__["beside"] = beside
     return case
+
+
+def test_no_rule_knows_an_effect_by_its_name() -> None:
+    """An effect declares what the rules ask; an own effect can then declare the same."""
+    names = set(catalogue())
+    found = [
+        f"{file.name}:{node.lineno} {node.value}"
+        for part in ("compare", "diagnose", "inference", "noise", "observations")
+        for file in (WORKBENCH / part).rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in names
+    ]
+    assert found == []
+
+
+@pytest.mark.parametrize(("fixed", "kind"), [(False, "polygon_reindexed"), (True, None)])
+def test_an_own_effect_of_the_polygon_is_told_apart_by_putting_it_on_again(
+    monkeypatch: pytest.MonkeyPatch, fixed: bool, kind: str | None
+) -> None:
+    def item(name: str, fixed: bool):  # type: ignore[no-untyped-def]
+        effect = SimpleNamespace(next_measurement="more", fixed_to_polygon=fixed)
+        few = SimpleNamespace(observations=SimpleNamespace(rows=10))
+        return SimpleNamespace(name=name, effect=effect, solution=few)
+
+    monkeypatch.setattr(next_measurement, "PLANS", ())
+    best, rival = item("my_polygon", True), item("my_drift", fixed)
+    assert next_measurement.next_measurement(best, [rival]).kind == kind
 
 
 def test_what_fits_best_and_is_refused_leaves_no_adequate_model() -> None:

@@ -13,6 +13,7 @@ from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.report import sentences
+from arctrue.workbench.diagnose.survey import survey
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
@@ -189,3 +190,27 @@ def test_a_line_beside_an_order_of_the_model_is_found_at_its_place() -> None:
     base = fit([Term(EFFECTS["graduation_harmonics"](), {})], observations)
     found = places_of(EFFECTS["bearing_ball_pass"](), Residuals(base))
     assert found[0].nonlinear["order"] == pytest.approx(order, abs=0.01)
+
+
+@pytest.mark.parametrize(("constant_arcsec", "confirmed"), [(0.5, False), (5.0, True)])
+def test_a_constant_that_the_interpolation_may_have_is_no_head_angle(
+    constant_arcsec: float, confirmed: bool
+) -> None:
+    """Signals off by ψ from a right angle make ψ/2·(1 ± cos 2φ): 1″ of the wave, 1″ of a constant.
+
+    Both heads have 1″ here, so that up to 2″ of R₂ − R₁ are no head that stands elsewhere.
+    """
+    made = measurement_set(electrical=lambda phase: np.cos(2.0 * phase), reference=False)
+    assert made.capture is not None
+    made.capture.head2_counts[:] += round(constant_arcsec / COUNT_ARCSEC)
+    names = ("graduation_harmonics", "subdivision_error", "head_angle_error")
+    effects = {name: EFFECTS[name] for name in names}
+    model = [
+        Term(effects["graduation_harmonics"](), {}),
+        Term(effects[names[1]](multiples=[2]), {}),
+    ]
+    residuals = Residuals(fit(model, observations_of(made)))
+    found = survey(residuals, effects, 0.5 * COUNT_ARCSEC, lambda text: None)
+    first = next(item for item in found.candidates if item.name == "head_angle_error")
+    assert first.p_corrected < 1e-4
+    assert found.confirmed(first) == confirmed

@@ -20,7 +20,12 @@ from sim.tests.workbench.small_sets import (
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
-from arctrue.workbench.observations.outliers import FALSE_ROWS, far_from_neighbours, far_threshold
+from arctrue.workbench.observations.outliers import (
+    FALSE_ROWS,
+    far_from_neighbours,
+    far_threshold,
+    local_scatter,
+)
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN
 SPIKE_ARCSEC = 5.0
@@ -69,6 +74,35 @@ def test_a_wrong_row_beside_missing_rows_is_masked(missing: int) -> None:
     seen = observations_of(replace(made, capture=made.capture.where(left)))
     kept = np.flatnonzero(left)
     assert [kept[item.row - 2] for item in seen.masked] == wrong.tolist()
+
+
+def test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not() -> None:
+    """Ten rows between two gaps of 18°, over each of which R₂ − R₁ changes by up to 16″.
+
+    Running medians over the borders say nothing of what is expected there.
+    """
+    left = np.ones(ROWS, dtype=bool)
+    for first in range(1_000, ROWS - 200, 500):
+        left[first : first + 60] = left[first + 70 : first + 130] = False
+    wrong = np.arange(1_000, ROWS - 200, 1_000) + 64
+    made = _with_head2(measurement_set(), wrong, SPIKE_ARCSEC)
+    assert made.capture is not None
+    seen = observations_of(replace(made, capture=made.capture.where(left)))
+    kept = np.flatnonzero(left)
+    assert [kept[item.row - 2] for item in seen.masked] == wrong.tolist()
+
+
+@pytest.mark.parametrize("scatter_counts", [0.75, 1.5, 2.1, 6.0])
+def test_the_scatter_of_whole_counts_is_that_of_the_noise(scatter_counts: float) -> None:
+    """White noise rounded to whole counts, whose own variance is 1/12 count² more (Sheppard)."""
+    noise = np.random.default_rng(11).normal(0.0, scatter_counts, 20_000)
+    away = np.round(noise) + 0.5 * np.round(
+        2.0 * np.random.default_rng(12).normal(0.0, 0.3, 20_000)
+    )
+    found = float(np.median(local_scatter(away, 1.0)))
+    expected = float(np.std(away))
+    # The largest of three scatters, each of 256 rows: 1.08 times the true one in the mean.
+    assert 0.95 * expected < found < 1.25 * expected
 
 
 @pytest.mark.parametrize("place", [5, 6, 7, 192, 193, 194])

@@ -38,7 +38,7 @@ class CountSlip(Effect):
     compensation_note = "count again from the index"
     search_kind = "step"
     search = (
-        SearchParameter("run", "1", 0.0, 1e6, "run in which it happens", integer=True),
+        SearchParameter("run", "1", -1e12, 1e12, "run in which it happens", integer=True),
         SearchParameter("instant", "s", -1e12, 1e12, "time of the step", integer=True),
     )
 

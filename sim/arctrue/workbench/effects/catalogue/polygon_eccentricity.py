@@ -38,6 +38,7 @@ class PolygonEccentricity(Effect):
     parameter_units = {"amplitude": "arcsec", "phase": "deg"}
     compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
+    fixed_to_polygon = True
 
     def missing(self, observations: Observations) -> list[str]:
         lacking = []

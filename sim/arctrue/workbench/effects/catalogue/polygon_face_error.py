@@ -43,6 +43,7 @@ class PolygonFaceError(Effect):
     parameter_units = {"rms": "arcsec", "face_I": "arcsec"}
     compensation = "reference"
     compensation_note = "an error of the reference, not of the table"
+    fixed_to_polygon = True
 
     def missing(self, observations: Observations) -> list[str]:
         lacking = []

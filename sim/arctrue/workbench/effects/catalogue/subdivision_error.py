@@ -85,6 +85,16 @@ class SubdivisionError(Effect):
         head1 = harmonic_columns(rows.electrical1_rad, self.integers("multiples"))
         return np.hstack([head1, np.zeros_like(head1)])
 
+    def constant_between_heads_arcsec(self, coefficients: NDArray[np.float64]) -> float:
+        """The sum of all amplitudes.
+
+        Sine and cosine that are not at right angles, by ψ, make ψ/2·(1 ± cos 2φ), of which the
+        columns have the wave; and a counter that is set to zero at the index takes the whole error
+        of that place with it.
+        """
+        pairs = coefficients.reshape(-1, 2)
+        return float(np.sum(np.hypot(pairs[:, 0], pairs[:, 1])))
+
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """With the multiples that are there, the third too: large distortions mix."""
         tried = sorted({*self.integers("multiples"), 3})

@@ -1,0 +1,80 @@
+"""Accesses of the processor's bus master as lists: what is asked for, and what was answered.
+
+``scripts/bitstream_models/axi_master.h`` plays them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import Final
+
+WORD: Final = 0xFFFF_FFFF
+BEAT_STEP: Final = 0x0100_0193
+"""What each beat of a write adds to the data of the one before; as in axi_master.h."""
+
+
+class Burst(IntEnum):
+    """AxBURST of AXI3."""
+
+    FIXED = 0
+    INCREASING = 1
+    WRAPPING = 2
+    RESERVED = 3
+
+
+class Response(IntEnum):
+    """BRESP and RRESP of AXI3."""
+
+    OKAY = 0
+    EXCLUSIVE = 1
+    SLAVE_ERROR = 2
+    DECODE_ERROR = 3
+
+
+@dataclass(frozen=True)
+class Access:
+    """``kind``: w write, r read, n nothing, z reset, the last two for ``data`` clocks."""
+
+    kind: str
+    address: int = 0
+    data: int = 0
+    beats: int = 1
+    size: int = 2
+    burst: Burst = Burst.INCREASING
+    strobe: int = 0xF
+    last: int | None = None
+    """The beat that WLAST comes with, where it is not the last one."""
+    together: bool = False
+    """It may start while an access the other way is under way."""
+
+    def line(self) -> str:
+        """As the bench reads it."""
+        last = self.beats - 1 if self.last is None else self.last
+        return (
+            f"{self.kind} {self.address:x} {self.data:x} {self.beats} {self.size} "
+            f"{self.burst.value} {self.strobe} {last} {int(self.together)}"
+        )
+
+    def beat(self, place: int) -> int:
+        """The data of a beat of a write."""
+        return (self.data + place * BEAT_STEP) & WORD
+
+
+@dataclass(frozen=True)
+class Answer:
+    """To the access at ``place`` of the list: one for a write, one a beat for a read."""
+
+    place: int
+    response: Response
+    data: int
+
+
+def read_answers(path: Path) -> list[Answer]:
+    """The answers that the bench wrote, in the order in which they came."""
+    found = []
+    for line in path.read_text(encoding="ascii").splitlines():
+        place, response, data = line.split()
+        found.append(Answer(int(place), Response(int(response)), int(data, 16)))
+    return found

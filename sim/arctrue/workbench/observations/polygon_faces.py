@@ -1,0 +1,59 @@
+"""Which face of the polygon each reference row was read with."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+FACE_TOLERANCE_DEG = 0.05
+"""A station belongs to a face when it is this near to it."""
+
+
+def faces_of(faces: int | None, run: Integer, target_deg: Float) -> Integer | None:
+    """Face of each row, (rows,); the polygon may be turned on the table between runs.
+
+    Rows of a pass between the faces are read with the face that is nearest, the polygon standing as
+    in the first run at the faces. None where no run keeps to the faces: nothing tells how it
+    stands.
+    """
+    if faces is None or target_deg.size == 0:
+        return None
+    place = target_deg * (faces / 360.0)
+    first = None
+    between = []
+    for rows in _mountings(faces, run):
+        shift, keeps = _shift_to_faces(place[rows], faces)
+        if not keeps:
+            between.append(rows)
+            continue
+        first = shift if first is None else first
+        place[rows] -= shift
+    if first is None:
+        return None
+    for rows in between:
+        place[rows] -= first
+    return np.asarray(np.round(place).astype(np.int64) % faces)
+
+
+def keep_to_faces(faces: int, run: Integer, target_deg: Float) -> bool:
+    """Every row stands at a face; shapes (rows,)."""
+    place = target_deg * (faces / 360.0)
+    return all(_shift_to_faces(place[rows], faces)[1] for rows in _mountings(faces, run))
+
+
+def _mountings(faces: int, run: Integer) -> list[NDArray[np.bool_]]:
+    """Rows of each run; all rows where a run has too few to tell how the polygon is turned."""
+    names, sizes = np.unique(run, return_counts=True)
+    if sizes.min() < faces:
+        return [np.ones(run.size, dtype=bool)]
+    return [run == name for name in names]
+
+
+def _shift_to_faces(place: Float, faces: int) -> tuple[float, bool]:
+    """By what part of a face the stations are turned, and whether they are then at faces."""
+    shift = float(np.median(place - np.round(place)))
+    away = np.abs(place - shift - np.round(place - shift))
+    return shift, bool(np.max(away) * 360.0 / faces <= FACE_TOLERANCE_DEG)

@@ -1,0 +1,228 @@
+"""A misspelt key of any file that people write is refused or told, never passed over.
+
+Every key of a whole file is misspelt in turn. What is expected follows from the files alone: the
+sentence names the file, the key as it was written, and the key that was meant.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
+from arctrue.measurement import MeasurementError, read_measurement_set
+from arctrue.studies.scenario.errors import ScenarioError
+from arctrue.studies.scenario.reader import read_scenario
+from arctrue.workbench.model.model_file import ModelFileError, read_model
+
+MODEL = """
+schema = 1
+effect_folders = ["own"]
+reference_offset_arcsec = 0.5
+reference_temperature_c = 20.0
+[table]
+counts_per_rev = 16777216
+head_separation_deg = 33.0
+[[effect]]
+name = "vibration"
+columns = ["cosine", "sine"]
+coefficients = [1.0, 2.0]
+[effect.settings]
+[effect.search]
+frequency = 3.5
+[effect.parameters.amplitude]
+value = 1.0
+sigma = 0.1
+unit = "arcsec"
+[[history]]
+action = "add"
+effect = "vibration"
+measurement = "set"
+date = "2026-01-01"
+program = "arctrue"
+measurement_sha256 = "00"
+[history.rms_arcsec]
+[history.peak_arcsec]
+[history.heldout_rms_arcsec]
+[history.noise_arcsec]
+"""
+COEFFICIENTS = """
+schema = 2
+title = "Table 7"
+counts_per_rev = 16777216
+lanes = 2
+[temperature]
+reference_c = 20.0
+sensor_time_constant_s = 0.0
+[offset]
+counts = 0.0
+word = 0
+[[lane]]
+lane = 0
+order = 0
+amplitude_arcsec = 0.0
+phase_deg = 0.0
+phase_step = 0
+phase_offset = 0
+amplitude = 0
+slope_arcsec_per_k = [0.0, 0.0]
+slope_arcsec_per_k2 = [0.0, 0.0]
+slope = [0, 0, 0, 0]
+"""
+SCENARIO = """
+format = 1
+title = "All keys"
+about = "none left out"
+[scale]
+lines = 1024
+interpolation = 1024
+lanes = 4
+samples = 1200
+clocks_per_count = 1.1
+seed = 1
+[table]
+errors = "paper"
+separation_error_arcsec = 0.0
+noise_arcsec = 0.2
+[motion]
+speed_deg_s = 30.0
+ripple_deg = 0.0
+ripple_order = 7
+legs = [{turns = 3}, {pause_s = 600.0, run_s = 0.5}]
+[[temperature]]
+celsius = 20.0
+at_turn = 0.0
+after_s = 0.0
+[[effect]]
+cause = "shaft_wind_up"
+arcsec = 1.0
+[[fault]]
+what = "pins"
+pins = ["head2.a"]
+act = "low"
+probability = 0.5
+at_turn = 1.0
+for_turns = 0.5
+for_s = 0.0
+text = "head 2 is cut off"
+[firmware]
+recalibrate = "every_turn"
+orders = 32
+calculation_s = 0.25
+thermometer = "none"
+keep = 0
+filter_length = 3
+[record]
+orders = [1.0, 2.0]
+faces = 24
+"""
+MEASUREMENT = """
+schema = 1
+title = "Table 7"
+[table]
+counts_per_rev = 16777216
+head_separation_deg = 33.0
+index_detection_arcsec = 10.0
+grating_lines = 16384
+disc_diameter_mm = 107.95
+drive_gear_teeth = 180
+faces = 24
+index_repeatability_counts = 0.5
+[reference]
+file = "reference.csv"
+instrument = "polygon"
+faces = 24
+standard_uncertainty_arcsec = 0.15
+clock_offset_s = 0.0
+[origin]
+command = "arctrue import"
+program = "arctrue 0.1.0"
+"""
+NAMED_BY_THE_EFFECT = ("amplitude", "frequency")
+"""Not keys of the format: a fitted parameter and a search parameter; the effect knows them."""
+
+
+def _wrong(key: str) -> str:
+    return key[:2] + key[1:]
+
+
+def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
+    """Each key of the content, and a copy in which one letter of it is doubled."""
+    if isinstance(content, list):
+        for place, item in enumerate(content):
+            for key, changed in _misspelt(item):
+                yield key, [*content[:place], changed, *content[place + 1 :]]
+    if isinstance(content, dict):
+        for key, value in content.items():
+            if key not in NAMED_BY_THE_EFFECT:
+                yield (
+                    key,
+                    {(_wrong(key) if name == key else name): content[name] for name in content},
+                )
+            for inner, changed in _misspelt(value):
+                yield inner, {**content, key: changed}
+
+
+def _model(folder: Path, text: str) -> str:
+    path = folder / "model.toml"
+    path.write_text(text, encoding="utf-8")
+    try:
+        read_model(path)
+    except ModelFileError as error:
+        return str(error)
+    return ""
+
+
+def _coefficients(folder: Path, text: str) -> str:
+    path = folder / "coefficients.toml"
+    path.write_text(text, encoding="utf-8")
+    try:
+        read_coefficient_file(path)
+    except CoefficientFileError as error:
+        return str(error)
+    return ""
+
+
+def _scenario(folder: Path, text: str) -> str:
+    path = folder / "scenario.toml"
+    path.write_text(text, encoding="utf-8")
+    try:
+        read_scenario(path)
+    except ScenarioError as error:
+        return str(error)
+    return ""
+
+
+def _measurement(folder: Path, text: str) -> str:
+    (folder / "measurement.toml").write_text(text, encoding="utf-8")
+    (folder / "reference.csv").write_text("target_deg,error_arcsec\n0.0,0.0\n15.0,1.0\n")
+    try:
+        return "\n".join(read_measurement_set(folder).warnings)
+    except MeasurementError as error:
+        return str(error)
+
+
+FILES: dict[str, tuple[str, Callable[[Path, str], str]]] = {
+    "model": (MODEL, _model),
+    "coefficients": (COEFFICIENTS, _coefficients),
+    "scenario": (SCENARIO, _scenario),
+    "measurement": (MEASUREMENT, _measurement),
+}
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_misspelt_key_is_told(tmp_path: Path, kind: str) -> None:
+    text, said_of = FILES[kind]
+    assert said_of(tmp_path, text) == ""
+    keys = list(_misspelt(tomllib.loads(text)))
+    assert len(keys) > 15
+    for key, content in keys:
+        said, wrong = said_of(tmp_path, tomli_w.dumps(content)), _wrong(key)
+        assert str(tmp_path) in said, key
+        # A key that has to be there is missed first.
+        assert f"{key}: is missing" in said or (wrong in said and key in said), (key, said)
