@@ -125,7 +125,7 @@ module arctrue_core_rules #(
 
     // For the lemmas: where the access under way is.
     wire [1:0] probe_state;
-    wire probe_taken, probe_is_write, probe_read_then;
+    wire probe_taken, probe_is_write, probe_register_read;
     wire probe_register_request, probe_register_writes;
     // Units are asked in the clock after it was taken.
     reg asks = 0;
@@ -185,8 +185,8 @@ module arctrue_core_rules #(
             assert (reads == (is_out && !probe_is_write));
             assert (!is_out || 3'd0 + probe_to_registers + probe_to_coefficients + probe_to_offset
                                + probe_to_capture + probe_refused == 1);
-            assert (asked + probe_read_then == (probe_state == BUSY && !probe_taken && !asks));
-            assert (!probe_read_then || (probe_to_registers && !probe_is_write));
+            assert (asked + probe_register_read == (probe_state == BUSY && !probe_taken && !asks));
+            assert (!probe_register_read || (probe_to_registers && !probe_is_write));
             assert (probe_register_request == (asks && probe_to_registers));
             assert (probe_capture_read == (asks && probe_to_capture));
             assert (probe_coefficient_read == (asks && probe_to_coefficients && !probe_is_write));

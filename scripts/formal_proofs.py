@@ -382,7 +382,7 @@ PROOFS = (
             "probe_state": "core.processor.bus_port.state",
             "probe_taken": "core.processor.bus_port.taken",
             "probe_is_write": "core.processor.bus_port.is_write",
-            "probe_read_then": "core.processor.read_then",
+            "probe_register_read": "core.processor.register_read",
             "probe_register_request": "core.processor.register_request",
             "probe_register_writes": "core.processor.register_writes",
             "probe_address": "core.processor.bus_port.address",

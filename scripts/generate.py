@@ -14,14 +14,11 @@ from pathlib import Path
 from peakrdl_cheader.c_standards import CStandard
 from peakrdl_cheader.exporter import CHeaderExporter
 from peakrdl_html import HTMLExporter  # type: ignore[import-untyped]
-from peakrdl_regblock_vhdl import RegblockExporter  # type: ignore[import-untyped]
-from peakrdl_regblock_vhdl.cpuif.passthrough import (  # type: ignore[import-untyped]
-    PassthroughCpuif,
-)
 from systemrdl.node import AddrmapNode, RegNode
 
 from scripts.generate_python import write_if_changed, write_python
 from scripts.number_formats import NUMBER_FORMATS, read_number_formats
+from scripts.register_block import write_register_block
 from scripts.register_map import REGISTERS, compile_registers, memories_of, registers_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -97,13 +94,7 @@ def write_registers() -> None:
         made = Path(folder)
         for name in ("vhdl", "c", "html"):
             (made / name).mkdir()
-        RegblockExporter().export(
-            block,
-            str(made / "vhdl"),
-            cpuif_cls=PassthroughCpuif,  # register_access has the bus
-            reuse_hwif_typedefs=False,  # types named by their place, not by a hash
-            copy_utils_pkg=True,  # it refuses nothing: access_guard does
-        )
+        write_register_block(block, made / "vhdl")
         CHeaderExporter().export(
             top, path=str(made / "c" / "arctrue_registers.h"), std=CStandard.gnu11
         )

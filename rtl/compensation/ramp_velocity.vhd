@@ -69,38 +69,39 @@ architecture rtl of ramp_velocity is
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
-  function moment_at (
+  -- Of the clock behind this one.
+  function moment_after (
     tick : natural range 0 to 255
   ) return moment_of_tick is
   begin
 
     case tick is
 
-      when 0 =>
+      when 255 =>
         return ADD;
 
-      when 1 =>
+      when 0 =>
         return LIMIT_BOTH;
 
-      when 2 =>
+      when 1 =>
         return ADD_WAY;
 
-      when 3 =>
+      when 2 =>
         return ADD_MARGIN;
 
-      when LOOK =>
+      when LOOK - 1 =>
         return LOOK_NOW;
 
-      when MEASURE =>
+      when MEASURE - 1 =>
         return MEASURE_NOW;
 
-      when COMPARE =>
+      when COMPARE - 1 =>
         return COMPARE_NOW;
 
-      when CHOOSE =>
+      when CHOOSE - 1 =>
         return CHOOSE_NOW;
 
-      when DECIDE =>
+      when DECIDE - 1 =>
         return DECIDE_NOW;
 
       when others =>
@@ -108,7 +109,7 @@ architecture rtl of ramp_velocity is
 
     end case;
 
-  end function moment_at;
+  end function moment_after;
 
   signal velocity   : u_unsigned(VELOCITY_WIDTH - 1 downto 0) := (others => '0');
   signal is_at_once : std_ulogic                              := '1';
@@ -227,6 +228,7 @@ begin
       -- A register of its own, or Yosys makes one adder wait for the other's first look-up table.
       to_take_off := acceleration;
 
+      moment   := moment_after(to_integer(tick));
       tick     := tick + 1;
       is_stale := is_stale or marker;
 
@@ -242,6 +244,7 @@ begin
 
       if reset = '1' then
         tick     := (others => '0');
+        moment   := ADD;
         way      := (others => '0');
         is_zero  := '1';
         velocity <= (others => '0');
@@ -249,8 +252,6 @@ begin
         ends     <= '0';
         stops_at_zero <= '0';
       end if;
-
-      moment := moment_at(to_integer(tick));
     end if;
 
   end process choose_velocity;

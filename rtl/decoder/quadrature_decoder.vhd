@@ -238,6 +238,10 @@ architecture rtl of quadrature_decoder is
 
   constant BEHIND_INDEX_OF : tables := behind_index;
 
+  -- From the zero of an index to the position before the step of the clock: whether it is within a count, and upwards
+  -- (bits 1 and 0).
+  constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
+
   -- A place, a step later; where an index is told, the one that is `from_zero` (-2 to 2) counts from 0. The choices
   -- exclude each other, so that a bit takes one look-up table behind the carry chains of the two neighbours.
   function next_place (
@@ -419,6 +423,9 @@ begin
     variable from_zero       : few_counts                              := "0000";
     variable from_index      : few_counts; -- of an index told now
     variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
+    -- The angle before the step of the clock before, and from the zero of an index met there
+    variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable from_zero_then  : few_counts                              := "0000";
     -- A mark was misplaced, and no two a turn apart have agreed since.
     variable is_in_doubt     : std_ulogic                              := '0';
     variable sets_zero       : std_ulogic;
@@ -556,7 +563,7 @@ begin
         spacing := spacing + 1;
       end if;
 
-      -- The angle of the index, while it is judged; a step that was counted is in both.
+      -- The angle of the index, while it is judged; the step that it was met with is in neither.
       has_slip  := not ((off_zero ?= 0) or (off_zero ?= turn(off_zero'range)));
       slip_then := slip;
       slip      := less_a_turn(slip'range);
@@ -566,8 +573,10 @@ begin
       less_a_turn := off_zero - turn(off_zero'range);
       past_half   := (off_zero & '0') - turn(past_half'range);
       if (since_index = 0) then
-        off_zero := signed(resize(place_of_angle, off_zero'length)) - resize(from_zero, off_zero'length);
+        off_zero := signed(resize(angle_then, off_zero'length)) - resize(from_zero_then, off_zero'length);
       end if;
+      angle_then     := place_of_angle;
+      from_zero_then := BEFORE_INDEX_OF(to_integer(u_unsigned'(meets_inside & meets_up)));
 
       passed_index := meets_index;
       passed_up    := meets_up;

@@ -7,7 +7,8 @@
 -- exactly, whatever this head lost. At a false mark it counts something else. A head that stands still or lost
 -- counts itself never agrees.
 --
--- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next one.
+-- **Latency.** `agrees` comes 2 clocks after `index_strobe` and belongs to that mark until the next one. The other head's
+-- counts are those of 2 clocks before `index_strobe`.
 --
 -- **Number formats.** other_position s31.0 counts, of the other head; it may wrap. counts_per_rev u25.0 counts;
 -- tolerance u16.0 counts: `agrees` is high where the other head counted one turn, up or down, within it.
@@ -34,7 +35,7 @@ entity zero_witness is
     other_position : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the other head
     counts_per_rev : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     tolerance      : in    u_unsigned(15 downto 0);                       -- counts
-    agrees         : out   std_ulogic                                     -- 2 clocks after index_strobe
+    agrees         : out   std_ulogic := '0'                              -- 2 clocks after index_strobe
   );
 end entity zero_witness;
 
@@ -42,45 +43,43 @@ architecture rtl of zero_witness is
 
   subtype count is u_signed(POSITION_WIDTH - 1 downto 0);
 
-  -- To the last mark, from a trusted one, the other head counted a turn up, or down.
-  signal was_known    : std_ulogic := '0';
-  signal is_turn_up   : std_ulogic := '0';
-  signal is_turn_down : std_ulogic := '0';
-
 begin
-
-  agrees <= was_known and (is_turn_up or is_turn_down);
 
   watch : process (clock) is
 
     variable is_known     : std_ulogic := '0';
     variable at_trusted   : count      := (others => '0');
     variable at_mark      : count      := (others => '0');
-    -- other_position, a clock before
+    -- other_position, a clock before and two
     variable position     : count      := (others => '0');
+    variable position_then : count     := (others => '0');
     variable since        : count      := (others => '0');
     -- What lies between that and a turn up, and down
     variable off_up       : count      := (others => '0');
     variable off_down     : count      := (others => '0');
+    -- From the trusted mark it counted a turn up, or down.
+    variable is_turn_up   : std_ulogic := '0';
+    variable is_turn_down : std_ulogic := '0';
     variable strobe_then  : std_ulogic := '0';
 
   begin
 
     if rising_edge(clock) then
       if strobe_then = '1' then
-        was_known    <= is_known;
-        is_turn_up   <= is_within(off_up, tolerance);
-        is_turn_down <= is_within(off_down, tolerance);
+        agrees <= is_known and (is_turn_up or is_turn_down);
       end if;
       strobe_then := index_strobe;
 
       if index_strobe = '1' then
-        at_mark := position;
+        at_mark := position_then;
       end if;
+      is_turn_up    := is_within(off_up, tolerance);
+      is_turn_down  := is_within(off_down, tolerance);
       off_up   := since - signed(resize(counts_per_rev, POSITION_WIDTH));
       off_down := since + signed(resize(counts_per_rev, POSITION_WIDTH));
       since    := other_position - at_trusted;
-      position := other_position;
+      position_then := position;
+      position      := other_position;
 
       if trusted = '1' then
         at_trusted := at_mark;
@@ -89,7 +88,7 @@ begin
 
       if reset = '1' or rearm = '1' then
         is_known  := '0';
-        was_known <= '0';
+        agrees    <= '0';
       end if;
     end if;
 

@@ -158,32 +158,6 @@ architecture rtl of quadrature_output is
 
   constant GATE : gate_table := gate_of_place;
 
-  type period_table is array (0 to 15) of std_ulogic;
-
-  -- Whether the count with these lowest bits (1 and 0) that is nearest to a position with those (3 and 2) lies in
-  -- another period of four counts: so much further.
-  function is_period_off (periods : integer range -1 to 1) return period_table is
-
-    variable table : period_table;
-    variable ahead : integer range -2 to 1;
-
-  begin
-
-    for bits in table'range loop
-      ahead       := (bits mod 4 - bits / 4 + 6) mod 4 - 2;
-      table(bits) := '0';
-      if bits / 4 + ahead - bits mod 4 = 4 * periods then
-        table(bits) := '1';
-      end if;
-    end loop;
-
-    return table;
-
-  end function is_period_off;
-
-  constant IS_PERIOD_BEFORE : period_table := is_period_off(-1);
-  constant IS_PERIOD_BEHIND : period_table := is_period_off(1);
-
   function thermometer_of (number : u_signed(2 downto 0)) return thermometer is
 
     variable result : thermometer;
@@ -223,6 +197,9 @@ begin
     variable a_level     : std_ulogic;
     variable b_level     : std_ulogic;
     variable z_level     : std_ulogic                               := '0';
+    variable is_at_zero  : std_ulogic;
+    variable z_follows   : std_ulogic;
+    variable z_held      : std_ulogic;
     variable enabled     : std_ulogic_vector(1 downto 0)            := (others => '0');
     -- It follows, and has for two clocks.
     variable is_open     : std_ulogic                               := '0';
@@ -245,13 +222,12 @@ begin
     variable may_step    : std_ulogic                               := '1';
     variable phase       : u_unsigned(1 downto 0)                   := "00";
     variable phase_then  : u_unsigned(1 downto 0)                   := "00";
-    -- While the output does not follow: the lowest bits that belong to the held phase, the position's period of four
-    -- counts and the ones beside it, and the lowest bits of both
+    -- While the output does not follow: the lowest bits that belong to the held phase
     variable place_of_output : u_unsigned(1 downto 0)               := "00";
-    variable period      : u_signed(POSITION_WIDTH - 1 downto 2);
-    variable period_less : u_signed(POSITION_WIDTH - 1 downto 2);
-    variable period_more : u_signed(POSITION_WIDTH - 1 downto 2);
-    variable ahead       : u_unsigned(3 downto 0);
+    -- The same, from 1 less it to the position
+    variable less_place  : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable started     : u_signed(POSITION_WIDTH - 1 downto 0);
+    variable stepped     : u_signed(POSITION_WIDTH - 1 downto 0);
     -- From the position to the angle; the same for each turn; from the zero of each turn to the output
     variable angle_ahead  : u_signed(POSITION_WIDTH - 1 downto 0)    := (others => '0');
     variable angles_ahead  : of_turns                                 := (others => (others => '0'));
@@ -286,22 +262,22 @@ begin
         b <= a_level xor invert_b;
       end if;
 
-      if enabled /= "00" then
-        z_level := '0';
-        for turns in behind_zero'range loop
-          beyond := behind_zero(turns)(beyond'range);
-          near   := behind_zero(turns)(near'range);
-          gated  := is_state_high and GATE(to_integer(u_unsigned(near) & behind_state));
-          if (and beyond) = '1' or (or beyond) = '0' then
-            z_level := z_level or (referenced_then(2) and (gated or (not z_gated and is_high_ungated(near, z_width))));
-          end if;
-        end loop;
-      end if;
+      is_at_zero := '0';
+      for turns in behind_zero'range loop
+        beyond := behind_zero(turns)(beyond'range);
+        near   := behind_zero(turns)(near'range);
+        gated  := is_state_high and GATE(to_integer(u_unsigned(near) & behind_state));
+        if (and beyond) = '1' or (or beyond) = '0' then
+          is_at_zero := is_at_zero
+                        or (referenced_then(2) and (gated or (not z_gated and is_high_ungated(near, z_width))));
+        end if;
+      end loop;
 
-      if reset = '1' then
-        z_level := '0';
-      end if;
-      z <= z_level xor invert_z;
+      -- What is held has its own look-up table: one more joins the four turns with it.
+      z_follows := (or enabled) and not reset;
+      z_held    := z_level and not z_follows and not reset;
+      z_level   := z_held or (z_follows and is_at_zero);
+      z         <= (z_held xor invert_z) xor (z_follows and is_at_zero);
 
       following_error <= (others => '0');
       if clear = '1' then
@@ -379,22 +355,15 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
-      period      := corrected_position(period'range);
-      period_less := period - 1;
-      period_more := period + 1;
-      ahead       := u_unsigned(corrected_position(1 downto 0)) & place_of_output;
+      -- While it does not follow: the count nearest to the position which has the phase, from 2 before it to 1 behind
+      -- it. It is the last one up to position + 1: place + 4 * floor((position + 1 - place) / 4). 1 - place is -2 to 1.
+      less_place := (0 => not place_of_output(0), others => place_of_output(1));
+      started    := corrected_position + less_place;
+      stepped    := add_with_carry(output, (output'range => down(0)), up(0));
+      output     := stepped;
       if following = '0' then
-        -- The count nearest to the position which has the phase: from 2 before it to 1 behind it.
+        output             := started;
         output(1 downto 0) := u_signed(place_of_output);
-        if IS_PERIOD_BEFORE(to_integer(ahead)) = '1' then
-          output(period'range) := period_less;
-        elsif IS_PERIOD_BEHIND(to_integer(ahead)) = '1' then
-          output(period'range) := period_more;
-        else
-          output(period'range) := period;
-        end if;
-      else
-        output := add_with_carry(output, (output'range => down(0)), up(0));
       end if;
       if following = '1' then
         phase := phase + u_unsigned'(down(0), up(0) or down(0));

@@ -6,8 +6,8 @@
 -- register block that is generated from the map, and the way past it to what other units answer. One
 -- access is under way at a time, and each of its steps has a clock of its own.
 --
--- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to a register's answer: the word that is chosen
--- has a register of its own. Another
+-- **Latency.** 4 clocks from `arvalid`, 3 from `awvalid` and `wvalid`, to a register's answer: which word is asked for is
+-- decoded in the clock in which the access is judged, and the word that is read has a register in the block. Another
 -- unit is asked 2 clocks after `arvalid`, or `awvalid` and `wvalid`; its answer is there a clock later.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
@@ -90,10 +90,27 @@ architecture rtl of register_access is
   signal register_read    : std_ulogic;
   signal register_data    : std_ulogic_vector(31 downto 0);
   signal register_writes  : std_ulogic;
-  signal register_address : std_ulogic_vector(REGISTERS_ADDRESS_WIDTH - 1 downto 0);
-  signal read_then        : std_ulogic := '0';
-  signal data_then        : std_ulogic_vector(31 downto 0);
+  signal word_asked       : std_ulogic_vector(0 to 2 ** (REGISTERS_ADDRESS_WIDTH - 2) - 1);
   signal register_written : std_ulogic;
+
+  -- A bit for each place, of which the one at `place` is high.
+  function decoded (place : std_ulogic_vector) return std_ulogic_vector is
+
+    alias    digits : std_ulogic_vector(place'length - 1 downto 0) is place;
+    variable result : std_ulogic_vector(0 to 2 ** place'length - 1);
+
+  begin
+
+    result := (0 => '1', others => '0');
+
+    for digit in 0 to digits'high loop
+      result(2 ** digit to 2 * 2 ** digit - 1) := result(0 to 2 ** digit - 1) and digits(digit);
+      result(0 to 2 ** digit - 1)              := result(0 to 2 ** digit - 1) and not digits(digit);
+    end loop;
+
+    return result;
+
+  end function decoded;
 
 begin
 
@@ -161,14 +178,16 @@ begin
 
   end generate byte_enables;
 
-  -- Without anything external the block never stalls, and answers in the clock of the request.
+  -- Without anything external the block never stalls, and answers a write in the clock of the request, a read in the
+  -- next.
   registers : entity work.arctrue_registers
     port map (
       clk                  => clock,
       rst                  => reset,
+      s_cpuif_word         => word_asked,
       s_cpuif_req          => register_request,
       s_cpuif_req_is_wr    => register_writes,
-      s_cpuif_addr         => register_address,
+      s_cpuif_addr         => access_address(REGISTERS_ADDRESS_WIDTH - 1 downto 0),
       s_cpuif_wr_data      => access_data,
       s_cpuif_wr_biten     => write_enables,
       s_cpuif_req_stall_wr => open,
@@ -182,21 +201,19 @@ begin
       hwif_out             => hwif_out
     );
 
-  -- Address and kind have registers of their own for the block, which has them decoded for some 500 bits.
+  -- Word and kind have registers of their own for the block, where they go to some 500 bits.
   hold_for_registers : process (clock) is
   begin
 
     if rising_edge(clock) then
-      register_address <= access_address(register_address'range);
       register_writes  <= is_write;
-      data_then        <= register_data;
-      read_then        <= register_read and not reset;
+      word_asked       <= decoded(access_address(REGISTERS_ADDRESS_WIDTH - 1 downto 2));
     end if;
 
   end process hold_for_registers;
 
-  answered <= read_then or register_written or coefficient_done or capture_done;
-  data     <= (data_then and to_registers)
+  answered <= register_read or register_written or coefficient_done or capture_done;
+  data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
               or (capture_data and to_capture);

@@ -98,21 +98,29 @@ begin
 
   equal_time : process (clock) is
 
-    variable elapsed : u_unsigned(31 downto 0) := to_unsigned(1, 32); -- clocks, this one included
+    -- Clocks of the interval, this one included. In the first one is_first says so in its place: a bit to set in
+    -- place of 32.
+    variable elapsed  : u_unsigned(31 downto 0) := to_unsigned(1, 32);
+    variable is_first : std_ulogic              := '1';
+    variable ends     : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
-      if elapsed >= sample_period then
-        time_trigger <= '1';
-        elapsed      := to_unsigned(1, 32);
-      else
-        time_trigger <= '0';
-        elapsed      := elapsed + 1;
+      ends := elapsed ?>= sample_period;
+      if is_first = '1' then
+        ends := not (or sample_period(31 downto 1));
       end if;
+      if is_first = '1' then
+        elapsed := to_unsigned(1, 32);
+      end if;
+      elapsed := elapsed + 1;
+
+      time_trigger <= ends;
+      is_first     := ends;
       if reset = '1' or enable = '0' or mode /= 0 then
         time_trigger <= '0';
-        elapsed      := to_unsigned(1, 32);
+        is_first     := '1';
       end if;
     end if;
 
@@ -120,7 +128,9 @@ begin
 
   equal_angle : process (clock) is
 
+    -- is_idle stands beside the state, since the bits of `moved` wait for it.
     variable state       : grid_state := IDLE;
+    variable is_idle     : std_ulogic := '1';
     variable step        : count      := (others => '0');
     variable changes     : std_ulogic;
     variable last        : count      := (others => '0'); -- step - 1
@@ -180,6 +190,12 @@ begin
                    or (last and (moved'range => wraps_down));
       end if;
 
+      if is_idle = '1' then
+        moved   := (others => '0');
+        is_zero := '1';
+        is_last := angle_step ?= 1;
+      end if;
+
       case state is
 
         when IDLE =>
@@ -188,9 +204,6 @@ begin
           bits_left := POSITION_WIDTH - 2;
           step      := angle_step;
           last      := angle_step - 1;
-          moved     := (others => '0');
-          is_zero   := '1';
-          is_last   := angle_step ?= 1;
           is_single := angle_step ?= 1;
           before_last := angle_step - 2;
           -- The sign bit weighs -2**31: the remainder of -1 starts the long division.
@@ -199,7 +212,8 @@ begin
             remainder := last;
           end if;
           if angle_step /= 0 then
-            state := DIVIDE;
+            state   := DIVIDE;
+            is_idle := '0';
           end if;
 
         when DIVIDE =>
@@ -243,19 +257,20 @@ begin
           elsif arrives = '1' and (fresh = '1' or on_multiple = '1' or left_up = up) then
             angle_trigger <= '1';
           end if;
-          if (up or down) = '1' then
-            if on_multiple = '1' then
-              left_up := up;
-            end if;
-            on_multiple := arrives;
+          if (up or down) = '1' and on_multiple = '1' then
+            left_up := up;
           end if;
           fresh := fresh and not arrives;
           state := TRACK;
 
       end case;
 
+      -- In every state, since START says where it begins: a choice less.
+      on_multiple := arrives or (on_multiple and not (up or down));
+
       if reset = '1' or enable = '0' or mode /= 1 or changes = '1' then
         state         := IDLE;
+        is_idle       := '1';
         angle_trigger <= '0';
       end if;
     end if;

@@ -24,7 +24,7 @@ async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start
     at_mark = start + np.cumsum(away)
     # Between the marks it may be anywhere: only what it is at a mark is looked at.
     position = random.integers(-(2**31), 2**31, CLOCKS)
-    position[marks] = at_mark
+    position[marks - 1] = at_mark
     trusted = random.random(marks.size) < 0.7
     trusted[0] = True
     forgets = random.random(marks.size) < 0.05
@@ -40,7 +40,7 @@ async def agrees_where_the_other_head_counted_a_turn(dut, turn, tolerance, start
     of_mark = {int(clock): place for place, clock in enumerate(marks)}
     for clock in range(CLOCKS):
         dut.other_position.value = int(position[clock] + 2**31) % 2**32 - 2**31
-        # The strobe tells the mark of the clock before it.
+        # The counts that belong to a mark are those of 2 clocks before its strobe.
         dut.index_strobe.value = int(clock - 1 in of_mark)
         place = of_mark.get(clock - 4, -1)
         dut.trusted.value = int(place >= 0 and trusted[place])

@@ -96,7 +96,8 @@ def score(
     """Compare the answers with truth and oracle.
 
     Several folders are shards of one run. --answers: a JSON object by set, as `benchmark sets`
-    names them.
+    names them. An answer is an object with `verdict` and, where it has them, `named`, `class`,
+    `parts`, `beside`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
     """
     found = score_folders(folders, subject, answers)
     write_json(json_file, found)

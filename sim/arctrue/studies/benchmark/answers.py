@@ -11,6 +11,7 @@ from typing import Any, Literal
 from msgspec import Struct
 
 from arctrue.measurement import write_measurement_set
+from arctrue.printable import one_line
 from arctrue.progress import Say
 from arctrue.studies.benchmark.digests import folder_digest, set_name
 from arctrue.studies.benchmark.frozen import differing, is_public
@@ -22,14 +23,22 @@ from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import Result, read_results
 from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
-from arctrue.typed_content import ContentError, read_json, typed
+from arctrue.typed_content import ContentError, NotNegative, read_json, typed, unknown_keys
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
 """What an answer may say; ``error`` where there is none."""
 
 
-class _Verdict(Struct):
+class _Answer(Struct, rename={"effects": "class"}):
+    """What is scored; an answer may have further keys."""
+
     verdict: Verdict
+    named: str | None = None
+    effects: list[str] | None = None
+    parts: list[str] | None = None
+    beside: list[str] | None = None
+    probability: dict[str, NotNegative] | None = None
+    held_out_arcsec: dict[str, NotNegative] | None = None
 
 
 class AnswersError(ValueError):
@@ -163,7 +172,12 @@ def _answered(sets: Sequence[Judged], path: Path) -> list[Judged]:
         raise AnswersError(f"{path}: {len(missing)} sets have no answer, the first is {missing[0]}")
     for name, answer in given.items():
         try:
-            typed(answer, _Verdict, name)
+            typed(answer, _Answer, name)
         except ContentError as error:
             raise AnswersError(f"{path}: {error}") from None
+        for key, near in unknown_keys(answer, _Answer).items():
+            if near and near[0] not in answer:
+                raise AnswersError(
+                    f"{path}: {name}.{one_line(key)}: is not known; did you mean {near[0]}?"
+                )
     return [Judged(item.task, item.truth, given[name]) for name, item in names.items()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from arctrue.percent import probability_percent
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import without_unspecific
@@ -21,7 +22,8 @@ from arctrue.workbench.diagnose.decision import (
 )
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.heldout import HeldOut
-from arctrue.workbench.diagnose.posterior import posterior
+from arctrue.workbench.diagnose.posterior import allowed_for, posterior, verdict_of
+from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.survey import Survey, survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.every_row import on_every_row
@@ -122,7 +124,7 @@ def diagnose(
 
     def with_first(first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
-        left = Residuals(_settled(first.solution))
+        left = Residuals(first.at_maximum)
         return survey(
             left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
         )
@@ -144,7 +146,7 @@ def diagnose(
     result.covers = coverage(residuals, result.candidates, result.untestable, tried.absent)
     if result.verdict == "adequate":
         _unless_blind(result, residuals, matters, tried.absent)
-    result.probability = _probability(result)
+    _agree(result)
     progress("fitting every row")
     _sharpen(result)
     return result
@@ -163,19 +165,6 @@ def _deepest(found: Decision, base: Solution) -> Solution:
         base = base if first is None else first.solution
         further = further.beside
     return base
-
-
-def _settled(solution: Solution) -> Solution:
-    """The solution without what only the way of its search leaves, which others would take.
-
-    A line beside its place leaves a rest. So does a delay whose columns are those of the model
-    without it: orders that it bent turn with it.
-    """
-    if any(term.effect.depends_on_model for term in solution.terms):
-        terms, observations = solution.terms, solution.observations
-        bent = fit(terms, observations, solution.context, noise=solution.noise)
-        solution = fit(terms, observations, bent.context)
-    return refined(solution)
 
 
 def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnosis:
@@ -260,7 +249,6 @@ def _probability_of_nothing() -> dict[str, float]:
         product=None,
         excluded=frozenset(),
         lack_of_fit_p=1.0,
-        rows=1,
         near_tie=NEAR_TIE,
         advantage=PARTS_ADVANTAGE,
     )
@@ -279,10 +267,31 @@ def _probability(result: Diagnosis) -> dict[str, float]:
         product=product,
         excluded=result.excluded,
         lack_of_fit_p=min(result.lack_of_fit.values(), default=1.0),
-        rows=result.observations.rows,
         near_tie=NEAR_TIE,
         advantage=PARTS_ADVANTAGE,
     )
+
+
+def _agree(result: Diagnosis) -> None:
+    """The probabilities, and the verdict that they ask for where the rules leave it open."""
+    found = _probability(result)
+    offered = allowed_for(found, result.verdict, result.candidates)
+    verdict = verdict_of(result.verdict, result.effect_class, offered)
+    if verdict == "unknown" != result.verdict:
+        if result.described is None:
+            # What fits best of what was refused, or else the first of the class.
+            refused = [item for item in result.candidates if item.name in result.excluded]
+            likely = refused or result.candidates[:1]
+            result.resembles = max(likely, key=lambda item: item.delta_bic)
+            share = probability_percent(offered[UNKNOWN])
+            result.unlike = f"what is in no catalogue is more probable than any effect, {share}"
+        result.effect_class, result.class_correlation, result.look_alikes = [], {}, {}
+        result.unconfirmed = None
+    elif verdict == "ambiguous" != result.verdict:
+        result.unconfirmed = "others of the class, or something unknown, are nearly as probable"
+    if verdict != result.verdict:
+        result.verdict, result.named, result.beside = verdict, None, []
+    result.probability = allowed_for(found, verdict, result.candidates)
 
 
 def _noise_is_unknown(base: Solution) -> bool:

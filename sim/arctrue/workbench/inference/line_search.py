@@ -57,10 +57,10 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     step = next(width for _, place, width in best if place == found[0].nonlinear)
     name = "frequency" if found[0].nonlinear["in_time"] else "order"
     refined = moved_to_maximum(effect, residuals, found, name, step)
-    parameter = next(item for item in effect.search if item.name == name)
+    low, high = effect.search_range(name)
     # A step is 1/(2·span): a line moved below its fewest periods would be a slow curve.
-    lowest = max(parameter.low, 2.0 * LEAST_PERIODS * step)
-    inside = lowest <= refined[0].nonlinear[name] <= parameter.high
+    lowest = max(low, 2.0 * LEAST_PERIODS * step)
+    inside = lowest <= refined[0].nonlinear[name] <= high
     return refined if inside else found
 
 

@@ -64,8 +64,13 @@ class Place:
 def scored(
     effect: Effect, residuals: Residuals, places: Iterable[dict[str, float]], trials: float
 ) -> list[Place]:
-    """The exact gain of each place, best first."""
-    tried = list(places)
+    """The exact gain of each place within the declared ranges, best first."""
+    ranges = {item.name: effect.search_range(item.name) for item in effect.search}
+    tried = [
+        place
+        for place in places
+        if all(ranges[name][0] <= value <= ranges[name][1] for name, value in place.items())
+    ]
     scores = residuals.scores([(effect, place) for place in tried])
     found = [
         Place(place, _gain_of_its_own(effect, score), max(trials, 1.0))
@@ -315,10 +320,10 @@ def moved_to_maximum(
     if not found:
         return found
     first = found[0]
-    positive = next(item for item in effect.search if item.name == name).low > 0.0
+    low, high = effect.search_range(name)
 
     def allowed(place: float) -> bool:
-        return place > 0.0 or not positive
+        return low <= place <= high
 
     def gain(place: float) -> float:
         if not allowed(place):
@@ -494,7 +499,8 @@ def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     """Every point of the grid over the declared ranges; for effects of no other kind."""
     axes = []
     for parameter in effect.search:
-        points = np.linspace(parameter.low, parameter.high, parameter.steps)
+        low, high = effect.search_range(parameter.name)
+        points = np.linspace(low, high, parameter.steps)
         axes.append(np.unique(np.round(points)) if parameter.integer else points)
     names = [parameter.name for parameter in effect.search]
     if not names:
@@ -503,7 +509,8 @@ def grid_scan(effect: Effect, residuals: Residuals) -> list[Place]:
     found = scored(effect, residuals, places, float(len(places)))
     for parameter in effect.search:
         if not parameter.integer:
-            step = (parameter.high - parameter.low) / max(parameter.steps - 1, 1)
+            low, high = effect.search_range(parameter.name)
+            step = (high - low) / max(parameter.steps - 1, 1)
             found = moved_to_maximum(effect, residuals, found, parameter.name, step)
     return found
 

@@ -218,8 +218,7 @@ def refined(solution: Solution) -> Solution:
 def _moved(term: Term, step: Float) -> Term:
     nonlinear = dict(term.nonlinear)
     for name, change in zip(refined_names(term.effect), step, strict=True):
-        parameter = next(item for item in term.effect.search if item.name == name)
-        nonlinear[name] = float(np.clip(nonlinear[name] + change, parameter.low, parameter.high))
+        nonlinear[name] = float(np.clip(nonlinear[name] + change, *term.effect.search_range(name)))
     return replace(term, nonlinear=nonlinear)
 
 

@@ -418,6 +418,8 @@ def scored_rate(found: dict[str, Any]) -> int:
         (lambda answers: answers.update(x={"verdict": "named"}), "no set is called 'x'"),
         (lambda answers: answers[min(answers)].update(verdict=1), "expected one of"),
         (lambda answers: answers.update({min(answers): 3}), "expected an object, found 3"),
+        (lambda answers: answers[min(answers)].update(name="x"), "name: is not known; .* named"),
+        (lambda answers: answers[min(answers)].update(probability=3), "probability: expected"),
     ],
 )
 def test_answers_that_cannot_be_scored_are_refused(tmp_path: Path, change: Any, match: str) -> None:

@@ -1,0 +1,88 @@
+"""Generates the register block with a port that says which word is accessed, a bit for each word.
+
+The generator's own block decodes the address in the clock of the access, and chooses the word that
+is read behind that decoder. Here the bits ``s_cpuif_word`` come decoded, and the word that is read
+has a register: only an OR of words lies between two registers. register_access.vhd makes these bits
+while it judges the access, so a read takes no clock more. All else stays the generator's.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import jinja2
+from peakrdl_regblock_vhdl import RegblockExporter  # type: ignore[import-untyped]
+from peakrdl_regblock_vhdl.cpuif.passthrough import (  # type: ignore[import-untyped]
+    PassthroughCpuif,
+)
+from peakrdl_regblock_vhdl.readback.readback_mux_generator import (  # type: ignore[import-untyped]
+    ReadbackMuxGenerator,
+)
+from systemrdl.node import AddrmapNode
+
+TEMPLATES = Path(__file__).with_name("register_block_templates")
+COMPARISON = re.compile(r"\(cpuif_addr = ([^()]+)\)")
+
+
+class _Words(ReadbackMuxGenerator):  # type: ignore[misc]
+    """Assigns each word that can be read to its place in an array, without a choice."""
+
+    def get_addr_compare_conditional(self, addr: str) -> str:
+        """What the generator would compare with the address: every word is always there."""
+        return "true"
+
+    def get_readback_data_var(self, addr: str) -> str:
+        """The place of the word at ``addr``, bytes."""
+        return f"words(({addr}) / {self.exp.cpuif.data_width_bytes})"
+
+
+class _DecodedPort(PassthroughCpuif):  # type: ignore[misc]
+    """The generator's port without a bus, and a bit for each word that says which is accessed."""
+
+    @property
+    def word_count(self) -> int:
+        """Words in the block's range of addresses."""
+        return int(2**self.addr_width // self.data_width_bytes)
+
+    @property
+    def words(self) -> str:
+        """VHDL that assigns every word that can be read."""
+        return str(_Words(self.exp).get_content(self.exp.ds.top_node))
+
+    @property
+    def port_declaration(self) -> str:
+        """The ports: those of the generator and ``s_cpuif_word``, of the clock of the request."""
+        chosen = f"s_cpuif_word : in std_logic_vector(0 to {self.word_count - 1});"
+        return f"{chosen}\n{super().port_declaration}"
+
+
+def decoded_before(text: str) -> str:
+    """The block's VHDL with a bit of ``s_cpuif_word`` in place of each comparison of the address.
+
+    The generator has no hook for this one. Raises ValueError when its text has changed.
+    """
+    text, replaced = COMPARISON.subn(r"s_cpuif_word((\1) / 4)", text)
+    if not replaced or "cpuif_addr =" in text:
+        raise ValueError(
+            "scripts/register_block.py does not know how this peakrdl-regblock-vhdl compares the "
+            "address: expected '(cpuif_addr = 16#..#)' in the block; adapt COMPARISON to it"
+        )
+    return text
+
+
+def write_register_block(block: AddrmapNode, folder: Path) -> None:
+    """Write the register block ``block`` and its package into ``folder``."""
+    exporter = RegblockExporter()
+    exporter.jj_env.loader = jinja2.ChoiceLoader(
+        [jinja2.FileSystemLoader(TEMPLATES), exporter.jj_env.loader]
+    )
+    exporter.export(
+        block,
+        str(folder),
+        cpuif_cls=_DecodedPort,  # register_access has the bus
+        reuse_hwif_typedefs=False,  # types named by their place, not by a hash
+        copy_utils_pkg=True,  # it refuses nothing: access_guard does
+    )
+    made = folder / f"{block.inst_name}.vhd"
+    made.write_text(decoded_before(made.read_text(encoding="utf-8")), encoding="utf-8")
