@@ -251,7 +251,7 @@ def _tell_masked(observations: Observations) -> None:
     for row in masked[:SHOWN_MASKED]:
         note(f"  {row}")
     if len(masked) > SHOWN_MASKED:
-        note(f"  and {len(masked) - SHOWN_MASKED} more; --json lists all")
+        note(f"  and {len(masked) - SHOWN_MASKED} more; compare --json lists all")
 
 
 def _doubts(measurement: MeasurementSet) -> list[str]:

@@ -28,6 +28,14 @@ from arctrue.workbench.inference.identifiability import Identifiability, identif
 from arctrue.workbench.model.growth import as_stored, fitted
 
 SHOWN_PAIRS = 3
+CHANNELS = ("capture", "reference")
+TESTS = {
+    "autocorrelation_p": "auto-\ncorrelation p",
+    "successive_differences_p": "von\nNeumann p",
+    "normality_p": "normality\np",
+}
+WHITE_P = SIGNIFICANCE / (len(TESTS) * len(CHANNELS))
+"""Of one test, so that one set in a hundred is called wrong by chance."""
 
 
 @click.command("compare", short_help="Say where a model fails on a set.")
@@ -57,6 +65,7 @@ def compare(
         absent = absent_effects(bench.effects, bench.model.names())
         told = identifiability(solution, absent)
     _print(result, bench.model.names(), fitted_here=not no_fit)
+    _print_noise(result.noise)
     _print_identifiability(told)
     write_json(
         json_file,
@@ -69,6 +78,8 @@ def compare(
                 for name, item in result.channels.items()
             },
             "findings": [asdict(item) for item in result.findings],
+            "noise": result.noise,
+            "masked": [row.data() for row in bench.observations.masked],
             "maps": [_map_data(item) for item in result.maps],
             "identifiability": _identifiability_data(told),
         },
@@ -121,6 +132,30 @@ def _print(result: Comparison, names: list[str], *, fitted_here: bool) -> None:
         console.print("Where? The excess is what is left beyond the noise of the repeats.")
     for finding in result.findings:
         console.print(f"{'  ·' if finding.shadow_of else '•'} {finding.text}")
+
+
+def _print_noise(noise: dict[str, Any]) -> None:
+    """What the fitted noise leaves has to be white and normal, or σ and p do not hold."""
+    tested = {name: item["tests"] for name, item in noise.items() if name in CHANNELS}
+    tested = {name: tests for name, tests in tested.items() if tests is not None}
+    if not tested:
+        return
+    shown = table(
+        "Is the whitened residual white and normal?",
+        words("channel"),
+        *map(number, ("white ″", "coloured ″", *TESTS.values())),
+    )
+    for name, tests in tested.items():
+        parts = (figure(noise[name][key], 4) for key in ("white_arcsec", "coloured_arcsec"))
+        shown.add_row(name, *parts, *(probability(tests[key]) for key in TESTS))
+    console.print(shown)
+    failed = [name for name, tests in tested.items() if min(tests.values()) < WHITE_P]
+    if failed:
+        console.print(
+            f"Not so in the {' and the '.join(failed)}: an effect is missing in the model, "
+            "or σ and p are too small.",
+            soft_wrap=True,
+        )
 
 
 def _print_identifiability(told: Identifiability) -> None:

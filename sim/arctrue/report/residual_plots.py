@@ -15,6 +15,7 @@ from arctrue.percent import percent
 from arctrue.report.charts.branches import branches
 from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.report.charts.spectrum import all_spectra
+from arctrue.report.charts.whitened import whitened
 from arctrue.report.png import CHANNEL_COLOUR, QUIET, plain_axes, png_figure, save_png
 from arctrue.workbench.compare.comparison import Comparison
 from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
@@ -33,12 +34,13 @@ SYMBOLS = {"deg": "°", "deg/s": "°/s"}
 
 
 def plot_comparison(solution: Solution, comparison: Comparison, folder: Path) -> list[Path]:
-    """Branches by run and direction against the angle, all maps, and lines; returns PNG files."""
+    """Branches by run and direction against the angle, all maps, lines, whitened; PNG files."""
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     return [
         save_chart(branches(Residuals(solution), noise_arcsec), folder / "residual_branches.png"),
         _plot_maps(comparison.maps, comparison.findings, folder),
         save_chart(all_spectra(Residuals(solution)), folder / "residual_lines.png"),
+        save_chart(whitened(Residuals(solution)), folder / "residual_whitened.png"),
     ]
 
 

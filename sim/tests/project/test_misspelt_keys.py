@@ -53,7 +53,7 @@ measurement_sha256 = "00"
 """
 COEFFICIENTS = """
 schema = 2
-title = "Table 7"
+title = "A rotary table"
 counts_per_rev = 16777216
 lanes = 2
 [temperature]
@@ -123,7 +123,7 @@ faces = 24
 """
 MEASUREMENT = """
 schema = 1
-title = "Table 7"
+title = "A rotary table"
 [table]
 counts_per_rev = 16777216
 head_separation_deg = 33.0

@@ -52,10 +52,14 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     compared = _run("compare", warm_set, "--out", pictures, "--json", tmp_path / "c.json")
     assert compared.exit_code == 0, compared.output
     assert "temperature × order 1" in compared.output
+    # What is missing is no noise: neighbours are alike. The white reference passes.
+    assert "Not so in the capture: an effect is missing" in compared.output
+    assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
         "residual_branches.png",
         "residual_maps.png",
         "residual_lines.png",
+        "residual_whitened.png",
     }
 
     diagnosed = _run("diagnose", warm_set, "--json", tmp_path / "d.json")
@@ -163,6 +167,18 @@ def test_effects_are_listed_and_shown(tmp_path: Path) -> None:
     shown = _run("effects", "show", "hysteresis", "--json", tmp_path / "h.json")
     assert shown.exit_code == 0
     assert _json(tmp_path / "h.json")["parameters"] == {"reversal_error": "arcsec"}
+
+
+def test_a_wrong_row_is_left_out_unless_every_row_is_asked_for(tmp_path: Path) -> None:
+    made = measurement_set(runs=1, turns=2, reference=False)
+    assert made.capture is not None
+    made.capture.head2_counts[700] += 4000
+    write_measurement_set(tmp_path / "set", made)
+    for options, masked in ((), 1), (("--keep-outliers",), 0):
+        done = _run("compare", tmp_path / "set", "--json", tmp_path / "c.json", *options)
+        assert done.exit_code == 0, done.output
+        assert ("rows are not used" in done.output) == bool(masked)
+        assert len(_json(tmp_path / "c.json")["masked"]) == masked
 
 
 def _bad_commands(good: Path, folder: Path) -> dict[str, tuple[object, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noi
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.whiteness import noise_data
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class Comparison:
     channels: dict[str, ChannelComparison]
     maps: list[ResidualMap]
     findings: list[Finding]
+    noise: dict[str, Any]
+    """By channel: white and coloured part, and the tests of the whitened residuals."""
 
 
 def compare(solution: Solution, seed: int) -> Comparison:
@@ -66,4 +70,6 @@ def compare(solution: Solution, seed: int) -> Comparison:
         name: ExcessOf(item.rows, item.rms_arcsec, item.excess_arcsec)
         for name, item in channels.items()
     }
-    return Comparison(channels, maps, ranked_findings(residuals, maps, excess))
+    whitened = (residuals.capture_whitened, residuals.reference_whitened)
+    findings = ranked_findings(residuals, maps, excess)
+    return Comparison(channels, maps, findings, noise_data(solution.noise, whitened))

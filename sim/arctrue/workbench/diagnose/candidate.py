@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from arctrue.workbench.diagnose.evidence import Evidence
 from arctrue.workbench.diagnose.heldout import HeldOut, Improvement
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.inference.normal_equations import Term
-from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.search_parameters import refined
+from arctrue.workbench.inference.solution import Solution, fit
 
 ACTING_SHARE = 0.05
 """An effect acts on the rows where it moves the prediction by this share of its largest move."""
@@ -32,6 +34,8 @@ class Candidate:
     size_arcsec: dict[str, float]
     """RMS by which it moves the prediction where it acts, by channel."""
     p_corrected: float
+    rows: int
+    """Rows of the channels that it moves: what its size is known from."""
     lacking_variety: list[str] = field(default_factory=list)
     level_trials: float | None = None
     """Places that its p pays for, where the level is not shared out evenly among them."""
@@ -53,6 +57,21 @@ class Candidate:
     def freedom(self) -> float:
         """Degrees of freedom with which the noise of its size is known."""
         return float("inf") if self.evidence is None else self.evidence.freedom
+
+    @cached_property
+    def at_maximum(self) -> Solution:
+        """Its solution with the search parameters between the places that were tried.
+
+        For what is asked of a candidate once it is judged; its solution stays where it is. A line
+        beside its place leaves a rest that others would take. So does a delay whose columns are
+        those of the model without it: the orders that it bent are fitted again with it.
+        """
+        solution = self.solution
+        if any(term.effect.depends_on_model for term in solution.terms):
+            terms, observations = solution.terms, solution.observations
+            bent = fit(terms, observations, solution.context, noise=solution.noise)
+            solution = fit(terms, observations, bent.context)
+        return refined(solution)
 
     @property
     def term(self) -> Term:

@@ -240,7 +240,9 @@ def shown_at_one_speed(case: Case) -> Decision | None:
     """The only effect that is seen would show at all speeds, and shows at one."""
     if case.best is not None or not case.seen:
         return None
-    first = without_unspecific(case.seen)[0]
+    first, refused = without_unspecific(case.seen)[0], case.refused
+    if refused is not None and refused.delta_bic > first.delta_bic + PARTS_ADVANTAGE:
+        return None
     return Decision(
         "ambiguous",
         first=first,
@@ -295,7 +297,14 @@ def contradicts_itself(case: Case) -> Decision | None:
         best.nonlinear,
         solution.observations,
     )
-    return None if why is None else _only_resembles(case, why)
+    if why is None and best.effect.search:
+        found = best.at_maximum.parameters()[-1]
+        why = best.effect.search_contradiction(found, solution.observations)
+    if why is None:
+        return None
+    # The product that explains what the best does says what it is without saying why.
+    product = case.product if case.product is not None and stands_in(best, case.product) else None
+    return _only_resembles(case, why, described=product)
 
 
 def leaves_its_own_kind(case: Case) -> Decision | None:
@@ -405,11 +414,14 @@ def decide(case: Case) -> Decision:
     return next(found for rule in RULES if (found := rule(case)) is not None)
 
 
-def _only_resembles(case: Case, why: str, left: Decision | None = None) -> Decision:
+def _only_resembles(
+    case: Case, why: str, left: Decision | None = None, described: Candidate | None = None
+) -> Decision:
     deepest = left
     while deepest is not None and deepest.verdict != "unknown":
         deepest = deepest.beside
-    described = None if deepest is None else deepest.described
+    if deepest is not None:
+        described = deepest.described
     return Decision(
         "unknown",
         described=described,

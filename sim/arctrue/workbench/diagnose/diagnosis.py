@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from arctrue.percent import probability_percent
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import without_unspecific
@@ -21,7 +22,8 @@ from arctrue.workbench.diagnose.decision import (
 )
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.heldout import HeldOut
-from arctrue.workbench.diagnose.posterior import posterior
+from arctrue.workbench.diagnose.posterior import allowed_for, posterior, verdict_of
+from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.survey import Survey, survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.every_row import on_every_row
@@ -30,6 +32,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution, fit
 from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 MATTERS_COUNTS = 0.5
 """An effect that moves the prediction by less than this many counts RMS is negligible."""
@@ -121,33 +124,47 @@ def diagnose(
 
     def with_first(first: Candidate) -> Survey:
         progress(f"once more beside {first.name}")
-        left = Residuals(_settled(first.solution))
+        left = Residuals(first.at_maximum)
         return survey(
             left, effects, matters, lambda text: None, negligible=False, looks=DEEPEST - 1
         )
 
     found = decide(Case(tried, effects, with_first))
+    if found.verdict not in ("adequate", "cannot_tell"):
+        left_arcsec = _deepest(found, base).capture_residual_arcsec()
+        without = without_wrong_rows(observations, left_arcsec)
+        if without is not None:
+            progress("once more without single wrong rows")
+            return diagnose(
+                replace(without, may_mask=False),
+                terms,
+                effects,
+                matters_counts=matters_counts,
+                progress=progress,
+            )
     result = _told(observations, tried, found)
     result.covers = coverage(residuals, result.candidates, result.untestable, tried.absent)
     if result.verdict == "adequate":
         _unless_blind(result, residuals, matters, tried.absent)
-    result.probability = _probability(result)
+    _agree(result)
     progress("fitting every row")
     _sharpen(result)
     return result
 
 
-def _settled(solution: Solution) -> Solution:
-    """The solution without what only the way of its search leaves, which others would take.
+def _deepest(found: Decision, base: Solution) -> Solution:
+    """The solution with most of what is spoken of: it leaves what no effect explains.
 
-    A line beside its place leaves a rest. So does a delay whose columns are those of the model
-    without it: orders that it bent turn with it.
+    A defect of a few rows is not taken off: it may be a wrong row, and on every turn it is none.
     """
-    if any(term.effect.depends_on_model for term in solution.terms):
-        terms, observations = solution.terms, solution.observations
-        bent = fit(terms, observations, solution.context, noise=solution.noise)
-        solution = fit(terms, observations, bent.context)
-    return refined(solution)
+    further: Decision | None = found
+    while further is not None:
+        first = further.first or further.resembles
+        if first is not None and first.effect.local_on_disc:
+            break
+        base = base if first is None else first.solution
+        further = further.beside
+    return base
 
 
 def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnosis:
@@ -232,7 +249,6 @@ def _probability_of_nothing() -> dict[str, float]:
         product=None,
         excluded=frozenset(),
         lack_of_fit_p=1.0,
-        rows=1,
         near_tie=NEAR_TIE,
         advantage=PARTS_ADVANTAGE,
     )
@@ -251,10 +267,31 @@ def _probability(result: Diagnosis) -> dict[str, float]:
         product=product,
         excluded=result.excluded,
         lack_of_fit_p=min(result.lack_of_fit.values(), default=1.0),
-        rows=result.observations.rows,
         near_tie=NEAR_TIE,
         advantage=PARTS_ADVANTAGE,
     )
+
+
+def _agree(result: Diagnosis) -> None:
+    """The probabilities, and the verdict that they ask for where the rules leave it open."""
+    found = _probability(result)
+    offered = allowed_for(found, result.verdict, result.candidates)
+    verdict = verdict_of(result.verdict, result.effect_class, offered)
+    if verdict == "unknown" != result.verdict:
+        if result.described is None:
+            # What fits best of what was refused, or else the first of the class.
+            refused = [item for item in result.candidates if item.name in result.excluded]
+            likely = refused or result.candidates[:1]
+            result.resembles = max(likely, key=lambda item: item.delta_bic)
+            share = probability_percent(offered[UNKNOWN])
+            result.unlike = f"what is in no catalogue is more probable than any effect, {share}"
+        result.effect_class, result.class_correlation, result.look_alikes = [], {}, {}
+        result.unconfirmed = None
+    elif verdict == "ambiguous" != result.verdict:
+        result.unconfirmed = "others of the class, or something unknown, are nearly as probable"
+    if verdict != result.verdict:
+        result.verdict, result.named, result.beside = verdict, None, []
+    result.probability = allowed_for(found, verdict, result.candidates)
 
 
 def _noise_is_unknown(base: Solution) -> bool:

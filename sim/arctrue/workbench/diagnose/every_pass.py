@@ -9,9 +9,6 @@ from arctrue.workbench.inference.solution import Solution
 
 LEAST_SHARE = 1.0 / 3.0
 """Of the gain that the other turns or runs would give if it were as large there."""
-RUNS_ARE_THE_SAMPLE = 0.5
-"""Share of the index in the variance of an effect's size: from here on it is known from run to
-run."""
 WOULD_SHOW = 16.0
 """χ² that the strongest gives, and that the others would: below it, the strongest may be noise, or
 noise may hide it in the others."""
@@ -21,19 +18,21 @@ def on_every_pass(item: Candidate, base: Solution) -> bool:
     """False for an effect that one turn, or one run, shows and the others do not.
 
     Of an effect that acts on few rows of a turn the turns are asked, of others the runs: an order
-    of the disc that is there at one speed only is a line in time, or its alias.
+    of the disc that is there at one speed only is a line in time, or its alias. Both solutions are
+    with the noise that the effect was weighed with: another one moves the model's own orders too.
     """
+    if item.evidence is not None:
+        base = item.evidence.base.solution
     rows = base.observations.capture
     if rows is None or rows.revolution.size == 0 or not _acts_on_capture(item):
         return True
     before = base.capture_residual_arcsec()
     if before is None:
         return True
-    if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
-        # The offsets of the runs show it, which are fitted freely: rows say nothing of it. Its p is
-        # that of the scatter of the runs.
-        return True
     change = item.solution.capture_prediction_arcsec(False) - base.capture_prediction_arcsec(False)
+    # The offset of a run takes what is constant in it: of that no row of the run can tell.
+    rows_of_run = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
+    change -= (np.bincount(rows.run, weights=change, minlength=rows.runs) / rows_of_run)[rows.run]
     local = item.effect.local_on_disc
     if local:
         change[np.abs(change) < ACTING_SHARE * np.abs(change).max(initial=0.0)] = 0.0

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import NOTHING_LEFT_P
+from arctrue.workbench.diagnose.decision import Verdict
 from arctrue.workbench.diagnose.probabilities import (
     NONE,
     PRIOR_NONE,
@@ -22,6 +25,51 @@ from arctrue.workbench.diagnose.probabilities import (
 )
 
 SILENT = frozenset({"bad_data", "cannot_tell"})
+CLASS_SHARE = 0.95
+"""A class is the fewest hypotheses that hold so much of the probability: where ``unknown`` holds it
+alone, no effect is of the class (a credible set of 95 %)."""
+LEAST_OF_A_NAME = 0.8
+"""Probability from which on one name is said: a false name is taken to cost four times what it
+costs to name a class where one name would do."""
+
+
+def verdict_of(
+    verdict: Verdict, effect_class: Sequence[str], probability: Mapping[str, float]
+) -> Verdict:
+    """The verdict of the rules, or the one that its probabilities ask for.
+
+    The rules bound the odds between names; how much is left to ``unknown`` they leave open.
+    """
+    if verdict not in ("named", "ambiguous"):
+        return verdict
+    unknown = probability[UNKNOWN]
+    there = sum(probability.get(name, 0.0) for name in effect_class)
+    if unknown >= CLASS_SHARE * (there + unknown):
+        return "unknown"
+    return "ambiguous" if probability[effect_class[0]] < LEAST_OF_A_NAME else verdict
+
+
+def disagreement(
+    verdict: Verdict, effect_class: Sequence[str], probability: Mapping[str, float]
+) -> str | None:
+    """Where a verdict and its probabilities contradict each other, in words; None: nowhere.
+
+    A name, ``unknown`` and ``none`` have the largest probability where they are the verdict; the
+    first of a class has the largest of the effects, and ``unknown`` does not hold all but 5 %.
+    """
+    effects = [value for name, value in probability.items() if name not in (NONE, UNKNOWN)]
+    largest, said = max(probability.values()), effect_class[0] if effect_class else UNKNOWN
+    if verdict == "ambiguous":
+        largest = max(effects)
+    elif verdict == "adequate":
+        said = NONE
+    elif verdict in SILENT:
+        return None
+    if probability[said] < largest:
+        return f"{verdict}: {said} has {probability[said]:.3g}, another {largest:.3g}"
+    if verdict_of(verdict, effect_class, probability) != verdict:
+        return f"{verdict}: {said} has {probability[said]:.3g}, unknown {probability[UNKNOWN]:.3g}"
+    return None
 
 
 def posterior(
@@ -34,11 +82,11 @@ def posterior(
     product: Candidate | None,
     excluded: frozenset[str],
     lack_of_fit_p: float,
-    rows: int,
     near_tie: float,
     advantage: float,
 ) -> dict[str, float]:
-    """Of every effect that was tested, ``none`` and ``unknown``; the sum is 1.
+    """Of every effect that was tested, ``none`` and ``unknown``, as far as the rules leave it open;
+    the sum is 1.
 
     ``look_alikes`` of the first of the class, which the set cannot test, are as probable as it is.
     ``product`` is the best product of parts where it is none of the candidates in other words;
@@ -51,7 +99,7 @@ def posterior(
     if verdict in SILENT:
         weights = untold(len(candidates), untestable)
         return normalised(weights | {item.name: share for item in candidates})
-    evidence = {item.name: share + log_evidence(_weighed(item, rows)) for item in candidates}
+    evidence = {item.name: share + log_evidence(_weighed(item)) for item in candidates}
     # What a rule excludes fits all the same: something like it is there.
     suspects = [evidence[name] for name in evidence if name in excluded]
     weights = {
@@ -61,7 +109,7 @@ def posterior(
     stranger = float(np.log(PRIOR_STRANGER)) + log_evidence_of_p(lack_of_fit_p)
     of_product = -np.inf
     if product is not None:
-        of_product = float(np.log(PRIOR_PRODUCT)) + log_evidence(_weighed(product, rows))
+        of_product = float(np.log(PRIOR_PRODUCT)) + log_evidence(_weighed(product))
     unknown = float(np.logaddexp.reduce([stranger, of_product, *suspects]))
     if verdict == "adequate":
         unknown = min(unknown, none)
@@ -83,26 +131,25 @@ def posterior(
             else:
                 weights[name] = min(value, first)
         weights |= dict.fromkeys(look_alikes, first)
-    found = normalised({NONE: none, UNKNOWN: unknown} | weights)
-    return found if verdict == "adequate" else _allowed_for(found, verdict, candidates)
+    return normalised({NONE: none, UNKNOWN: unknown} | weights)
 
 
-def _allowed_for(
+def allowed_for(
     found: dict[str, float], verdict: str, candidates: list[Candidate]
 ) -> dict[str, float]:
     """The same less what model and rules cannot claim: it goes from effects to ``unknown``, and
     from ``unknown`` to the effects."""
     share = inadequacy(verdict)
     others = [item.name for item in candidates] if verdict == "unknown" else [UNKNOWN]
-    if not others:
+    if verdict == "adequate" or verdict in SILENT or not others:
         return found
     kept = {name: (1.0 - share) * value for name, value in found.items()}
     return kept | {name: kept[name] + share / len(others) for name in others}
 
 
-def _weighed(item: Candidate, rows: int) -> Weighed:
+def _weighed(item: Candidate) -> Weighed:
     trials = item.trials if item.level_trials is None else item.level_trials
-    return Weighed(item.gain, item.rank, trials, rows, item.freedom)
+    return Weighed(item.gain, item.rank, trials, item.rows, item.freedom)
 
 
-__all__ = ["posterior"]
+__all__ = ["allowed_for", "disagreement", "posterior", "verdict_of"]

@@ -53,6 +53,7 @@ class Weighed:
     trials: float
     """Places that share its prior."""
     rows: int
+    """From which its size is known: those of the channels that it moves."""
     freedom: float = float("inf")
     """Degrees of freedom with which the noise of its size is known."""
 

@@ -170,7 +170,7 @@ def sentences(result: Diagnosis) -> list[str]:
             f"{result.unlike}."
         ]
         if result.description is not None:
-            said.append(f"Beside that, best description: {result.description}.")
+            said.append(f"Described by its parts: {result.description}.")
     elif result.description is None:
         said = [
             "The model does not fit, and neither an effect nor a product of parts describes what "

@@ -9,7 +9,7 @@ import numpy as np
 
 from arctrue.progress import Say
 from arctrue.workbench.diagnose.candidate import Candidate, sizes_arcsec
-from arctrue.workbench.diagnose.every_pass import RUNS_ARE_THE_SAMPLE, on_every_pass
+from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.evidence import (
     MUCH_MORE,
     Evidence,
@@ -58,6 +58,8 @@ OF_A_CONSTANT = 0.1
 """What changes less than this share of its mean over the rows is a constant."""
 AS_GOOD = 6.0
 """BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
+RUNS_ARE_THE_SAMPLE = 0.5
+"""Share of the index in the variance of an effect's size."""
 
 
 @dataclass
@@ -226,6 +228,7 @@ def _candidate(
     score = residuals.score(effect, nonlinear)
     solution = residuals.solution_with(effect, nonlinear, score)
     size_arcsec = sizes_arcsec(base, solution)
+    rows = _rows_moved(size_arcsec, base)
     return Candidate(
         effect=effect,
         nonlinear=nonlinear,
@@ -233,36 +236,36 @@ def _candidate(
         rank=rank,
         trials=trials,
         solution=solution,
-        delta_bic=_delta_bic(gain, rank, trials, size_arcsec, base),
+        delta_bic=_delta_bic(gain, rank, trials, rows),
         size_arcsec=size_arcsec,
         p_corrected=corrected_p_value(gain, rank, trials, candidates),
+        rows=rows,
         lacking_variety=lacking_variety,
     )
 
 
-def _delta_bic(
-    gain: float, rank: int, trials: float, size_arcsec: Mapping[str, float], base: Solution
-) -> float:
-    rows = _rows_moved(size_arcsec, base) or base.observations.rows
+def _delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
     return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))
 
 
 def _rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
     """Rows of the channels that the effect moves: the others say nothing of it.
 
-    A polygon's faces are known from the 480 reference rows, however long the capture.
+    A polygon's faces are known from the 480 reference rows, however long the capture. All rows
+    where it moves none.
     """
     channels = (
         ("capture", base.observations.capture, base.capture_sigma_arcsec),
         ("reference", base.observations.reference, base.reference_sigma_arcsec),
     )
-    return sum(
+    moved = sum(
         rows.run.size
         for name, rows, sigma in channels
         if rows is not None
         and sigma is not None
         and size_arcsec.get(name, 0.0) > MOVED_SHARE * sigma
     )
+    return moved or base.observations.rows
 
 
 def _try_parts(residuals: Residuals, looks: int) -> list[Candidate]:
@@ -369,9 +372,9 @@ def _gain_beside(item: Candidate, real: Candidate) -> float:
 def _bic_beside(item: Candidate, real: Candidate) -> float:
     """By how much an effect is ahead of one that is real, both with that one's noise."""
     assert real.evidence is not None
-    base = real.evidence.base.solution
+    rows = _rows_moved(item.size_arcsec, real.evidence.base.solution)
     gain = _gain_beside(item, real)
-    return _delta_bic(gain, item.rank, item.trials, item.size_arcsec, base) - real.delta_bic
+    return _delta_bic(gain, item.rank, item.trials, rows) - real.delta_bic
 
 
 def _may_come_before(item: Candidate, real: Candidate) -> bool:
@@ -391,9 +394,8 @@ def _same_noise(result: Survey, real: Candidate) -> None:
         if gain > item.gain:
             item.gain, item.rank = gain, score.rank
             item.solution = base.solution_with(item.effect, item.nonlinear, score)
-            item.delta_bic = _delta_bic(
-                item.gain, item.rank, item.trials, item.size_arcsec, base.solution
-            )
+            item.rows = _rows_moved(item.size_arcsec, base.solution)
+            item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.rows)
 
 
 def _judge(item: Candidate, result: Survey, null: float, candidates: int, progress: Say) -> None:
@@ -423,7 +425,7 @@ def _in_less_noise(item: Candidate, found: Evidence, residuals: Residuals, null:
     score, base = found.base.score(form, nonlinear), residuals.solution
 
     def worth(gain: float, rank: int, places: float) -> float:
-        return _delta_bic(gain, rank, places, item.size_arcsec, base)
+        return _delta_bic(gain, rank, places, _rows_moved(item.size_arcsec, base))
 
     before = worth(found.score.gain, found.score.rank, item.trials)
     if worth(score.gain, score.rank, trials) < before + AS_GOOD:
@@ -468,7 +470,8 @@ def _settle(item: Candidate, found: Evidence, result: Survey, candidates: int) -
     item.p_corrected = corrected_p_value(
         item.gain, item.rank, trials, candidates * result.looks, found.freedom
     )
-    item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.size_arcsec, result.base)
+    item.rows = _rows_moved(item.size_arcsec, result.base)
+    item.delta_bic = _delta_bic(item.gain, item.rank, item.trials, item.rows)
 
 
 def _hold_out(item: Candidate, found: Evidence) -> None:

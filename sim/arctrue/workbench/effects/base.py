@@ -291,6 +291,16 @@ class Effect(ABC):
         """The most that it may add to the constant of R₂ − R₁ that its columns do not have."""
         return 0.0
 
+    def search_contradiction(
+        self, found: Mapping[str, Parameter], observations: Observations
+    ) -> str | None:
+        """Why the search parameters that were found are not those of this effect, in words.
+
+        ``found``: every fitted parameter, those of the search with their σ at the maximum of the
+        likelihood. None: they may be.
+        """
+        return None
+
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:
         """One name a coefficient, for instance ``cos 3``."""

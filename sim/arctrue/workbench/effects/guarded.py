@@ -228,6 +228,7 @@ CHECKS: Mapping[str, Check] = {
     "missing": _texts,
     "variety": _texts,
     "contradiction": _text_or_none,
+    "search_contradiction": _text_or_none,
     "column_names": _column_names,
     "capture_columns": _columns,
     "reference_columns": _columns,

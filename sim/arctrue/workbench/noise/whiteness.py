@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.special import chdtrc, ndtr
 
 from arctrue.workbench.noise.law import NoiseLaw
 from arctrue.workbench.noise.noise import Noise
@@ -24,6 +24,9 @@ class Whiteness:
 
     autocorrelation_p: float
     """Ljung and Box, Biometrika 65 (1978) 297, over LAGS rows, less where rows are few."""
+    successive_differences_p: float
+    """Von Neumann, Ann. Math. Stat. 12 (1941) 367: mean square of the difference of neighbours over
+    the variance."""
     normality_p: float
     """Jarque and Bera, Economics Letters 6 (1980) 255: skewness and kurtosis."""
 
@@ -36,12 +39,26 @@ def whiteness(whitened: Float) -> Whiteness | None:
     if rows < LEAST_ROWS or square <= 0.0:
         return None
     lags = min(LAGS, rows // 4)
-    correlation = np.array(
-        [float(values[lag:] @ values[:-lag]) / square for lag in range(1, lags + 1)]
-    )
+    correlation = autocorrelations(whitened, lags)
     weights = 1.0 / (rows - np.arange(1, lags + 1))
     statistic = rows * (rows + 2.0) * float(weights @ correlation**2)
-    return Whiteness(float(chdtrc(lags, statistic)), _normal_p(values))
+    return Whiteness(float(chdtrc(lags, statistic)), _von_neumann_p(values), _normal_p(values))
+
+
+def autocorrelations(whitened: Float, lags: int) -> Float:
+    """Of whitened residuals (rows,) at each lag from 1 to ``lags``, shape (lags,)."""
+    values = whitened - whitened.mean()
+    products = [values[lag:] @ values[:-lag] for lag in range(1, lags + 1)]
+    return np.asarray(np.array(products) / float(values @ values))
+
+
+def _von_neumann_p(values: Float) -> float:
+    """Two-sided, of the ratio whose mean is 2 and whose variance is 4(n − 2)/(n² − 1)."""
+    rows = values.size
+    ratio = float(np.sum(np.diff(values) ** 2)) / float(values @ values) * rows / (rows - 1.0)
+    mean = 2.0 * rows / (rows - 1.0)
+    sigma = 2.0 * rows / (rows - 1.0) * float(np.sqrt((rows - 2.0) / (rows**2 - 1.0)))
+    return 2.0 * float(ndtr(-abs(ratio - mean) / sigma))
 
 
 def _normal_p(values: Float) -> float:

@@ -52,6 +52,7 @@ def observations_of(
     masked: list[MaskedRow] = []
     used_capture = used_reference = None
     outlying_share = {}
+    says_which_rows = capture is not None and capture.trusted is not None
     if capture is not None:
         used = used_capture_rows(capture, facts, separation, mask_outliers=mask_outliers)
         capture, used_capture = used.rows, used.numbers
@@ -95,6 +96,7 @@ def observations_of(
         drive_gear_teeth=facts.drive_gear_teeth,
         disc_diameter_mm=facts.disc_diameter_mm,
         masked=tuple(masked),
+        may_mask=mask_outliers and not says_which_rows,
         outlying_share=outlying_share,
         used_capture_rows=used_capture,
         used_reference_rows=used_reference,

@@ -40,6 +40,8 @@ class Observations:
     """Told of (rows done, all rows) while a fit goes over every row of a long set."""
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
+    may_mask: bool = True
+    """Single wrong rows may be left out; False: the set or its reader says which rows to use."""
     outlying_share: Mapping[str, float] = field(default_factory=dict)
     """Share of outliers among the rows of each channel; above a limit they are not masked."""
     used_capture_rows: NDArray[np.int64] | None = field(default=None, repr=False, compare=False)

@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from arctrue.workbench.effects.base import CONTRADICTED_P
+from arctrue.workbench.effects.base import CONTRADICTED_P, Parameter
 from arctrue.workbench.effects.registry import built_in
 
 EFFECTS = built_in()
 FACES = 24
 ARCSEC_A_COUNT = 0.08
+SEPARATION_RAD = np.radians(33.0)
 
 
 def _of_faces(values):  # type: ignore[no-untyped-def]
     effect = EFFECTS["polygon_face_error"]()
     covariance = np.eye(FACES) * 0.03**2
-    return effect.contradiction(values, covariance, {}, SimpleNamespace())
+    heads = SimpleNamespace(head_separation_rad=SEPARATION_RAD)
+    return effect.contradiction(values, covariance, {}, heads)
 
 
 def _of_step(counts: float, sigma: float, count_arcsec: float | None = ARCSEC_A_COUNT):  # type: ignore[no-untyped-def]
@@ -54,6 +56,29 @@ def test_one_face_alone_may_be_a_place_of_the_table() -> None:
     told = _of_faces(values)
     assert told is not None
     assert "face 7" in told
+
+
+@pytest.mark.parametrize(("place_deg", "width_deg", "along"), [(26.7, 7.0, 0.8), (50.4, 9.0, 2.2)])
+def test_a_flat_place_of_the_bearing_is_no_polygon(
+    place_deg: float, width_deg: float, along: float
+) -> None:
+    """The axis dips at one place of the turn: by equations of the plane, order by order.
+
+    Head 1 sees y, R₂ − R₁ sees x·sin α + y·(cos α − 1); the graduation takes that, divided by
+    e^{jnα} − 1, up to order 20, so that the reference shows y less what comes back of it.
+    """
+    grid = np.arange(720) * np.pi / 360.0
+    away = np.angle(np.exp(1j * (grid - np.radians(place_deg))))
+    dip = np.fft.rfft(np.exp(-0.5 * (away / np.radians(width_deg)) ** 2))
+    order = np.arange(1, 21)
+    seen = np.cos(along) * np.sin(SEPARATION_RAD) + np.sin(along) * (np.cos(SEPARATION_RAD) - 1.0)
+    shown = np.sin(along) * dip
+    shown[order] -= seen * dip[order] / (np.exp(1j * order * SEPARATION_RAD) - 1.0)
+    shown[0] = 0.0
+    noise = np.random.default_rng(5).normal(0.0, 0.03, FACES)
+    told = _of_faces(0.7 * np.fft.irfft(shown, 720)[:: 720 // FACES] + noise)
+    assert told is not None
+    assert "place of the table" in told
 
 
 @pytest.mark.parametrize("times", [2, 4, 6])
@@ -112,6 +137,28 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     # Visits in any order, or one visit of each station, have no frequency.
     assert _of_line(1.0 / 192.0, mixed=True) is None
     assert _of_line(1.0 / 192.0, visits=1) is None
+
+
+def _of_order(order: float, sigma: float):  # type: ignore[no-untyped-def]
+    found = {
+        "order": Parameter(order, sigma, "1"),
+        "head1_amplitude": Parameter(0.5, 0.01, "arcsec"),
+    }
+    return EFFECTS["bearing_ball_pass"]().search_contradiction(found, SimpleNamespace())  # type: ignore[arg-type]
+
+
+def test_an_order_that_cannot_be_told_from_a_half_one_is_no_ball_pass() -> None:
+    """A belt that comes round every two turns was a ball pass of order 0.499 ± 0.008."""
+    told = _of_order(0.4992, 0.0076)
+    assert told is not None
+    assert "every two turns" in told
+    whole = _of_order(3.01, 0.004)
+    assert whole is not None
+    assert "every turn" in whole
+    # σ of ten times less: the same order is one of its own. Not known at all: nothing is said.
+    assert _of_order(0.4992, 0.00012) is None
+    assert _of_order(7.85, 0.003) is None
+    assert _of_order(0.4992, float("nan")) is None
 
 
 def test_an_effect_without_such_a_rule_is_never_refused() -> None:

@@ -235,23 +235,47 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
         assert on_every_pass(_candidate(base, order), base) is real
 
 
-@pytest.mark.parametrize(("index_share", "real"), [(1.0, True), (0.0, False)])
-def test_what_offsets_of_the_runs_show_is_not_asked_of_their_rows(
-    index_share: float, real: bool
-) -> None:
-    """Head 2 reads 24″ ahead. The runs' own offsets take that; in slow noise 0.05″ are left.
+def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() -> None:
+    """Order 1 is 10″ larger in one of two runs: with other noise the fit takes that run's.
 
-    What is left of the runs' means says nothing of a head that stands elsewhere.
+    Order 25 is in both runs. What the noise moves of order 1 is none of its doing.
     """
-    made = measurement_set(turns=1, reference=False)
-    assert made.capture is not None
-    made.capture.head2_counts[:] += 311
+
+    def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]
+        return _always(disc, temperature, speed) + 10.0 * (speed > 0.0) * np.cos(disc)
+
+    made = measurement_set(uneven, runs=2, turns=1, reference=False)
     base = fit([_base()], observations_of(made))
-    left = np.array([-0.05, 0.02, 0.02, 0.02])
+    item = _candidate(base, Term(EFFECTS["high_order_graduation"](), {"order": 25.0}))
+
+    def of_one_run(solution: Solution) -> Solution:
+        moved = solution.coefficients.copy()
+        moved[0] += 5.0
+        return replace(solution, coefficients=moved)
+
+    item.solution = of_one_run(item.solution)
+    assert not on_every_pass(item, base)
+    weighed_with = SimpleNamespace(solution=of_one_run(base))
+    item.evidence = SimpleNamespace(base=weighed_with)
+    assert on_every_pass(item, base)
+
+
+def test_what_the_offset_of_a_run_takes_is_not_asked_of_its_rows() -> None:
+    """A head 9″ beside its place: the same in all rows, and the runs' offsets have it already.
+
+    They are 0.03″ off in one run, as the scatter of the index makes them.
+    """
+    made = measurement_set(
+        runs=3, turns=1, reference=False, head2_only=lambda time, speed: 9.0 + 0.0 * time
+    )
+    base = fit([_base()], observations_of(made))
     item = _candidate(base, Term(EFFECTS["head_angle_error"](), {}))
-    item.evidence = SimpleNamespace(index_share=index_share)
-    in_slow_noise = replace(base, run_offsets_arcsec=base.run_offsets_arcsec + left)
-    assert on_every_pass(item, in_slow_noise) is real
+    rows = base.observations.capture
+    assert rows is not None
+    lifted = rows.difference_arcsec + 0.03 * (rows.run == 2)
+    capture = replace(rows, difference_arcsec=lifted)
+    there = replace(base, observations=replace(base.observations, capture=capture))
+    assert on_every_pass(item, there)
 
 
 def test_a_run_that_stands_out_by_chance_is_no_disturbance() -> None:

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from arctrue.workbench.diagnose.posterior import posterior
+from arctrue.workbench.diagnose.posterior import (
+    LEAST_OF_A_NAME,
+    allowed_for,
+    disagreement,
+    posterior,
+    verdict_of,
+)
 from arctrue.workbench.diagnose.probabilities import (
     PRIOR_CATALOGUE,
     PRIOR_NONE,
@@ -77,7 +83,7 @@ def test_p_values_become_bounds_of_odds() -> None:
 def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore[no-untyped-def]
     return SimpleNamespace(
         name=name, gain=gain, rank=rank, trials=1.0, level_trials=None, p_corrected=p,
-        freedom=float("inf"),
+        freedom=float("inf"), rows=1000, delta_bic=gain,
     )  # fmt: skip
 
 
@@ -88,11 +94,10 @@ def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
         "product": None,
         "excluded": frozenset(),
         "lack_of_fit_p": 1.0,
-        "rows": 1000,
         "near_tie": 6.0,
         "advantage": 10.0,
     } | changed
-    return posterior(verdict, candidates, 2, **given)
+    return allowed_for(posterior(verdict, candidates, 2, **given), verdict, candidates)
 
 
 def test_two_hypotheses_give_bayes_theorem() -> None:
@@ -168,3 +173,69 @@ def test_weights_far_apart_have_a_sum_of_one() -> None:
     found = normalised({"none": -3.0, "unknown": 40_000.0, "latency": 40_001.0})
     assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
     assert found["latency"] == pytest.approx(1.0 / (1.0 + np.exp(-1.0)), abs=1e-9)
+
+
+def test_faces_pay_for_the_rows_that_know_them() -> None:
+    """23 sizes from 480 readings of the polygon: the capture's 24,000 rows say nothing of them."""
+    faces = _candidate("polygon_face_error", 332.0, 1e-60, rank=23)
+    line = _candidate("periodic_error", 120.0, 1e-12, rank=2)
+    faces.rows = 480
+    both = {"effect_class": ["polygon_face_error"], "excluded": frozenset({"periodic_error"})}
+    assert _posterior("ambiguous", [faces, line], **both)["polygon_face_error"] > 0.9
+    faces.rows = 24_480
+    assert _posterior("ambiguous", [faces, line], **both)["unknown"] > 0.9
+
+
+def test_no_verdict_contradicts_its_probabilities() -> None:
+    """Evidences of any size, drawn: after the last word of the probabilities all answers agree."""
+    random = np.random.default_rng(12)
+    names = ["latency", "vibration", "count_slip", "hysteresis", "timing_skew"]
+    changed = 0
+    for _ in range(3000):
+        candidates = [
+            _candidate(name, float(random.exponential(80.0)), 10.0 ** -random.uniform(0.0, 30.0),
+                       rank=int(random.integers(1, 5)))
+            for name in random.permutation(names)[: random.integers(1, 6)]
+        ]  # fmt: skip
+        verdict = str(random.choice(["named", "ambiguous", "unknown", "adequate", "cannot_tell"]))
+        there = [item.name for item in candidates]
+        members = there[: random.integers(1, 4)] if verdict in ("named", "ambiguous") else []
+        product = _candidate("product_of_parts", float(random.exponential(80.0)), 1e-9, rank=2)
+        changes = {
+            "effect_class": members,
+            "excluded": frozenset(there[len(members) :][: random.integers(0, 3)]),
+            "product": product if random.random() < 0.5 else None,
+            "lack_of_fit_p": 10.0 ** -random.uniform(0.0, 40.0),
+            "look_alikes": ["settling"] if members and random.random() < 0.2 else [],
+        }
+        found = posterior(verdict, candidates, 2, near_tie=6.0, advantage=10.0, **changes)  # type: ignore[arg-type]
+        last = verdict_of(verdict, members, allowed_for(found, verdict, candidates))  # type: ignore[arg-type]
+        said = allowed_for(found, last, candidates)
+        changed += last != verdict
+        assert disagreement(last, members if last != "unknown" else [], said) is None, verdict
+        assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
+    # Enough of them needed the last word.
+    assert changed > 100
+
+
+def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
+    """A line at the only speed, and a half order that a hundred times as many sets would have."""
+    said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
+    assert verdict_of("ambiguous", ["vibration"], said) == "unknown"
+    assert disagreement("ambiguous", ["vibration"], said) is not None
+    open_ = {"vibration": 0.3, "unknown": 0.7, "none": 0.0}
+    assert verdict_of("ambiguous", ["vibration"], open_) == "ambiguous"
+    assert disagreement("ambiguous", ["vibration"], open_) is None
+
+
+def test_a_name_that_shares_its_probability_is_a_class() -> None:
+    both = ["latency", "hysteresis"]
+    for first, verdict in (
+        (LEAST_OF_A_NAME + 0.01, "named"),
+        (LEAST_OF_A_NAME - 0.01, "ambiguous"),
+    ):
+        said = {"latency": first, "hysteresis": 0.95 - first, "unknown": 0.05, "none": 0.0}
+        assert verdict_of("named", both, said) == verdict
+    assert (
+        disagreement("named", both, {"latency": 0.4, "hysteresis": 0.6, "unknown": 0.0}) is not None
+    )

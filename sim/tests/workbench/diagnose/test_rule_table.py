@@ -23,6 +23,7 @@ from arctrue.workbench.diagnose.decision import (
     comes_again_and_again,
     leaves_its_own_kind,
     refused_is_ahead,
+    shown_at_one_speed,
 )
 from arctrue.workbench.effects.registry import catalogue
 
@@ -101,6 +102,22 @@ def test_what_is_real_or_faint_is_not_spoken_of_as_refused(item) -> None:  # typ
 def test_what_is_refused_and_not_ahead_leaves_the_name_to_the_other() -> None:
     real, refused = _item("hysteresis", 145.0), _item("count_slip", 150.0, real=False)
     assert refused_is_ahead(_case(refused, real)) is None
+
+
+def test_one_speed_is_no_reason_where_something_refused_is_far_ahead() -> None:
+    """A line at one of several speeds takes a part of what a loose head does in one run."""
+    line = _item("vibration", 130.0)
+    for gain, said in ((420.0, None), (135.0, "ambiguous")):
+        case = _case(_item("count_slip", gain, real=False), line)
+        case.__dict__["at_every_speed"] = case.__dict__["real"] = []
+        found = shown_at_one_speed(case)
+        assert (None if found is None else found.verdict) == said
+    case = _case(_item("count_slip", 420.0, real=False), line)
+    case.__dict__["at_every_speed"] = case.__dict__["real"] = []
+    unknown = refused_is_ahead(case)
+    assert unknown is not None
+    assert unknown.resembles is not None
+    assert unknown.resembles.name == "count_slip"
 
 
 def _unknown(gain: float) -> Decision:

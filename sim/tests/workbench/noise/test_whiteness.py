@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import jarque_bera  # type: ignore[import-untyped]
 
-from arctrue.workbench.noise.whiteness import whiteness
+from arctrue.workbench.noise.whiteness import autocorrelations, whiteness
 
 
 def test_white_noise_fails_as_often_as_the_level_says() -> None:
     random = np.random.default_rng(3)
     tests = [whiteness(random.normal(size=800)) for _ in range(300)]
-    for name in ("autocorrelation_p", "normality_p"):
+    for name in ("autocorrelation_p", "successive_differences_p", "normality_p"):
         rare = sum(getattr(item, name) < 0.1 for item in tests)
         # 30 expected, standard deviation 5.2: four of them.
         assert 9 < rare < 51, name
@@ -24,6 +24,7 @@ def test_correlated_and_heavy_tailed_rows_are_seen() -> None:
     correlated = whiteness(white[1:] + 0.3 * white[:-1])
     assert correlated is not None
     assert correlated.autocorrelation_p < 1e-6
+    assert correlated.successive_differences_p < 1e-6
     assert correlated.normality_p > 1e-3
     heavy = whiteness(random.standard_t(3, size=2000))
     assert heavy is not None
@@ -36,6 +37,27 @@ def test_normality_is_the_test_of_jarque_and_bera() -> None:
     found = whiteness(values)
     assert found is not None
     assert found.normality_p == pytest.approx(float(jarque_bera(values).pvalue), rel=1e-9)
+
+
+def test_the_ratio_of_von_neumann_has_its_mean_and_variance() -> None:
+    """A ratio as far from its mean as drawn ones are in the root mean square has p = 0.317."""
+    random = np.random.default_rng(6)
+    draws = random.normal(size=(4000, 24))
+    draws -= draws.mean(axis=1, keepdims=True)
+    ratio = np.sum(np.diff(draws) ** 2, axis=1) / np.sum(draws**2, axis=1)
+    middle = draws[np.argmin(np.abs(ratio - ratio.mean()))]
+    beside = draws[np.argmin(np.abs(ratio - ratio.mean() - ratio.std()))]
+    for values, expected in ((middle, 1.0), (beside, 0.317)):
+        found = whiteness(values)
+        assert found is not None
+        # 4,000 draws know the mean to 1.6 % of the scatter, and the scatter to 1.1 %.
+        assert found.successive_differences_p == pytest.approx(expected, abs=0.06)
+
+
+def test_autocorrelations_are_those_of_numpy() -> None:
+    values = np.random.default_rng(7).normal(size=300)
+    whole = np.correlate(values - values.mean(), values - values.mean(), "full")[299:]
+    assert autocorrelations(values, 5) == pytest.approx(whole[1:6] / whole[0])
 
 
 def test_too_few_rows_and_no_residual_have_no_test() -> None:

@@ -18,6 +18,7 @@ from sim.tests.workbench.small_sets import (
 )
 
 from arctrue.measurement import Capture, MeasurementSet, Reference
+from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.outliers import (
@@ -26,6 +27,7 @@ from arctrue.workbench.observations.outliers import (
     far_threshold,
     local_scatter,
 )
+from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 
 ROWS = 4 * TURNS * SAMPLES_A_TURN
 SPIKE_ARCSEC = 5.0
@@ -256,6 +258,28 @@ def test_white_noise_of_many_rows_has_no_outliers(stations: int | None) -> None:
     random = np.random.default_rng(13)
     reference = _white_reference(100_000, stations, random)
     assert _masked(MeasurementSet(measurement_set().table, reference=reference), "reference") == []
+
+
+def test_wrong_rows_that_a_larger_effect_hid_are_found_in_what_it_leaves() -> None:
+    """1.5″, ten times the noise of R₂ − R₁, beside an interpolation error of 2.5″ a head.
+
+    Rows are 33 signal periods apart, so that the error is as good as noise before it is known.
+    """
+    wrong = np.arange(500, ROWS, 1_300)
+    hidden = measurement_set(electrical=lambda phase: 2.5 * np.cos(phase))
+    made = _with_head2(hidden, wrong, 1.5)
+    assert _masked(made) == []
+    assert made.capture is not None
+    done = diagnosed(made)[1]
+    assert done.named is not None
+    assert done.named.name == "subdivision_error"
+    assert done.beside == []
+    masked = done.observations.masked
+    assert [item.row - 2 for item in masked if item.channel == "capture"] == wrong.tolist()
+    # The set has the last word.
+    said = replace(made.capture, mask=np.zeros(ROWS, dtype=bool), trusted=np.ones(ROWS, dtype=bool))
+    seen = observations_of(replace(made, capture=said))
+    assert without_wrong_rows(seen, 100.0 * (np.arange(ROWS) == 500)) is None
 
 
 def test_so_many_outliers_are_a_faulty_recording() -> None:

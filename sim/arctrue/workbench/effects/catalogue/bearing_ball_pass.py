@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,8 @@ from arctrue.workbench.effects.base import (
 from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
+TOLD_APART_SIGMA = 5.5
+"""σ by which the order must be away from whole and half ones: χ² of 30, as the search asks."""
 LEAST_TURNS = 1.98
 """Two turns, less the step after the last sample."""
 
@@ -75,6 +79,26 @@ class BearingBallPass(Effect):
         self, rows: ReferenceRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return reference_motion(rows, [nonlinear["order"]])
+
+    def search_contradiction(
+        self, found: Mapping[str, Parameter], observations: Observations
+    ) -> str | None:
+        """An order that cannot be told from a whole or half one is of no rolling element.
+
+        Balls and cage go round at no simple rate; what closes after one or two turns does (a belt,
+        a gear of two to one), and that is the simpler statement. One place of so narrow a width
+        has so small a share of all orders that it is left for odds of 10⁶ only (Occam's factor).
+        """
+        order = found["order"]
+        half = round(2.0 * order.value) / 2.0
+        # A σ that the data do not tell is no support for an order of its own.
+        if not abs(order.value - half) <= TOLD_APART_SIGMA * order.sigma:
+            return None
+        turns = "every turn" if half == round(half) else "every two turns"
+        return (
+            f"its order {order.value:.4g} ± {order.sigma:.2g} cannot be told from {half:g}, which "
+            f"comes back {turns}; balls and cage of a bearing keep to no such rate"
+        )
 
     def parameters(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc, stdtr
+from scipy.special import betaincc, fdtrc
 
 from arctrue.workbench.effects.base import (
     CONTRADICTED_P,
@@ -18,6 +18,11 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_FACES = 8
 """With fewer a wave and independent faces look alike."""
+WIDEST_PLACE = 3
+"""Neighbouring faces that a place of the table may take: an eighth of a turn of 24."""
+MAGNIFIED = 0.25
+"""|e^{jnα} − 1| below this: the graduation takes an order of the heads' difference four times and
+more as large, and gives it back in the reference."""
 
 
 class PolygonFaceError(Effect):
@@ -73,9 +78,9 @@ class PolygonFaceError(Effect):
         """Faces are lapped one by one: their errors are draws without an order.
 
         A wave over the faces (Fisher's test of the periodogram, Proc. R. Soc. A 125 (1929) 54),
-        one face that is off alone among the others (Grubbs, Ann. Math. Stat. 21 (1950) 27), or a
-        shape that comes again several times a turn (analysis of variance), is of the table's own
-        motion, which a polygon on the table shows as well.
+        one or some neighbouring faces that are off alone among the others (Grubbs, Ann. Math. Stat.
+        21 (1950) 27), or a shape that comes again several times a turn (analysis of variance), is
+        of the table's own motion, which a polygon on the table shows as well.
         """
         values = coefficients - coefficients.mean()
         size, level = values.size, CONTRADICTED_P
@@ -89,14 +94,13 @@ class PolygonFaceError(Effect):
                 f"the faces follow a wave of order {order} that is {100.0 * share:.0f} % of it; "
                 "the errors of a polygon's faces are independent of each other"
             )
-        face = int(np.argmax(np.abs(values)))
-        largest = float(values[face] ** 2) * (size - 1) / square
-        left = max((size - 1) ** 2 - size * largest, 1e-300)
-        ratio = float(np.sqrt(size * (size - 2) * largest / left))
-        if 2.0 * size * float(stdtr(size - 2, -ratio)) < 0.25 * level:
+        face, width, p_value = _place(values, observations.head_separation_rad)
+        if p_value < 0.25 * level:
+            found = values[(face + np.arange(width)) % size].mean()
+            faces = f"face {face} is" if width == 1 else f"{width} faces from {face} on are"
             return (
-                f"face {face} is off alone by {values[face]:.2g}″: a place of the table looks the "
-                "same as one bad face"
+                f"{faces} off alone by {found:.2g}″: a place of the table looks the same as bad "
+                "faces side by side"
             )
         times, p_value = _comes_again(values)
         if p_value < 0.25 * level:
@@ -125,6 +129,36 @@ class PolygonFaceError(Effect):
         for index, (value, error) in enumerate(zip(values, sigma, strict=True)):
             found[f"face_{index}"] = Parameter(float(value), float(error), "arcsec")
         return found
+
+
+def _place(values: NDArray[np.float64], separation_rad: float) -> tuple[int, int, float]:
+    """First face and number of the neighbours that are off most, with the p value of that.
+
+    What they take of the sum of squares has a beta distribution; Bonferroni over all places and
+    widths. A motion of the axis at one place comes back over the whole turn in the orders that
+    the two heads magnify: these are taken out.
+    """
+    size = values.size
+    orders = np.arange(1, (size + 1) // 2)
+    weak = orders[np.abs(np.exp(1j * orders * separation_rad) - 1.0) < MAGNIFIED]
+    waves = np.exp(2j * np.pi * np.outer(np.arange(size), weak) / size)
+    taken = np.column_stack([np.ones(size), waves.real, waves.imag])
+    taken /= np.linalg.norm(taken, axis=0)
+    freedom = size - taken.shape[1]
+    if freedom < LEAST_FACES:
+        return 0, 1, 1.0
+    left = values - taken @ (taken.T @ values)
+    windows = np.concatenate(
+        [
+            sum((np.roll(np.eye(size), step, axis=1) for step in range(width)), np.zeros(()))
+            for width in range(1, WIDEST_PLACE + 1)
+        ]
+    )
+    own = windows - (windows @ taken) @ taken.T
+    share = (own @ left) ** 2 / np.sum(own**2, axis=1) / float(left @ left)
+    best = int(np.argmax(share))
+    p_value = share.size * float(betaincc(0.5, 0.5 * (freedom - 1), float(share[best])))
+    return best % size, best // size + 1, p_value
 
 
 def _comes_again(values: NDArray[np.float64]) -> tuple[int, float]:

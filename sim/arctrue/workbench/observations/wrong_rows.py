@@ -1,0 +1,59 @@
+"""Single wrong rows that show once a model has taken what is larger than they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.runs import run_spans
+from arctrue.workbench.observations.observations import Observations
+from arctrue.workbench.observations.outliers import MOST_SHARE, MaskedRow, capture_outliers
+
+Float = NDArray[np.float64]
+
+
+def without_wrong_rows(
+    observations: Observations, left_arcsec: Float | None
+) -> Observations | None:
+    """The observations without capture rows that are off alone in what a model leaves.
+
+    ``left_arcsec``: residual of each capture row, (rows,). None where there is no such row, where
+    the set says itself which rows to use, or where so many are off that it is no matter of single
+    rows. Of a long capture all rows stay: one in 150,000 moves nothing.
+    """
+    rows, count = observations.capture, observations.count_arcsec
+    if rows is None or count is None or left_arcsec is None or not observations.may_mask:
+        return None
+    if observations.stored is not None or rows.revolution.size != rows.run.size:
+        return None
+    wrong, away = capture_outliers(
+        left_arcsec,
+        rows.angle_rad,
+        rows.revolution,
+        run_spans(rows.run),
+        observations.head_separation_rad,
+        count,
+    )
+    if not wrong.any() or float(wrong.mean()) > MOST_SHARE:
+        return None
+    masked = [
+        MaskedRow("capture", observations.capture_line(row), "outlier", float(away[row]))
+        for row in np.flatnonzero(wrong).tolist()
+    ]
+    used = observations.used_capture_rows
+    numbers = np.arange(rows.run.size) if used is None else used
+    of_capture = [item for item in observations.masked if item.channel == "capture"]
+    of_reference = [item for item in observations.masked if item.channel == "reference"]
+    return replace(
+        observations,
+        capture=rows.part(~wrong),
+        masked=(*sorted([*of_capture, *masked], key=_line), *of_reference),
+        used_capture_rows=numbers[~wrong],
+        kept_columns={},
+    )
+
+
+def _line(row: MaskedRow) -> int:
+    return row.row
