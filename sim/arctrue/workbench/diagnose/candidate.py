@@ -13,7 +13,7 @@ from arctrue.workbench.diagnose.heldout import HeldOut, Improvement
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.search_parameters import refined
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
 """An effect acts on the rows where it moves the prediction by this share of its largest move."""
@@ -63,15 +63,9 @@ class Candidate:
         """Its solution with the search parameters between the places that were tried.
 
         For what is asked of a candidate once it is judged; its solution stays where it is. A line
-        beside its place leaves a rest that others would take. So does a delay whose columns are
-        those of the model without it: the orders that it bent are fitted again with it.
+        beside its place leaves a rest that others would take.
         """
-        solution = self.solution
-        if any(term.effect.depends_on_model for term in solution.terms):
-            terms, observations = solution.terms, solution.observations
-            bent = fit(terms, observations, solution.context, noise=solution.noise)
-            solution = fit(terms, observations, bent.context)
-        return refined(solution)
+        return refined(self.solution)
 
     @property
     def term(self) -> Term:
