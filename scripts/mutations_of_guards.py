@@ -521,4 +521,12 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "sim/tests/workbench/diagnose/test_rules.py"
         "::test_a_constant_that_the_interpolation_may_have_is_no_head_angle",
     ),
+    Mutation(
+        "noise_beside_an_effect_is_known",
+        "noise that few rows tell beside many columns is taken for known",
+        f"{DIAGNOSE}/coverage.py",
+        "item.trials, tests, item.freedom)",
+        "item.trials, tests)",
+        f"{COVERAGE}::test_noise_beside_many_columns_is_little_known",
+    ),
 )

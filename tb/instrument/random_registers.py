@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 import re
 
 _INITIAL = re.compile(r"  initial\s+n\d+_q = \d+'b[01xXzZ]+;\n")
@@ -10,11 +9,14 @@ _REGISTER = re.compile(r"^  reg (?:\[(\d+):0\] )?(n\d+_q);$", re.MULTILINE)
 
 
 def with_random_registers(netlist: str) -> str:
-    """GHDL's Verilog with another beginning of every register; tables and memories keep theirs."""
-    draw = random.Random(11)
+    """GHDL's Verilog with another beginning of every register; tables and memories keep theirs.
+
+    The values are drawn when the program starts, by its seed.
+    """
 
     def begin(found: re.Match[str]) -> str:
         width = int(found[1] or 0) + 1
-        return f"{found[0]}\n  initial {found[2]} = {width}'h{draw.getrandbits(width):x};"
+        drawn = ", ".join(["$urandom"] * -(-width // 32))
+        return f"{found[0]}\n  initial {found[2]} = {width}'({{{drawn}}});"
 
     return _REGISTER.sub(begin, _INITIAL.sub("", netlist))

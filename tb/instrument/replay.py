@@ -32,11 +32,13 @@ from arctrue.instrument.build import (
 BUILT = ROOT / "build" / "instrument" / "equal"
 # The model runs for some thousand clocks: compiling is what takes time.
 OPTIMISE = "-O0"
+MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
 
 PROGRAM = """
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 #include "V{entity}.h"
@@ -47,6 +49,7 @@ struct Port {{ void *value; size_t bytes, words; }};
 
 int main(int, char **arguments) {{
     VerilatedContext context;
+    context.randSeed(std::atoi(arguments[3]));
     V{entity} model(&context);
     const std::vector<Port> inputs = {{ {inputs} }};
     const std::vector<Port> outputs = {{ {outputs} }};
@@ -111,14 +114,19 @@ class Replay:
     program: Path
     ports: tuple[Port, ...]
 
-    def outputs(self, inputs: Mapping[str, list[int]], folder: Path) -> dict[str, list[int]]:
-        """The outputs after each clock; ``inputs``: a value without sign for every clock."""
+    def outputs(
+        self, inputs: Mapping[str, list[int]], folder: Path, seed: int = 1
+    ) -> dict[str, list[int]]:
+        """The outputs after each clock; ``inputs``: a value without sign for every clock.
+
+        ``seed``, above 0, is that of the netlist's random numbers, where it has any.
+        """
         wanted = [port for port in self.ports if port.is_input]
         unlike = {port.name for port in wanted} ^ set(inputs)
         assert not unlike, f"inputs that only the netlist or only the stimulus has: {unlike}"
         given, told = folder / "inputs.bin", folder / "outputs.bin"
         np.hstack([_as_words(inputs[port.name], port.words) for port in wanted]).tofile(given)
-        subprocess.run([self.program, given, told], check=True)
+        subprocess.run([self.program, given, told, str(seed)], check=True, timeout=MOST_SECONDS)
         outputs = [port for port in self.ports if not port.is_input]
         rows = np.fromfile(told, dtype="<u4").reshape(-1, sum(port.words for port in outputs))
         ends = np.cumsum([port.words for port in outputs])

@@ -8,12 +8,16 @@ from arctrue.instrument.curves import Curves, TableCurves
 from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import (
+    COMPARE_OUT,
     HEAD1_A,
     HEAD1_B,
     HEAD1_Z,
     HEAD2_A,
     HEAD2_B,
     HEAD2_Z,
+    PROBE_IN,
+    SYNC_IN,
+    TRIGGER_OUT,
     Instrument,
     PinFault,
     RunProgress,
@@ -24,12 +28,16 @@ from arctrue.instrument.recording import EdgeTrack, Recording
 from arctrue.instrument.revolution import RevolutionResult, RevolutionSettings, run_revolution
 
 __all__ = [
+    "COMPARE_OUT",
     "HEAD1_A",
     "HEAD1_B",
     "HEAD1_Z",
     "HEAD2_A",
     "HEAD2_B",
     "HEAD2_Z",
+    "PROBE_IN",
+    "SYNC_IN",
+    "TRIGGER_OUT",
     "BusError",
     "Curves",
     "EdgeTrack",

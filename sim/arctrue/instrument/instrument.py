@@ -27,6 +27,9 @@ from arctrue.progress import Say
 from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
+SYNC_IN, PROBE_IN = (1 << pin for pin in range(6, 8))
+TRIGGER_OUT, COMPARE_OUT = (1 << place for place in range(9, 11))
+"""In the levels of :meth:`Instrument.traced`."""
 
 RESET_CLOCKS = 80
 """Longer than the 64 clocks that arctrue_core asks for."""
@@ -77,7 +80,8 @@ class PinFault:
     """Something wrong on the wires between heads and core, from ``first_clock`` on.
 
     ``invert``, ``low`` and ``high`` are sums of HEAD1_A … HEAD2_Z: pins that are turned over, or
-    held. With ``probability`` below 1 it acts in a random part of the clocks.
+    held. With ``probability`` below 1 it acts in a random part of the clocks. SYNC_IN and PROBE_IN
+    are low but for this: ``high`` is a pulse of the instrument beside the table.
     """
 
     first_clock: int
@@ -525,7 +529,10 @@ class Instrument:
         self.library.instrument_trace(self.handle, clocks)
 
     def traced(self) -> NDArray[np.uint16]:
-        """Levels noted: the six head pins, above them A, B and Z of the output; shape ``(n,)``."""
+        """Levels noted, shape ``(n,)``.
+
+        The six head pins, above them A, B and Z of the output, TRIGGER_OUT and COMPARE_OUT.
+        """
         levels = ctypes.POINTER(ctypes.c_uint16)()
         number = self.library.instrument_traced(self.handle, ctypes.byref(levels))
         return _array(levels, number, np.uint16)

@@ -110,7 +110,7 @@ def test_output_is_decoded_as_it_was_put_in(instrument: Instrument) -> None:
     trace = played(instrument, clocks)
     instrument.detach()
     recording = instrument.recording()
-    output = (trace >> 6).astype(np.uint8)
+    output = (trace >> 6 & 7).astype(np.uint8)
     step, illegal = decode_quadrature(int(output[0]), output[1:])
     assert recording.illegal == illegal.size == 0
     assert recording.output.edges == np.count_nonzero(step) == recording.output.clock.size

@@ -9,10 +9,14 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.line_spectrum import line_spectrum
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import add_effect
 from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
+from tests.workbench.small_sets import measurement_set
 
 EFFECTS = built_in()
 NOISE_ARCSEC = 0.2
@@ -123,3 +127,17 @@ def test_a_drive_of_a_broken_tooth_count_has_its_own_name() -> None:
 
 def test_nothing_is_named_in_noise_alone() -> None:
     assert _diagnosed(_reference(speeds_deg_s=(2.0, 3.4))).named is None
+
+
+def test_a_line_in_the_capture_goes_through_periods_within_a_run() -> None:
+    """Offsets of the runs, half an hour apart, follow some slow sine whatever they are."""
+    observations = observations_of(measurement_set(turns=2, reference=False))
+    rows = observations.capture
+    assert rows is not None
+    residuals = Residuals(fit(default_model().terms(EFFECTS), observations))
+    longest_s = max(float(np.ptp(rows.time_s[rows.run == run])) for run in range(rows.runs))
+    found = line_spectrum(residuals, capture=True, in_time=True)
+    assert found is not None
+    # 1.5 periods, and one step of the rates.
+    assert 1.5 <= found.rates[0] * longest_s < 1.5 + longest_s * (found.rates[1] - found.rates[0])
+    assert float(np.ptp(rows.time_s)) > 20.0 * longest_s

@@ -20,6 +20,7 @@ Harness::Harness() : core(&context), bus(core) {
     core.reset = 0;
     core.head1_a = core.head1_b = core.head1_z = 0;
     core.head2_a = core.head2_b = core.head2_z = 0;
+    core.sync_in = core.probe_in = 0;
     bus.silence();
     core.eval();
 }
@@ -36,6 +37,8 @@ bool Harness::step() {
     core.head2_a = pins >> 3 & 1;
     core.head2_b = pins >> 4 & 1;
     core.head2_z = pins >> 5 & 1;
+    core.sync_in = pins >> 6 & 1;
+    core.probe_in = pins >> 7 & 1;
     bus.drive();
     core.clock = 0;
     core.eval();
@@ -47,7 +50,8 @@ bool Harness::step() {
     head1.see(clock, pins & 7, angle);
     output.see(clock, out, angle);
     if (trace.size() < trace_most) {
-        trace.push_back(static_cast<uint16_t>(pins | out << 6));
+        auto beside = core.trigger_out | core.compare_out << 1;
+        trace.push_back(static_cast<uint16_t>((pins & 63) | out << 6 | beside << 9));
     }
     clock++;
     return true;

@@ -45,7 +45,8 @@ class Harness {
     Bus bus;
     Track output, head1;
     std::string message;
-    // Pins of both heads (bits 0 to 5) and of the output (6 to 8) after each clock.
+    // Pins of both heads (bits 0 to 5), of the output (6 to 8), trigger_out (9) and compare_out
+    // (10) after each clock.
     std::vector<uint16_t> trace;
     size_t trace_most = 0;
 };

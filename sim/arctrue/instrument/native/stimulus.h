@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // What stands before the six head pins: the readings of both heads as curves over the clocks, or
-// the levels themselves; and what disturbs the wires between head and core.
+// the levels themselves; what disturbs the wires between head and core; and, above the six, the
+// pins sync_in and probe_in, which only a disturbance moves.
 
 #ifndef ARCTRUE_INSTRUMENT_STIMULUS_H
 #define ARCTRUE_INSTRUMENT_STIMULUS_H

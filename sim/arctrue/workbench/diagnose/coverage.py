@@ -132,8 +132,8 @@ def effect_or_noise(
 
 
 def _p_beside_it(item: Candidate, score: Score, tests: int) -> float:
-    """Of an effect, were the noise known to be what is left beside it."""
-    return corrected_p_value(score.gain, score.rank, item.trials, tests)
+    """Of an effect beside the noise that it leaves, as well as the rows tell that."""
+    return corrected_p_value(score.gain, score.rank, item.trials, tests, item.freedom)
 
 
 def _little_testable(found: Coverage) -> Blindness | None:

@@ -288,7 +288,8 @@ def _agree(result: Diagnosis) -> None:
         result.effect_class, result.class_correlation, result.look_alikes = [], {}, {}
         result.unconfirmed = None
     elif verdict == "ambiguous" != result.verdict:
-        result.unconfirmed = "others of the class, or something unknown, are nearly as probable"
+        share = probability_percent(offered[result.effect_class[0]])
+        result.unconfirmed = f"it has {share} of the probability, which is too little for a name"
     if verdict != result.verdict:
         result.verdict, result.named, result.beside = verdict, None, []
     result.probability = allowed_for(found, verdict, result.candidates)

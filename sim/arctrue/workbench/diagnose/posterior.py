@@ -123,6 +123,8 @@ def posterior(
         p_value = next(item.p_corrected for item in candidates if item.name == effect_class[0])
         none = min(none, first - log_evidence_of_p(p_value))
         named = verdict == "named"
+        # The first explains the lack of fit as well, which is that of the model without it.
+        unknown = float(np.logaddexp.reduce([min(stranger, first), of_product, *suspects]))
         unknown = min(unknown, first - 0.5 * near_tie if named else first + 0.5 * advantage)
         for name, value in weights.items():
             if name not in effect_class:

@@ -6,11 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.line_spectrum import (
-    LEAST_PERIODS,
-    LineSpectrum,
-    line_spectrum,
-)
+from arctrue.workbench.inference.line_spectrum import LineSpectrum, line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import BEST_PLACES, Place, moved_to_maximum, peaks, scored
 from arctrue.workbench.observations.one_speed import speed_turns_s
@@ -26,7 +22,7 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
 
     At one speed a line in time is one in the angle: it is then looked for once, in the angle.
     """
-    coarse: list[tuple[float, dict[str, float], float]] = []
+    coarse: list[tuple[float, dict[str, float], LineSpectrum]] = []
     trials = 0.0
     for capture in (False, True):
         highest_order = 0.0
@@ -48,19 +44,18 @@ def line_scan(effect: Effect, residuals: Residuals) -> list[Place]:
                     "in_time": float(in_time),
                     "in_capture": float(capture),
                 }
-                coarse.append((float(gain[index]), place, 0.5 / spectrum.span))
+                coarse.append((float(gain[index]), place, spectrum))
     coarse.sort(key=lambda item: -item[0])
     best = coarse[:BEST_PLACES]
     found = scored(effect, residuals, (place for _, place, _ in best), trials)
     if not found:
         return found
-    step = next(width for _, place, width in best if place == found[0].nonlinear)
+    spectrum = next(there for _, place, there in best if place == found[0].nonlinear)
     name = "frequency" if found[0].nonlinear["in_time"] else "order"
-    refined = moved_to_maximum(effect, residuals, found, name, step)
+    refined = moved_to_maximum(effect, residuals, found, name, 0.5 / spectrum.span)
     low, high = effect.search_range(name)
-    # A step is 1/(2·span): a line moved below its fewest periods would be a slow curve.
-    lowest = max(low, 2.0 * LEAST_PERIODS * step)
-    inside = lowest <= refined[0].nonlinear[name] <= high
+    # A line moved below its fewest periods would be a slow curve.
+    inside = max(low, spectrum.lowest) <= refined[0].nonlinear[name] <= high
     return refined if inside else found
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.runs import run_spans
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations.one_speed import coordinate
@@ -21,7 +22,7 @@ Float = NDArray[np.float64]
 MOST_BINS = 1 << 22
 """A longer record is put into wider bins, and its fastest lines are not looked for."""
 LEAST_PERIODS = 1.5
-"""Fewer periods than these in the whole record are a slow curve, no line."""
+"""Fewer periods than these in a record are a slow curve, no line."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class LineSpectrum:
     amplitude_arcsec: Float
     span: float
     """Length of the record, turns or seconds: lines nearer than 1/(2·span) are one."""
+    lowest: float
+    """Rates below this are no lines but slow curves, which the offsets of the runs may make."""
 
     @property
     def trials(self) -> float:
@@ -66,12 +69,19 @@ def line_spectrum(residuals: Residuals, *, capture: bool, in_time: bool) -> Line
     padded = 1 << int(np.ceil(np.log2(2 * length)))
     sums = np.abs(np.fft.rfft(np.bincount(number, weights=precise, minlength=length), padded))
     rates = np.arange(sums.size) / (padded * width)
-    first = int(np.searchsorted(rates, LEAST_PERIODS / span, side="right"))
+    # Each run of a capture has an offset of its own, so that a line has to be there within one.
+    lowest = LEAST_PERIODS / (_longest_run(place, rows.run) if capture else span)
+    first = int(np.searchsorted(rates, lowest, side="right"))
     there = slice(first, int(np.searchsorted(rates, 0.5 / width)))
     rates, sums = rates[there], sums[there]
     told = _information(rates, place, noise, in_time=in_time)
     amplitude = np.divide(2.0 * sums, told, out=told)
-    return LineSpectrum(rates, amplitude * sums, amplitude, span)
+    return LineSpectrum(rates, amplitude * sums, amplitude, span, lowest)
+
+
+def _longest_run(place: Float, run: NDArray[np.int64]) -> float:
+    """Of the runs, the longest way or time from end to end."""
+    return max(float(np.ptp(place[start:end])) for start, end in run_spans(run))
 
 
 def _information(rates: Float, place: Float, noise: RowNoise, *, in_time: bool) -> Float:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import ALPHA, measurement_set
 
-from arctrue.workbench.diagnose.coverage import blindness, coverage
+from arctrue.workbench.diagnose.coverage import blindness, coverage, effect_or_noise
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
@@ -131,3 +133,21 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     if verdict == "named":
         assert result.named is not None
         assert result.named.name == "reference_drift"
+
+
+@pytest.mark.parametrize(
+    ("gain", "rank", "freedom", "told"), [(24.5, 1, 3.5, True), (55.2, 23, 25.0, False)]
+)
+def test_noise_beside_many_columns_is_little_known(
+    gain: float, rank: int, freedom: float, told: bool
+) -> None:
+    """Of 48 readings 23 faces leave 25 to tell the noise: F(23, 25) = 2.2 at 3 %, not at 10⁻⁴."""
+    item: Any = SimpleNamespace(
+        name="x",
+        evidence=SimpleNamespace(score=SimpleNamespace(gain=gain, rank=rank)),
+        size_arcsec={"reference": 0.1},
+        trials=1.0,
+        freedom=freedom,
+    )
+    assert (effect_or_noise([item], 19, 0.04) is not None) == told
+    assert effect_or_noise([item], 19, 0.2) is None

@@ -1,0 +1,201 @@
+"""The pins beside the table, from pin to console: probe, sync input, trigger and position compare.
+
+The bench decodes head 1's pins by itself and corrects the count by equation (9) in double
+precision. Core and firmware are given pins and lines of the console, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from sim.tests.faults.scene import Scene
+from sim.tests.faults.setting import COUNTS, TURN_CLOCKS
+from tb.core.equation_9 import correction_bound_counts, error_of_words_counts
+
+from arctrue.device.probe import Probe
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.instrument import (
+    COMPARE_OUT,
+    HEAD1_Z,
+    PROBE_IN,
+    SYNC_IN,
+    TRIGGER_OUT,
+    PinFault,
+)
+from arctrue.table import decode_quadrature
+
+HEAD2_SHIFT = 3
+PROBES = 40
+PULSE_CLOCKS = 3
+SAMPLES = 600
+TRACED_CLOCKS = 12 * TURN_CLOCKS
+
+SAMPLE_BEHIND_EDGE = -1
+"""The sample has head 1's pins of the clock before the edge: the strobe is 4 clocks behind its pin,
+the turn position 5 (headers of pulse_input and quadrature_decoder)."""
+NOTED = 1
+"""Pins are noted with the inputs of a clock and the outputs behind its edge."""
+TRIGGER_BEHIND_EDGE = 4 + 1 + 1 - NOTED
+"""pulse_input, sample_trigger, pulse_output."""
+COMPARE_BEHIND_PINS = 5 + 29 + 2 + 1 - NOTED
+"""Decoder, pipeline, position_compare, pulse_output."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pins:
+    """What the bench reads from the pins, from ``first_clock`` on."""
+
+    first_clock: int
+    levels: NDArray[np.uint16]
+    turn_position: NDArray[np.int64]
+    """Counts of head 1 and 2 behind their index, shape (2, n)."""
+
+    def of(self, clock: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Columns of ``turn_position``."""
+        return self.turn_position[:, clock - self.first_clock]
+
+    def rises(self, pin: int, since: int) -> NDArray[np.int64]:
+        """Clocks in which ``pin`` rises, from one on."""
+        level = self.levels & pin != 0
+        clocks = np.flatnonzero(level[1:] & ~level[:-1]) + 1 + self.first_clock
+        return clocks[clocks >= since]
+
+
+class Beside(Scene):
+    """A calibrated scene whose pins are noted from the beginning."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.first_clock = self.instrument.clock
+        self.instrument.trace(TRACED_CLOCKS)
+        self.calibrate()
+        assert self.firmware.send("freeze on").startswith("ok")
+
+    def pins(self) -> Pins:
+        levels = self.instrument.traced()
+        positions = []
+        for head in (0, 1):
+            of_head = (levels >> HEAD2_SHIFT * head & 7).astype(np.uint8)
+            step, illegal = decode_quadrature(int(of_head[0]), of_head[1:])
+            assert not illegal.size
+            position = np.concatenate([[0], np.cumsum(step)])
+            # The table goes upwards: the index is where its mark begins.
+            index = np.flatnonzero(of_head & HEAD1_Z)[0]
+            positions.append(position - position[index])
+        return Pins(self.first_clock, levels, np.array(positions))
+
+    def pulses(self, pin: int, clocks: NDArray[np.int64]) -> None:
+        self.instrument.disturb(*(PinFault(int(c), PULSE_CLOCKS, high=pin) for c in clocks))
+
+
+class ConsoleOfTheFirmware:
+    """What :class:`arctrue.device.console.Console` has on a serial port, for its reader."""
+
+    port = "the firmware on the compiled core"
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    def command(self, line: str) -> list[str]:
+        *lines, end = self._scene.firmware.send(line).splitlines()
+        assert end == "ok"
+        return lines
+
+
+def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[np.float64]:
+    """Equation (9) over many turns, counts behind the index."""
+    return turn_position - error_of_words_counts(bank, turn_position % COUNTS)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[Beside]:
+    made = Beside()
+    yield made
+    made.instrument.close()
+
+
+def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
+    """To the count that equation (9) has in double precision, at the very clock of the pin."""
+    instrument, bank = scene.instrument, scene.coefficients
+    bound = correction_bound_counts(bank)
+    draw = np.random.default_rng(5)
+    probe = Probe(ConsoleOfTheFirmware(scene))  # type: ignore[arg-type]
+    edges, latches = [], []
+    for place in range(PROBES):
+        falling = place % 2
+        assert scene.firmware.send(f"probe falling {falling}") == "ok"
+        begin = instrument.clock + int(draw.integers(20, 1500))
+        scene.pulses(PROBE_IN, np.array([begin]))
+        instrument.run(begin + 100 - instrument.clock)
+        latch = probe.wait(0.0)
+        assert latch is not None
+        assert latch.missed == 0
+        edges.append(begin + PULSE_CLOCKS * falling)
+        latches.append(latch)
+    clocks = np.array(edges)
+    wanted = corrected(scene.pins().of(clocks)[0], bank)
+    told = np.array([latch.angle_deg for latch in latches]) * COUNTS / 360.0
+    off = (told - wanted + COUNTS / 2) % COUNTS - COUNTS / 2
+    assert np.abs(off).max() <= bound
+    # A clock later the worst of them is another count: the bench would see it.
+    later = corrected(scene.pins().of(clocks + 1)[0], bank)
+    assert np.abs((told - later + COUNTS / 2) % COUNTS - COUNTS / 2).max() > bound
+    # Positions and times are those of the same edges, from origins of their own.
+    positions = np.array([latch.position_counts for latch in latches])
+    assert np.abs(np.diff(positions) - np.diff(wanted)).max() <= 2 * bound
+    clock_hz = instrument.read("clock_hz")
+    times = np.round(np.array([latch.time_s for latch in latches]) * clock_hz).astype(np.int64)
+    assert np.array_equal(np.diff(times), np.diff(clocks))
+
+
+def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
+    """A turn of them: each sample has both heads' counts of its edge, and a trigger pulse."""
+    instrument, firmware = scene.instrument, scene.firmware
+    for line in ("trigger width 2", "sync capture 1"):
+        assert firmware.send(line) == "ok"
+    # The turn that was begun in equal times is dropped.
+    firmware.run(2000)
+    assert instrument.read("capture_fill") == 0
+    assert not instrument.read("status.capture_ready")
+    begin = instrument.clock + 100
+    gaps = np.random.default_rng(6).integers(100, 2 * TURN_CLOCKS // SAMPLES - 100, 2 * SAMPLES)
+    edges = begin + np.cumsum(gaps)
+    scene.pulses(SYNC_IN, edges)
+    instrument.run(int(edges[0]) - instrument.clock)
+    for _ in range(100):
+        if instrument.read("status.capture_ready"):
+            break
+        instrument.run(TURN_CLOCKS // 50)
+    samples = instrument.read_capture().samples
+    pins = scene.pins()
+    sampled = edges[: samples.shape[0]]
+    assert samples.shape[0] > SAMPLES // 2
+    turned = np.diff(pins.of(sampled[[0, -1]])[0])
+    assert COUNTS <= turned <= COUNTS + gaps.max()
+    assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_BEHIND_EDGE))
+    told = edges[edges < instrument.clock - TRIGGER_BEHIND_EDGE]
+    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), told + TRIGGER_BEHIND_EDGE)
+    # The firmware uses such a turn like any other.
+    assert "samples sync_in" in firmware.send("status")
+    assert scene.next_turn()["samples"] == samples.shape[0]
+
+
+def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
+    """Every place once, at the clock at which the corrected count comes to it."""
+    instrument, bank = scene.instrument, scene.coefficients
+    interval, first = COUNTS // 32, 77
+    begin = instrument.clock
+    for line in (f"compare interval {interval}", f"compare first {first}", "compare on 1"):
+        assert scene.firmware.send(line) == "ok"
+    instrument.run(TURN_CLOCKS)
+    pins = scene.pins()
+    clocks = pins.rises(COMPARE_OUT, begin) - COMPARE_BEHIND_PINS
+    at_place = corrected(pins.of(clocks)[0], bank) - first
+    places = np.round(at_place / interval) * interval
+    assert np.abs(at_place - places).max() <= correction_bound_counts(bank)
+    assert np.array_equal(np.diff(places), np.full(places.size - 1, interval))
+    assert places.size >= 31
