@@ -125,7 +125,10 @@ def posterior(
         named = verdict == "named"
         # The first explains the lack of fit as well, which is that of the model without it.
         unknown = float(np.logaddexp.reduce([min(stranger, first), of_product, *suspects]))
-        unknown = min(unknown, first - 0.5 * near_tie if named else first + 0.5 * advantage)
+        # Against one effect by its own odds; where several explain the rows alike, none of them is
+        # excluded by what is ahead of each by less than the rules ask of a product.
+        most = 0.5 * advantage if len(effect_class) == 1 else 0.0
+        unknown = min(unknown, first - 0.5 * near_tie if named else first + most)
         for name, value in weights.items():
             if name not in effect_class:
                 # Beside the first it adds nothing, or the first adds to it: at such a p.

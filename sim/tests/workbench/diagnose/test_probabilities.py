@@ -228,6 +228,16 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
     assert disagreement("ambiguous", ["vibration"], open_) is None
 
 
+def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
+    """A gear at 24 faces is a wave of order 9; so is a product of parts, of fewer numbers."""
+    members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]
+    product = _candidate("product_of_parts", 1000.0, 1e-200, rank=2)
+    found = _posterior("ambiguous", members, effect_class=["gear", "faces"], product=product)
+    assert verdict_of("ambiguous", ["gear", "faces"], found) == "ambiguous"
+    alone = _posterior("ambiguous", members, effect_class=["gear"], product=product)
+    assert verdict_of("ambiguous", ["gear"], alone) == "unknown"
+
+
 def test_a_name_that_shares_its_probability_is_a_class() -> None:
     both = ["latency", "hysteresis"]
     for first, verdict in (
