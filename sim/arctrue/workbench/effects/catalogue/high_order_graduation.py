@@ -36,7 +36,7 @@ class HighOrderGraduation(Effect):
         "a line at a whole order in the order spectrum of R₂ − R₁; a reference run alone cannot "
         "tell it from periodic_error"
     )
-    next_measurement = "a capture with more samples a turn than twice the order"
+    next_measurement = "a capture with more samples a turn than this set has"
     plausible = "0.05 to 2″"
     parameter_units = {"order": "1", "amplitude": "arcsec", "phase": "deg"}
     compensation = "lanes"

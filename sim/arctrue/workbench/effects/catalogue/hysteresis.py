@@ -25,7 +25,7 @@ class Hysteresis(ScalarEffect):
     capture_sees = "almost nothing"
     reference_sees = "positive and negative approach differ by B at every station"
     told_apart_by = "a reference run in both directions"
-    next_measurement = "a reference run in both directions"
+    next_measurement = "one more reference run in both directions"
     plausible = "0.1 to 5″"
     parameter_units = {"reversal_error": "arcsec"}
     compensation_note = "depends on the direction of approach: lanes cannot correct it"

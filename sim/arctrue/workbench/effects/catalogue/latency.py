@@ -30,7 +30,7 @@ class Latency(ScalarEffect):
         "runs on the move only"
     )
     told_apart_by = "a reference run at several speeds"
-    next_measurement = "a reference run on the move at two speeds or more"
+    next_measurement = "a reference run on the move at a speed that this set does not have"
     plausible = "0.3 to 100 µs"
     parameter_units = {"latency": "us"}
     compensation_note = "depends on the speed; a servo takes it as dead time"

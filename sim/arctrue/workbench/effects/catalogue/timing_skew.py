@@ -24,7 +24,7 @@ class TimingSkew(ScalarEffect):
     capture_sees = "an offset in proportion to the signed speed"
     reference_sees = "nothing at standstill"
     told_apart_by = "runs at several speeds and in both directions"
-    next_measurement = "a ladder of speeds in both directions"
+    next_measurement = "runs in both directions at a speed that this set does not have"
     plausible = "0.05 to 10 µs"
     parameter_units = {"skew": "us"}
     compensation_note = "head 1 alone goes to the output; correct the latch instead"
