@@ -29,7 +29,8 @@ PRIOR_STRANGER = 0.01
 WRONG_NAMES, NAMES = 4, 190
 WRONG_UNKNOWN, ALL_UNKNOWN = 5, 71
 """Names and ``unknown`` stated at more than 0.8, and those of them that were wrong, in 389 sets of
-the tier ``sealed``, whose seed was drawn behind the last mend (commit 331de3a)."""
+the tier ``sealed``, whose seed was drawn after the rules had changed for the last time (commit
+331de3a; ``python -m scripts.count_sure``)."""
 
 
 def inadequacy(verdict: str) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scripts.count_sure import sure_answers
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
@@ -155,6 +156,20 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
     assert (found["probability"]["right_of"]["name"]["hits"], two.first_kind()) == (2, "name")
     assert found["probability"]["right_of"]["unknown"]["of"] == 0
     assert scored([judged("adequate")])["probability"] is None
+
+
+def test_sure_answers_are_counted_by_what_they_say() -> None:
+    """Above 0.8 only: the third names the truth at 0.7."""
+    latency = effect("latency")
+    sure, unsure = {"latency": 0.9, "unknown": 0.1}, {"latency": 0.7, "unknown": 0.3}
+    sets = [
+        judged("named", latency, named="latency", probability=sure),
+        judged("named", effect("vibration"), named="latency", probability=sure),
+        judged("named", latency, named="latency", probability=unsure),
+        judged("unknown", effect("x", "stranger"), probability={"unknown": 0.9, "none": 0.1}),
+        judged("adequate"),
+    ]
+    assert sure_answers(sets) == {"name": (1, 2), "unknown": (0, 1), "none": (0, 0)}
 
 
 def test_rates_count_what_they_say() -> None:
