@@ -449,7 +449,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "columns_that_moved_leave_a_wave",
         "what a solution leaves along its own columns is taken for a further effect",
         "sim/arctrue/workbench/inference/residuals.py",
-        "            moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
+        "        moment = moment - cross.T @ (self._inverse @ self._left_moment)\n",
         "",
         "sim/tests/workbench/test_scores.py"
         "::test_a_score_beside_columns_that_moved_with_the_model_is_that_of_a_fit",

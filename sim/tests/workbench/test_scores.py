@@ -146,3 +146,23 @@ def test_noise_of_the_angles_explains_no_noise_of_the_rows(order: float) -> None
     found = residuals.score(EFFECTS["bearing_ball_pass"](), {"order": order})
     assert found.rank == 2
     assert found.gain < 18.4
+
+
+def test_a_score_beside_coefficients_away_from_the_maximum_is_that_of_the_fit() -> None:
+    """Also in the directions of a block that are left out: of four columns, two are the faces'.
+
+    Without any column that depends on the model, the score test is quadratic: where the model's
+    coefficients stand makes no difference.
+    """
+    observations = observations_of(measurement_set(runs=1, cycles=6))
+    model = [Term(EFFECTS[name](), {}) for name in ("graduation_harmonics", "polygon_face_error")]
+    noise = white_noise(observations, (0.1 * np.sqrt(2.0), 0.15))
+    solution = fit(model, observations, noise=noise)
+    away = replace(solution, coefficients=solution.coefficients + 0.01)
+    found, expected = (
+        Residuals(one).score(EFFECTS["bearing_ball_pass"](), {"order": 48.3072})
+        for one in (away, solution)
+    )
+    assert found.rank == 2
+    np.testing.assert_allclose(found.moment, expected.moment, rtol=0.0, atol=1e-6)
+    assert found.gain == pytest.approx(expected.gain, rel=1e-6)

@@ -319,15 +319,14 @@ class Residuals:
 
     def _test(self, information: Matrix, moment: Matrix, cross: Matrix) -> Score:
         projected = information - cross.T @ self._inverse @ cross
+        moment = moment - cross.T @ (self._inverse @ self._left_moment)
         projected, moment = own_directions(information, projected, moment)
         # What the model explains of the columns to within rounding is not theirs.
         alive = np.diag(projected) > 1e-9 * np.maximum(np.diag(information), 1e-300)
         kept = np.where(alive[:, None] & alive[None, :], projected, 0.0)
-        if not self.solution.held:
-            moment = moment - cross.T @ (self._inverse @ self._left_moment)
-            moment = np.where(alive, moment, 0.0)
-        coefficients, covariance, rank, _ = solve_symmetric(kept, np.where(alive, moment, 0.0))
-        gain = float(np.where(alive, moment, 0.0) @ coefficients)
+        moment = np.where(alive, moment, 0.0)
+        coefficients, covariance, rank, _ = solve_symmetric(kept, moment)
+        gain = float(moment @ coefficients)
         own_share = float(np.trace(projected)) / max(float(np.trace(information)), 1e-300)
         return Score(
             max(gain, 0.0), rank, coefficients, covariance, moment, projected, cross, own_share
