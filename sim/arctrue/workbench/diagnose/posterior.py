@@ -49,29 +49,6 @@ def verdict_of(
     return "ambiguous" if probability[effect_class[0]] < LEAST_OF_A_NAME else verdict
 
 
-def disagreement(
-    verdict: Verdict, effect_class: Sequence[str], probability: Mapping[str, float]
-) -> str | None:
-    """Where a verdict and its probabilities contradict each other, in words; None: nowhere.
-
-    A name, ``unknown`` and ``none`` have the largest probability where they are the verdict; the
-    first of a class has the largest of the effects, and ``unknown`` does not hold all but 5 %.
-    """
-    effects = [value for name, value in probability.items() if name not in (NONE, UNKNOWN)]
-    largest, said = max(probability.values()), effect_class[0] if effect_class else UNKNOWN
-    if verdict == "ambiguous":
-        largest = max(effects)
-    elif verdict == "adequate":
-        said = NONE
-    elif verdict in SILENT:
-        return None
-    if probability[said] < largest:
-        return f"{verdict}: {said} has {probability[said]:.3g}, another {largest:.3g}"
-    if verdict_of(verdict, effect_class, probability) != verdict:
-        return f"{verdict}: {said} has {probability[said]:.3g}, unknown {probability[UNKNOWN]:.3g}"
-    return None
-
-
 def posterior(
     verdict: str,
     candidates: list[Candidate],
@@ -157,4 +134,4 @@ def _weighed(item: Candidate) -> Weighed:
     return Weighed(item.gain, item.rank, trials, item.rows, item.freedom)
 
 
-__all__ = ["allowed_for", "disagreement", "posterior", "verdict_of"]
+__all__ = ["allowed_for", "posterior", "verdict_of"]
