@@ -220,6 +220,27 @@ def test_a_wrong_answer_is_named(
         asked(observations)
 
 
+@pytest.mark.parametrize("answer", ["None", "'1'", "float('nan')", "float('inf')", "-1.0", "True"])
+def test_a_wrong_constant_between_the_heads_is_named(tmp_path: Path, answer: str) -> None:
+    declared = f"def constant_between_heads_arcsec(self, coefficients): return {answer}"
+    effect = _effect(tmp_path, declared=declared)
+    said = "mine.py: constant_between_heads_arcsec, line 9: expected a finite number of 0 or more"
+    with pytest.raises(EffectFileError, match=said):
+        effect.constant_between_heads_arcsec(np.zeros(2))
+
+
+def test_a_constant_between_the_heads_may_be_any_number(tmp_path: Path) -> None:
+    declared = "def constant_between_heads_arcsec(self, coefficients): return abs(coefficients[0])"
+    effect = _effect(tmp_path, declared=declared)
+    assert effect.constant_between_heads_arcsec(np.array([-2.0, 0.0])) == 2.0
+
+
+def test_a_wrong_description_is_named(tmp_path: Path) -> None:
+    effect = _effect(tmp_path, declared="def describe(self, parameters): return None")
+    with pytest.raises(EffectFileError, match="describe, line 9: expected one line of printable"):
+        effect.describe({})
+
+
 @pytest.mark.parametrize(
     ("declared", "said"),
     [
@@ -235,6 +256,11 @@ def test_a_wrong_answer_is_named(
         ("def scan(self, residuals): pass", "Mine.scan: expected none: search_kind says how"),
         ("defaults = None", "Mine.defaults"),
         ("longest_call_s = 0", "Mine.longest_call_s: expected seconds above 0"),
+        ("fixed_to_polygon = 'no'", "Mine.fixed_to_polygon: expected True or False, found 'no'"),
+        ("depends_on_model = 1", "Mine.depends_on_model: expected True or False, found 1"),
+        ("step_at = 'run'", "Mine.step_at: expected two names of search or None, found 'run'"),
+        ("step_at = ('a', 'b')", "Mine.step_at: expected two names of search or None"),
+        ("in_parts = 'direction'", "Mine.in_parts: expected a tuple of texts"),
     ],
 )
 def test_a_wrong_declaration_is_named(tmp_path: Path, declared: str, said: str) -> None:

@@ -32,6 +32,11 @@ TEXTS = (
     "next_measurement", "plausible", "compensation_note",
 )  # fmt: skip
 """Declarations of an effect that are shown to people."""
+SWITCHES = (
+    "at_reading", "depends_on_model", "fixed_to_polygon", "local_on_disc", "needs_settings",
+    "unspecific",
+)  # fmt: skip
+"""Declarations of an effect that are True or False."""
 
 
 class EffectFileError(ValueError):
@@ -212,6 +217,13 @@ def _parameters(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str |
     return None if named else f"expected Parameters with finite values by name, found {found!r}"
 
 
+def _limit(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
+    number = isinstance(found, int | float | np.integer | np.floating)
+    if number and not isinstance(found, bool) and 0.0 <= found < np.inf:
+        return None
+    return f"expected a finite number of 0 or more, found {found!r}"
+
+
 def _lanes(effect: Effect, arguments: tuple[Any, ...], found: Any) -> str | None:
     right = isinstance(found, list) and all(
         isinstance(item, Lane) and np.isfinite([item.cosine_arcsec, item.sine_arcsec]).all()
@@ -229,11 +241,13 @@ CHECKS: Mapping[str, Check] = {
     "variety": _texts,
     "contradiction": _text_or_none,
     "search_contradiction": _text_or_none,
+    "constant_between_heads_arcsec": _limit,
     "column_names": _column_names,
     "capture_columns": _columns,
     "reference_columns": _columns,
     "capture_formula": _values,
     "reference_formula": _values,
+    "describe": _text,
     "told": _text,
     "derived": _parameters,
     "narrowed": _nothing,
@@ -267,6 +281,19 @@ def _check_declarations(kind: type[Effect], path: Path) -> None:
         fail("search", f"{', '.join(sorted(expected))} for search_kind {kind.search_kind!r}")
     if "scan" in vars(kind):
         fail("scan", "none: search_kind says how the parameters are looked for")
+    for switch in SWITCHES:
+        if not isinstance(getattr(kind, switch), bool):
+            fail(switch, "True or False")
+    if kind.step_at is not None and not (
+        isinstance(kind.step_at, tuple)
+        and len(kind.step_at) == 2
+        and all(isinstance(name, str) and name in names for name in kind.step_at)
+    ):
+        fail("step_at", "two names of search or None")
+    if not isinstance(kind.in_parts, tuple) or not all(
+        isinstance(part, str) for part in kind.in_parts
+    ):
+        fail("in_parts", "a tuple of texts")
     limit = kind.longest_call_s
     if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0.0:
         fail("longest_call_s", "seconds above 0")
