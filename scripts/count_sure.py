@@ -7,7 +7,7 @@ An answer is sure where its largest probability is above 0.8. By what that is gi
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from arctrue.studies.benchmark.answers import judged_sets
@@ -27,12 +27,12 @@ def sure_answers(sets: Iterable[Judged]) -> dict[str, tuple[int, int]]:
     return {kind: (found.count(False), len(found)) for kind, found in right.items()}
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Print a line for each kind."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="of the run")
     parser.add_argument("--subject", default="arctrue", help="whose answers")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     for kind, (wrong, all_) in sure_answers(
         judged_sets([given.folder], given.subject, None)
     ).items():

@@ -8,12 +8,14 @@ not run to build/firmware/coverage/lines.txt.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
 import subprocess
 import sys
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -92,8 +94,9 @@ def share(lines: dict[int, int]) -> float:
     return sum(count > 0 for count in lines.values()) / len(lines) if lines else 1.0
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Returns the exit code: 1 below the least share."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     try:
         run_tests()
         counts = read_counts()

@@ -5,8 +5,10 @@ Results of the peers on the earlier sets are worth nothing then: run make peers 
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
+from collections.abc import Sequence
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -16,8 +18,9 @@ from arctrue.studies.benchmark.plan import TIERS, Plan
 from arctrue.whole_file import write_whole_text
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Make all 200 sets, about a minute."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     tier = TIERS[TIER]
     assert tier.seed is not None
     tasks = Plan(TIER, tier.sets, tier.samples, tier.seed, "", "").tasks("")

@@ -7,8 +7,10 @@ scripts/generate_python.py).
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from peakrdl_cheader.c_standards import CStandard
@@ -103,8 +105,9 @@ def write_registers() -> None:
     write_if_changed(GENERATED / "vhdl" / "register_addresses_pkg.vhd", vhdl_addresses(top, block))
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write everything; returns the exit code."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     write_python(ROOT, GENERATED_PYTHON)
     constants = read_number_formats(ROOT / NUMBER_FORMATS)
     write_if_changed(GENERATED / "c" / "arctrue_number_formats.h", c_number_formats(constants))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 
 from arctrue.studies.benchmark.cases import (
     NoSuchCaseError,
@@ -20,7 +21,7 @@ from arctrue.studies.benchmark.cases import (
 from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write it; exit code 1 where there is no such case."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -30,7 +31,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--said", help="the answer that is explained")
     parser.add_argument("why", help="in one or two sentences")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     said = given.said or next(
         (case["found"]["said"] for case in kept_cases() if case["seed"] == given.seed), ""
     )

@@ -7,8 +7,10 @@ where the code is read.
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -339,10 +341,13 @@ def stale_documents(root: Path) -> list[Path]:
     return stale + [page.relative_to(root) for page in pages if page.relative_to(root) not in made]
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write or check everything; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; name what differs")
+    given = parser.parse_args(arguments)
     stale = stale_documents(ROOT)
-    if "--check" in arguments:
+    if given.check:
         for path in stale:
             print(f"{path}: differs from its source; run 'make docs'", file=sys.stderr)
         return 1 if stale else 0
@@ -358,4 +363,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

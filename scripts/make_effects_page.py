@@ -8,8 +8,10 @@ differs from the declarations is named (exit code 1).
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from arctrue.gateware.coefficients import ORDER_MAX
@@ -171,11 +173,14 @@ def effects_page() -> str:
     return HEAD + "\n".join(lines).replace("\n\n\n", "\n\n").rstrip() + "\n"
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Write the page, or compare it; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; compare the page")
+    given = parser.parse_args(arguments)
     page = ROOT / PAGE
     text = effects_page()
-    if "--check" in sys.argv[1:]:
+    if given.check:
         if page.exists() and page.read_text(encoding="utf-8") == text:
             return 0
         print(f"{PAGE} is not what its sources say: run make docs", file=sys.stderr)

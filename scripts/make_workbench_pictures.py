@@ -6,9 +6,11 @@ checked through the pages, which a test runs.
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -126,8 +128,9 @@ def worm() -> None:
     figure.savefig(IMAGES / "real_worm.png", dpi=110)
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Make all pictures."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     IMAGES.mkdir(parents=True, exist_ok=True)
     tutorial()
     motor()

@@ -1,13 +1,15 @@
 """Measures what the exported lanes leave of every effect, and writes docs/data/taken_away.json.
 
 Run ``python -m scripts.measure_taken_away``, some minutes; docs/effects.md is made from the file by
-``python -m scripts.make_effects_page``. Names of effects as arguments measure these alone.
+``python -m scripts.make_effects_page``.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +26,16 @@ def stored() -> dict[str, Any]:
     return found
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure the effects that are named, or all; returns the exit code."""
-    chosen = sys.argv[1:] or list(built_in())
-    rows = stored()["effects"] if sys.argv[1:] and STORED.exists() else {}
-    for name in chosen:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("effects", nargs="*", help="measure these alone", metavar="EFFECT")
+    chosen = parser.parse_args(arguments).effects
+    unknown = sorted(set(chosen) - set(built_in()))
+    if unknown:
+        parser.error(f"no effect is named {unknown[0]}; there are: {', '.join(built_in())}")
+    rows = stored()["effects"] if chosen and STORED.exists() else {}
+    for name in chosen or built_in():
         row = measure(name).data()
         del row["effect"]
         rows[name] = row

@@ -7,12 +7,14 @@ does not fit the tree or a test fails without any mutation.
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from scripts.firmware_mutations import FIRMWARE_MUTATIONS
@@ -101,8 +103,11 @@ def say(words: str) -> None:
     print(words, flush=True)
 
 
-def main(names: list[str]) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the named mutations, or all; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help="run these mutations alone", metavar="NAME")
+    names = parser.parse_args(arguments).names
     unknown = sorted(set(names) - {mutation.name for mutation in MUTATIONS})
     mutations = tuple(one for one in MUTATIONS if not names or one.name in names)
     faults = [f"{name}: no mutation of this name" for name in unknown]
@@ -150,4 +155,4 @@ def main(names: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

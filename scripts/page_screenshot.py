@@ -6,13 +6,16 @@ itself and waits for the diagnosis. Needs Chromium.
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-from scripts.browser import INSTALL, arguments, chromium
+from scripts.browser import INSTALL, chromium
+from scripts.browser import arguments as browser_arguments
 from scripts.page_server import page_server
 
 IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "page.png"
@@ -40,14 +43,15 @@ def take(page: Page, address: str) -> None:
     page.screenshot(path=IMAGE)
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Write the picture; without a browser the one that is there stays."""
+    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
     program = chromium()
     if program is None:
         print(f"{IMAGE} stays as it is: no browser: {INSTALL}", file=sys.stderr)
         return
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=arguments())
+        browser = playwright.chromium.launch(executable_path=program, args=browser_arguments())
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
         page.set_default_timeout(PATIENCE_MS)
         with page_server(Path(folder), Path(folder) / "state") as address:

@@ -7,10 +7,12 @@ page, and ``check`` compares. Figures: docs/data/warming.json.
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
 import json
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -84,12 +86,11 @@ def page(text: str, stored: dict[str, Any]) -> str:
     return before + section(stored) + after
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Measure or compare; returns the exit code."""
-    wanted = sys.argv[1] if len(sys.argv) == 2 else ""
-    if wanted not in {*SCALES, "page", "check"}:
-        print(f"use: python -m scripts.warming {'|'.join(SCALES)}|page|check", file=sys.stderr)
-        return 2
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=[*SCALES, "page", "check"])
+    wanted = parser.parse_args(arguments).what
     measured = {wanted: measure(wanted)} if wanted in SCALES else {}
     # Read after the measurement: the other scale's may have come meanwhile.
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.exists() else {}

@@ -1,0 +1,64 @@
+"""``python -m scripts.X --help`` prints how X is called, and does nothing else."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
+CALLABLE = sorted(
+    path.stem for path in SCRIPTS.glob("*.py") if "__main__" in path.read_text(encoding="utf-8")
+)
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
+CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
+
+
+class Watch:
+    """Notes what the interpreter tells its audit hooks of files that change, and of programs."""
+
+    def __init__(self) -> None:
+        self.on = False
+        self.seen: list[str] = []
+        sys.addaudithook(self._note)
+
+    def _note(self, event: str, details: tuple[Any, ...]) -> None:
+        if self.on and (event in CHANGES or (event == "open" and details[2] & WRITING)):
+            self.seen.append(f"{event}: {details[0]}")
+
+
+@pytest.fixture(scope="module")
+def watch() -> Watch:
+    """One: an audit hook cannot be taken away again."""
+    return Watch()
+
+
+def test_the_watch_sees_a_file_that_is_written(watch: Watch, tmp_path: Path) -> None:
+    watch.seen.clear()
+    watch.on = True
+    (tmp_path / "file").write_text("x")
+    watch.on = False
+    assert watch.seen == [f"open: {tmp_path / 'file'}"]
+
+
+@pytest.mark.parametrize("name", CALLABLE)
+def test_help_is_printed_and_nothing_is_done(
+    name: str, watch: Watch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main = importlib.import_module(f"scripts.{name}").main
+    watch.seen.clear()
+    watch.on = True
+    try:
+        with pytest.raises(SystemExit) as ended:
+            main(["--help"])
+    finally:
+        watch.on = False
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert said.lower().startswith("usage: ")
+    assert "--help" in said
+    assert watch.seen == []
