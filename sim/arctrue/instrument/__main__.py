@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.instrument.build import build
@@ -11,12 +12,12 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.source_tree import ROOT
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Exit code 1 where it cannot be built."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(prog="arctrue.instrument", description=__doc__)
     parser.add_argument("--lanes", type=int, default=LANES_DEFAULT)
     parser.add_argument("--capture-depth", type=int, default=CAPTURE_DEPTH_DEFAULT)
-    asked = parser.parse_args()
+    asked = parser.parse_args(arguments)
     try:
         library = build(asked.lanes, asked.capture_depth, say=print)
     except InstrumentError as error:

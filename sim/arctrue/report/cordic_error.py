@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +110,14 @@ def draw_cordic_error(
     return float(np.abs(error).max())
 
 
-if __name__ == "__main__":
-    target = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_FILE
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Draw the picture and say how large the error is."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", nargs="?", type=Path, default=DEFAULT_FILE, help="picture to write")
+    target = parser.parse_args(arguments).file
     largest = draw_cordic_error(target)
     print(f"{target}: largest error {largest:.3e}, bound {cosine_bound():.3e}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-"""``python -m scripts.X --help`` prints how X is called, and does nothing else."""
+"""``python -m MODULE --help`` prints how a module is called, and does nothing else."""
 
 from __future__ import annotations
 
@@ -11,9 +11,16 @@ from typing import Any
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
-CALLABLE = sorted(
-    path.stem for path in SCRIPTS.glob("*.py") if "__main__" in path.read_text(encoding="utf-8")
-)
+CALLABLE = [
+    *sorted(
+        f"scripts.{path.stem}"
+        for path in SCRIPTS.glob("*.py")
+        if "__main__" in path.read_text(encoding="utf-8")
+    ),
+    "arctrue.instrument.__main__",
+    "arctrue.report.cordic_error",
+    "arctrue.studies.scenario.__main__",
+]
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
 
@@ -49,7 +56,7 @@ def test_the_watch_sees_a_file_that_is_written(watch: Watch, tmp_path: Path) -> 
 def test_help_is_printed_and_nothing_is_done(
     name: str, watch: Watch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main = importlib.import_module(f"scripts.{name}").main
+    main = importlib.import_module(name).main
     watch.seen.clear()
     watch.on = True
     try:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -32,5 +32,12 @@ def results_table(files: Sequence[Path]) -> str:
     return "\n".join(lines)
 
 
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="arctrue.studies.scenario", description=__doc__)
+    parser.add_argument("files", nargs="+", type=Path, metavar="RUN.json")
+    print(results_table(parser.parse_args(arguments).files))
+
+
 if __name__ == "__main__":
-    print(results_table([Path(name) for name in sys.argv[1:]]))
+    main()
