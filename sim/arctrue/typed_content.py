@@ -328,7 +328,8 @@ def _range(declared: inspect.IntType | inspect.FloatType) -> str:
     low, high = declared.ge, declared.le
     if declared.gt is None and _told_limit(low) and _told_limit(high):
         return f" from {_figure(low)} to {_figure(high)}"
-    return " and".join(_limits(declared))
+    words = " and".join(_limits(declared))
+    return f" of{words}" if words.startswith(" at most") else words
 
 
 def _limits(declared: inspect.IntType | inspect.FloatType) -> Iterator[str]:
@@ -339,7 +340,7 @@ def _limits(declared: inspect.IntType | inspect.FloatType) -> Iterator[str]:
     if declared.lt is not None:
         yield f" below {_figure(declared.lt)}"
     if _told_limit(declared.le):
-        yield f" of {_figure(declared.le)} or less"
+        yield f" at most {_figure(declared.le)}"
 
 
 def _figure(limit: float | None) -> str:

@@ -55,6 +55,8 @@ class File(Struct, forbid_unknown_fields=True):
     discs: dict[str, list[Disc]] = {}
     parts: list[Ball | Belt] = []
     named: list[dict[str, int]] = []
+    share: Annotated[float, Meta(gt=0, le=2**63)] = 1.0
+    most: Annotated[int, Meta(le=9)] = 1
     low: Number = 0.0
     high: Number = 1.0
 
@@ -93,6 +95,8 @@ SENTENCES: list[tuple[dict[str, Any], str]] = [
     ({"parts": [{"kind": "belt", "order": 65}]}, "order: expected a whole number from 1 to 64"),
     ({"named": [{"name": 1.5}]}, "named[1].name: expected a whole number, found 1.5"),
     ({"named": [{"name": "warm"}]}, 'named[1] (warm).name: expected a whole number, found "warm"'),
+    ({"share": 0}, "share: expected a number above 0 and at most 2^63, found 0"),
+    ({"most": 10}, "most: expected a whole number of at most 9, found 10"),
     ({"low": 2}, "low: expected at most high, 1, found 2"),
     ({"low": math.nan}, "low: expected a finite number, found nan"),
 ]
