@@ -168,49 +168,42 @@ def _misspelt(content: Any) -> Iterator[tuple[str, Any]]:
                 yield inner, {**content, key: changed}
 
 
-def _model(folder: Path, text: str) -> str:
-    path = folder / "model.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        read_model(path)
-    except ModelFileError as error:
-        return str(error)
-    return ""
+def _refusal(
+    read: Callable[[Path], object], error: type[Exception], file: str
+) -> Callable[[Path, str], str]:
+    """What ``read`` says of a text in a file of this name; empty where it takes it."""
 
+    def said(folder: Path, text: str) -> str:
+        path = folder / file
+        path.write_text(text, encoding="utf-8")
+        try:
+            read(path)
+        except error as told:
+            return str(told)
+        return ""
 
-def _coefficients(folder: Path, text: str) -> str:
-    path = folder / "coefficients.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        read_coefficient_file(path)
-    except CoefficientFileError as error:
-        return str(error)
-    return ""
-
-
-def _scenario(folder: Path, text: str) -> str:
-    path = folder / "scenario.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        read_scenario(path)
-    except ScenarioError as error:
-        return str(error)
-    return ""
+    return said
 
 
 def _measurement(folder: Path, text: str) -> str:
-    (folder / "measurement.toml").write_text(text, encoding="utf-8")
+    """A set with an unknown key is read, with a warning."""
     (folder / "reference.csv").write_text("target_deg,error_arcsec\n0.0,0.0\n15.0,1.0\n")
-    try:
-        return "\n".join(read_measurement_set(folder).warnings)
-    except MeasurementError as error:
-        return str(error)
+    warnings: list[str] = []
+    refused = _refusal(
+        lambda path: warnings.extend(read_measurement_set(path.parent).warnings),
+        MeasurementError,
+        "measurement.toml",
+    )(folder, text)
+    return refused or "\n".join(warnings)
 
 
 FILES: dict[str, tuple[str, Callable[[Path, str], str]]] = {
-    "model": (MODEL, _model),
-    "coefficients": (COEFFICIENTS, _coefficients),
-    "scenario": (SCENARIO, _scenario),
+    "model": (MODEL, _refusal(read_model, ModelFileError, "model.toml")),
+    "coefficients": (
+        COEFFICIENTS,
+        _refusal(read_coefficient_file, CoefficientFileError, "coefficients.toml"),
+    ),
+    "scenario": (SCENARIO, _refusal(read_scenario, ScenarioError, "scenario.toml")),
     "measurement": (MEASUREMENT, _measurement),
 }
 
