@@ -26,6 +26,7 @@ USUAL_LINES = 1024
 LEAST_COUNTS = 1 << 18
 """With fewer a turn is over before the firmware has judged the one before."""
 FOLLOWED_TURNS = 4
+_FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
 
 @click.command(short_help="A hidden effect, through the gateware and the workbench.")
@@ -47,7 +48,12 @@ FOLLOWED_TURNS = 4
     help="Counts a line.",
 )
 @click.option("--samples", type=click.IntRange(400, 12000), default=1200, show_default=True)
-@click.option("--follow", is_flag=True, help="Of thermal eccentricity: while the table warms.")
+@click.option(
+    "--follow",
+    is_flag=True,
+    help="Then warm the table and show order 1 of the corrected output turn by turn. Only with "
+    f"EFFECT {_FOLLOWED}.",
+)
 @click.option(
     "--out",
     type=OutputFolder(),
@@ -82,8 +88,11 @@ def hidden(
     from arctrue.studies.hidden_effect.follow import follow_warming
     from arctrue.studies.hidden_effect.settings import HiddenSettings
 
-    if follow and effect != "thermal_eccentricity":
-        raise click.UsageError("--follow is about thermal_eccentricity")
+    if follow and not CASES[effect].order1_warms:
+        raise click.UsageError(
+            f"--follow shows order 1 while the table warms, and {effect} does not change it; "
+            f"it is for {_FOLLOWED}"
+        )
     if lines * int(interpolation) < LEAST_COUNTS:
         raise click.UsageError(
             f"{lines * int(interpolation):,} counts a turn are too few: the firmware could not "

@@ -51,6 +51,8 @@ class Case:
     """A reference run at stations, up and down, in place of marks on the move."""
     fresh_c: float | None = None
     """Temperature of the fresh turns after a new power-up; None: the first run goes on."""
+    order1_warms: bool = False
+    """Order 1 changes with the temperature: it can be followed while the table warms."""
 
 
 def _subdivision(settings: HiddenSettings) -> list[PhysicalEffect]:
@@ -94,6 +96,7 @@ _ALL = (
         _thermal_centre,
         _WARMING,
         fresh_c=FRESH_C,
+        order1_warms=True,
     ),
     Case("hysteresis", "a shaft that winds up", _wind_up, (RunPlan(side=-1),), polygon=True),
     Case(
