@@ -10,10 +10,10 @@ import numpy as np
 
 from arctrue.studies.benchmark.peers.textbook import (
     CHUNK,
-    Candidate,
     Fit,
     Float,
-    candidates,
+    TextbookEffect,
+    effects_of,
     problem,
 )
 
@@ -53,21 +53,21 @@ def _best(fit: Fit, coarse: Fit) -> tuple[str, Float, Float] | None:
     left, coarse_left = fit.scaled_left, coarse.scaled_left
     square, rows = float(left @ left), left.size
     best: tuple[float, str, Float, Float] | None = None
-    for exact, candidate in zip(candidates(fit), candidates(coarse), strict=True):
-        place, thin = _place(coarse, candidate, coarse_left)
-        columns = fit.whole(exact.columns(candidate.places[place : place + 1]))
+    for exact, effect in zip(effects_of(fit), effects_of(coarse), strict=True):
+        place, thin = _place(coarse, effect, coarse_left)
+        columns = fit.whole(exact.columns(effect.places[place : place + 1]))
         gain, rank = (values[0] for values in _gains(fit, columns, left))
         fall = rows * np.log(square / max(square - gain, 1e-12))
-        fall -= rank * np.log(rows) + 2.0 * np.log(candidate.places.size * exact.share)
+        fall -= rank * np.log(rows) + 2.0 * np.log(effect.places.size * exact.share)
         if fall > 0 and (best is None or fall > best[0]):
-            best = (float(fall), candidate.name, columns[:, 0, :], thin)
+            best = (float(fall), effect.name, columns[:, 0, :], thin)
     return None if best is None else best[1:]
 
 
-def _place(fit: Fit, candidate: Candidate, left: Float) -> tuple[int, Float]:
+def _place(fit: Fit, effect: TextbookEffect, left: Float) -> tuple[int, Float]:
     """The place with the largest gain, and its columns."""
     best: tuple[float, int, Float] | None = None
-    for begin, columns in _chunks(fit, candidate):
+    for begin, columns in _chunks(fit, effect):
         gains, _ = _gains(fit, columns, left)
         at = int(gains.argmax())
         if best is None or gains[at] > best[0]:
@@ -76,10 +76,10 @@ def _place(fit: Fit, candidate: Candidate, left: Float) -> tuple[int, Float]:
     return best[1:]
 
 
-def _chunks(fit: Fit, candidate: Candidate) -> Iterator[tuple[int, Float]]:
+def _chunks(fit: Fit, effect: TextbookEffect) -> Iterator[tuple[int, Float]]:
     """Columns at some places at a time, with the number of the first."""
-    for begin in range(0, candidate.places.size, CHUNK):
-        yield begin, fit.whole(candidate.columns(candidate.places[begin : begin + CHUNK]))
+    for begin in range(0, effect.places.size, CHUNK):
+        yield begin, fit.whole(effect.columns(effect.places[begin : begin + CHUNK]))
 
 
 def _gains(fit: Fit, columns: Float, left: Float) -> tuple[Float, Float]:

@@ -260,7 +260,7 @@ Columns = Callable[[Places], tuple[Float | None, Float | None]]
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TextbookEffect:
     """One effect: its columns ``(n, places, rank)`` in both channels at places of its search."""
 
     name: str
@@ -271,29 +271,31 @@ class Candidate:
     """Places that a given one stands for: of a line that was picked from a spectrum."""
 
 
-def candidates(fit: Fit) -> Iterator[Candidate]:
+def effects_of(fit: Fit) -> Iterator[TextbookEffect]:
     """Every effect of the catalogue that the set has the rows and facts for."""
     given = fit.given
     if given.theta.size:
         yield from _of_heads(fit)
     if given.target.size:
         yield from _of_instrument(fit)
-    yield Candidate("radial_error_motion", lambda at: _stator(given, at), np.arange(2, 9))
+    yield TextbookEffect("radial_error_motion", lambda at: _stator(given, at), np.arange(2, 9))
 
 
-def _once(name: str, capture: Float | None = None, reference: Float | None = None) -> Candidate:
+def _once(
+    name: str, capture: Float | None = None, reference: Float | None = None
+) -> TextbookEffect:
     """An effect without a search, from its columns ``(n,)`` or ``(n, rank)``."""
     parts = [
         None if part is None else part.reshape(part.shape[0], 1, -1)
         for part in (capture, reference)
     ]
-    return Candidate(name, lambda _: (parts[0], parts[1]), np.zeros(1))
+    return TextbookEffect(name, lambda _: (parts[0], parts[1]), np.zeros(1))
 
 
-def _of_heads(fit: Fit) -> Iterator[Candidate]:
+def _of_heads(fit: Fit) -> Iterator[TextbookEffect]:
     given = fit.given
     theta, alpha = given.theta, given.alpha
-    yield Candidate("high_order_graduation", given.on_disc, np.arange(21, 240))
+    yield TextbookEffect("high_order_graduation", given.on_disc, np.arange(21, 240))
     yield _once("head_angle_error", np.ones_like(theta))
     yield _once("timing_skew", given.speed)
     electrical = [_flat(waves(phase, np.array([1, 2]))) for phase in given.phases]
@@ -302,13 +304,15 @@ def _of_heads(fit: Fit) -> Iterator[Candidate]:
     line = _flat(waves(given.time_s, np.array([2 * np.pi * hz])))
     each_run = given.run[:, None] == given.runs
     columns = (line[:, :, None] * each_run[:, None, :]).reshape(theta.size, -1)
-    yield Candidate("vibration", lambda _: (columns[:, None, :], None), np.zeros(1), searched)
-    yield Candidate("bearing_ball_pass", lambda at: _stator(given, at), np.arange(0.35, 14.0, 0.05))
+    yield TextbookEffect("vibration", lambda _: (columns[:, None, :], None), np.zeros(1), searched)
+    yield TextbookEffect(
+        "bearing_ball_pass", lambda at: _stator(given, at), np.arange(0.35, 14.0, 0.05)
+    )
     instants = np.concatenate(
         [np.linspace(*_ends(given.time_s[given.run == n]), 102)[1:-1] for n in given.runs]
     )
-    yield Candidate("count_slip", lambda at: (_steps(given, at), None), instants)
-    yield Candidate(
+    yield TextbookEffect("count_slip", lambda at: (_steps(given, at), None), instants)
+    yield TextbookEffect(
         "graduation_defect",
         lambda at: (
             (_bells(theta + alpha, at) - _bells(theta, at))[:, :, None],
@@ -322,7 +326,7 @@ def _of_heads(fit: Fit) -> Iterator[Candidate]:
         yield _once("thermal_eccentricity", first * given.warmth_k[:, None])
 
 
-def _of_instrument(fit: Fit) -> Iterator[Candidate]:
+def _of_instrument(fit: Fit) -> Iterator[TextbookEffect]:
     given = fit.given
     first = _flat(waves(given.target, np.array([1])))
     yield _once("hysteresis", reference=given.direction)
