@@ -41,10 +41,14 @@ class _Shard(click.ParamType[tuple[int, int]]):
 def campaign_options(function: Callable[..., None]) -> Callable[..., None]:
     """--workers, --scheduler, --shard."""
     for option in (
-        click.option("--shard", type=_Shard(), help="Only every n-th task from the i-th."),
-        click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler: its workers do it."),
+        click.option("--shard", type=_Shard(), help="Do only every N-th task, from the I-th on."),
         click.option(
-            "--workers", type=click.IntRange(min=1), help="Processes here; as many as cores."
+            "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the tasks."
+        ),
+        click.option(
+            "--workers",
+            type=click.IntRange(min=1),
+            help="Processes on this machine.  [default: as many as it has cores]",
         ),
     ):
         function = option(function)

@@ -21,7 +21,7 @@ from arctrue.whole_file import write_whole_text
     type=Finite(min=1.0, max=359.0),
     default=33.0,
     show_default=True,
-    help="Angle to be judged beside the best ones, degrees.",
+    help="Angle to judge beside the best ones, degrees.",
 )
 @click.option(
     "--orders",
@@ -30,7 +30,7 @@ from arctrue.whole_file import write_whole_text
     help="Judge orders 1 to N; may be repeated.  [default: 10, 12, 20, 32, 40, 64]",
 )
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the maps.")
 @for_people
 def alpha(

@@ -40,7 +40,9 @@ def benchmark() -> None:
 
 @benchmark.command("make")
 @click.argument("folder", type=Folder)
-@click.option("--tier", type=click.Choice(list(TIERS)), required=True, help="How many sets.")
+@click.option(
+    "--tier", type=click.Choice(list(TIERS)), required=True, help="Which sets, and how many."
+)
 @for_people
 def make(folder: Path, tier: str) -> None:
     """Write the plan: what is sealed, then the seed of all sets."""
@@ -87,7 +89,11 @@ def run(
 @benchmark.command("score")
 @click.argument("folders", type=Folder, nargs=-1, required=True)
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
-@click.option("--answers", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.option(
+    "--answers",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    help="JSON with the answers of another program.",
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
 @for_people
 def score(
@@ -116,8 +122,10 @@ def score(
 @benchmark.command("page")
 @click.argument("folders", type=Folder, nargs=-1, required=True)
 @click.option("--subject", default="arctrue", show_default=True, help="Whose answers.")
-@click.option("--peers", type=Folder, help="A folder of the public tier: all who answered there.")
-@click.option("--to", "path", type=OutputFile(), required=True, help="The Markdown file.")
+@click.option(
+    "--peers", type=Folder, help="Folder of the public tier, to compare all who answered there."
+)
+@click.option("--to", "path", type=OutputFile(), required=True, help="Markdown file to write.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def page(
@@ -145,12 +153,18 @@ def page(
     required=True,
     help=f"One of {', '.join(WORLDS)}.",
 )
-@click.option("--content", type=click.Choice(CONTENTS), required=True)
-@click.option("--seed", type=click.IntRange(min=0), required=True)
-@click.option("--samples", type=click.IntRange(min=100), default=SAMPLES_A_RUN, show_default=True)
+@click.option("--content", type=click.Choice(CONTENTS), required=True, help="What is hidden in it.")
+@click.option("--seed", type=click.IntRange(min=0), required=True, help="Seed of the set.")
+@click.option(
+    "--samples",
+    type=click.IntRange(min=100),
+    default=SAMPLES_A_RUN,
+    show_default=True,
+    help="Samples per run.",
+)
 @for_people
 def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> None:
-    """Make one set again, its truth beside it."""
+    """Make one set again, and write its truth beside it."""
     refuse_recorded(folder)
     made = make_set({"world": world, "content": content, "seed": seed, "samples": samples})
     write_measurement_set(folder, made.measurement)
@@ -160,13 +174,15 @@ def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> 
 @benchmark.command("sets")
 @click.argument("folder", type=Folder)
 @click.argument("out", type=OutputFolder())
-@click.option("--first", type=click.IntRange(min=1), help="Only so many, from the first.")
+@click.option(
+    "--first", type=click.IntRange(min=1), help="Write only so many sets, from the first on."
+)
 @for_people
 def sets(folder: Path, out: Path, first: int | None) -> None:
     """Write the plan's measurement sets to OUT without their truth, for anybody to answer.
 
     Those of the tier public are compared with the digests of the frozen ones; exit code 1 where
-    one differs: answers to it are not to be set beside others.
+    one differs: answers to it cannot be compared with answers to the frozen set.
     """
     plan = read_plan(folder)
     with Progress("writing sets") as progress:

@@ -40,7 +40,9 @@ from arctrue.workbench.model.stations import model_of_stations
 @click.command("budget", short_help="Uncertainty budget of a set's calibration.")
 @set_argument
 @common_options
-@click.option("--temperature", type=Finite(), help="°C, for effects that depend on it.")
+@click.option(
+    "--temperature", type=Finite(), help="Temperature in °C, for effects that depend on it."
+)
 @for_people
 def budget(
     measurement_set: Path,

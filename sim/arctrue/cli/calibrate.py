@@ -76,14 +76,14 @@ class _ManyRuns(click.Command):
     type=click.IntRange(1, 1000),
     default=CalibrationSettings().most_order,
     show_default=True,
-    help="Fit orders 1 to this.",
+    help="Fit the orders from 1 to this one.",
 )
 @click.option(
     "--lanes",
     type=click.IntRange(1, LANES_MAX),
     default=LANES_DEFAULT,
     show_default=True,
-    help="Lanes of the gateware.",
+    help="Number of lanes of the gateware.",
 )
 @click.option(
     "--gain-limit",
@@ -109,7 +109,7 @@ class _ManyRuns(click.Command):
     "--json",
     "json_file",
     type=OutputFile(),
-    help="Write figures here.",
+    help="Write the figures as JSON.",
 )
 @click.option(
     "--out",

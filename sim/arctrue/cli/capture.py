@@ -44,7 +44,7 @@ def capture(
 ) -> None:
     """Write the next turn that the device at PORT captures to the folder OUT.
 
-    12,000 samples take 40 s at 115,200 baud. With --append the turn becomes a run more of that
+    12,000 samples take 40 s at 115,200 baud. With --append the turn becomes one more run of that
     set. With --next it says what to do at the table, waits for Enter at a terminal, and refuses a
     turn that is not what was asked (exit code 1). Exit code 2: no answer, characters were lost, or
     OUT holds a measurement set already. The device's clock begins anew with each capture; the

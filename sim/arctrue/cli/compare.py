@@ -54,7 +54,7 @@ def compare(
     seed: int,
     no_fit: bool,
 ) -> None:
-    """Compare a model with a measurement set: how far, and where."""
+    """Say how far a model and a measurement set are apart, and where."""
     bench = load(measurement_set, model_file, folders)
     with Progress("comparing"):
         if no_fit:

@@ -58,9 +58,10 @@ SECOND_FOLDER = "second_act"
 def demo(out: Path, lanes: int, act: str) -> None:
     """Run the whole loop: table, edges, VHDL, the firmware's C, corrected edges, pages.
 
-    First act: calibration, in GHDL, at a scale that it can take. Second act, beside it: a hidden
-    effect at full scale, in the compiled gateware, named by the workbench and corrected. Ends
-    with exit code 1 when the corrected output is outside the limits, and 2 when an act cannot run.
+    First act: calibration in GHDL, with a table coarse enough for a simulation. Second act, at the
+    same time: a hidden effect at full scale, in the compiled gateware, named by the workbench and
+    corrected. Ends with exit code 1 when the corrected output is outside the limits, and 2 when an
+    act cannot run.
     """
     if lack := lack_of_source_tree():
         raise ValueError(lack)

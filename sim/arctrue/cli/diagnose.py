@@ -45,15 +45,19 @@ SHOWN_AT_LEAST = 3
     type=Finite(min=0.0),
     default=MATTERS_COUNTS,
     show_default=True,
-    help="Counts RMS below which an effect is negligible.",
+    help="An effect is negligible below this RMS, counts.",
 )
-@click.option("--adopt", metavar="NAME", help="Write the found product of parts as an effect.")
+@click.option(
+    "--adopt",
+    metavar="NAME",
+    help="Write the product of parts that was found as an effect of this name.",
+)
 @click.option(
     "--folder",
     type=click.Path(path_type=Path),
     default=Path("effects"),
     show_default=True,
-    help="Where an adopted effect goes.",
+    help="Folder for the effect that --adopt writes.",
 )
 @for_people
 def diagnose(

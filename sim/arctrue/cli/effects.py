@@ -31,7 +31,7 @@ CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing", "refere
     "effects",
     cls=Commands,
     invoke_without_command=True,
-    short_help="List the known effects; tell all of one.",
+    short_help="List the known effects, or describe one.",
 )
 @click.option("--model", "model_file", type=click.Path(path_type=Path), help="Model (TOML).")
 @click.option(
@@ -50,7 +50,7 @@ def effects(
     folders: tuple[Path, ...],
     json_file: Path | None,
 ) -> None:
-    """List the effects; `show NAME` tells all of one, `new` and `check` are for your own."""
+    """List the effects; `show NAME` describes one, `new` and `check` are for your own."""
     context.obj = (model_file, folders)
     if context.invoked_subcommand is not None:
         return
@@ -61,7 +61,7 @@ def effects(
     for name, effect in known.items():
         listed.add_row(name, effect.physics, CORRECTED_BY[effect.compensation])
     console.print(listed)
-    console.print("All of one: arctrue effects show NAME")
+    console.print("One in full: arctrue effects show NAME")
     write_json(json_file, {"schema": 1, "effects": [effect_data(item) for item in known.values()]})
 
 
@@ -71,7 +71,7 @@ def effects(
 @click.pass_context
 @for_people
 def show(context: click.Context, name: str, json_file: Path | None) -> None:
-    """Everything about one effect."""
+    """Describe one effect."""
     model_file, folders = context.obj
     effect = effect_class(name, effects_for(load_model(model_file), model_file, folders))
     data = effect_data(effect)
@@ -110,7 +110,7 @@ def _lines(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
     type=click.Path(path_type=Path),
     default=Path("effects"),
     show_default=True,
-    help="Where the file goes.",
+    help="Folder for the file.",
 )
 @for_people
 def new(name: str, folder: Path) -> None:
@@ -134,7 +134,8 @@ def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> N
     """Check the effects of the Python file FILE before they are fitted to data.
 
     Columns against finite differences of a forward formula, units, shape, finite values, rows one
-    by one, independence of the model's columns. Exit code 1: a check failed; 2: FILE is no use.
+    by one, independence of the model's columns. Exit code 1: a check failed; 2: FILE cannot be
+    used.
     """
     from arctrue.workbench.check.effect_check import checks_of
 

@@ -21,23 +21,27 @@ from arctrue.whole_file import write_whole_text
 
 @click.command("error-sources", short_help="Budget of the calibration, source by source.")
 @click.option(
-    "--draws", type=click.IntRange(2, 1000), default=16, show_default=True, help="Of each source."
+    "--draws",
+    type=click.IntRange(2, 1000),
+    default=16,
+    show_default=True,
+    help="Number of draws of each source.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the draws.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of the draws.")
 @click.option(
     "--monte-carlo",
     "folder",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder of arctrue monte-carlo, to hold the stated uncertainty against.",
+    help="Folder of arctrue monte-carlo, to compare the stated uncertainty with.",
 )
 @click.option(
     "--from",
     "source",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="JSON of an earlier run, in place of simulating.",
+    help="Use the JSON of an earlier run in place of a simulation.",
 )
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def error_sources(
@@ -51,7 +55,7 @@ def error_sources(
 ) -> None:
     """Simulate every source of error of the calibration alone, then all together.
 
-    Beside it the budget of the paper's experiment with a polygon that is put on anew in every
+    It also gives the budget of the paper's experiment with a polygon that is put on anew in every
     cycle, and E_n between it and the calibration by two heads.
     """
     from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary

@@ -59,31 +59,32 @@ GATEWARE = "gateware"
     type=click.Choice([GATEWARE, *FORMATS]),
     default=GATEWARE,
     show_default=True,
-    help="coefficients of the gateware, or a table for another controller.",
+    help="Coefficients of the gateware, or a table for another controller.",
 )
 @click.option(
     "--points",
     type=click.IntRange(min=3),
-    help="Steps of a table over a turn.  [default: as the controller likes]",
+    help="Number of steps of a table over a turn.  [default: as the controller needs it]",
 )
 @click.option(
     "--lanes",
     type=click.IntRange(1, LANES_MAX),
     default=LANES_DEFAULT,
     show_default=True,
-    help="Lanes of the gateware.",
+    help="Number of lanes of the gateware.",
 )
 @click.option(
     "--temperature",
     type=Finite(),
-    help="°C, for effects that depend on it.  [default: the device follows its thermometer]",
+    help="Temperature in °C, for effects that depend on it.  [default: the device follows its "
+    "thermometer]",
 )
 @click.option(
     "--sensor-lag",
     type=Finite(min=0.0, max=TIME_CONSTANT_MOST_S),
     default=0.0,
     show_default=True,
-    help="Seconds, the time constant by which the thermometer lags behind the disc.",
+    help="Time constant in seconds by which the thermometer lags behind the disc.",
 )
 @click.option(
     "--fit-sensor-lag",
@@ -120,8 +121,8 @@ def export(
 ) -> None:
     """Write the model as coefficients of the gateware, or as a table for another controller.
 
-    For every effect of the model it is said who takes it away and what is left; errors of the
-    reference judge nothing. What has no values yet is fitted to SET, for which a
+    For every effect of the model it says what corrects it and how much is left; no figure counts
+    errors of the reference. Effects without values are fitted to SET, for which a
     reference run alone is enough. With --out the file goes into that folder. Exit code 1: SET says
     that the file makes the error larger, and nothing was written (--force writes it).
     """
@@ -139,7 +140,7 @@ def export(
             model, _ = fitted(model, bench.observations, bench.effects)
     if fit_sensor_lag:
         if sensor_lag:
-            raise ValueError("either --sensor-lag or --fit-sensor-lag: it is told or fitted")
+            raise ValueError("either --sensor-lag or --fit-sensor-lag: the lag is stated or fitted")
         model, bench, sensor_lag = _with_fitted_lag(model, bench)
     if table_format != GATEWARE:
         form = FORMATS[table_format]

@@ -23,7 +23,7 @@ NO_DEVICE = 2
 def flash(port: str, file: Path) -> None:
     """Write BOOT.BIN, which make image wrote, into the flash of the board at PORT.
 
-    The device goes on with its work. Its first image of all is written twice: the second one is
+    The device goes on with its work. Its very first image is written twice: the second one is
     golden and never written again. Power may be lost at any moment: the board then starts the
     golden image. Firmware alone takes a minute, a bitstream some twenty more.
 

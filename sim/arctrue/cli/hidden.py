@@ -31,7 +31,13 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
 @click.command(short_help="A hidden effect, through the gateware and the workbench.")
 @click.argument("effect", type=click.Choice(list(CASES)))
-@click.option("--lanes", type=click.IntRange(1, 64), default=4, show_default=True)
+@click.option(
+    "--lanes",
+    type=click.IntRange(1, 64),
+    default=4,
+    show_default=True,
+    help="Number of lanes of the gateware.",
+)
 @click.option(
     "--lines",
     type=click.IntRange(64, FULL_LINES),
@@ -45,9 +51,15 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
     type=click.Choice(["64", "256", "1024"]),
     default="256",
     show_default=True,
-    help="Counts a line.",
+    help="Counts per line.",
 )
-@click.option("--samples", type=click.IntRange(400, 12000), default=1200, show_default=True)
+@click.option(
+    "--samples",
+    type=click.IntRange(400, 12000),
+    default=1200,
+    show_default=True,
+    help="Samples that are captured in a turn.",
+)
 @click.option(
     "--follow",
     is_flag=True,

@@ -57,7 +57,7 @@ def _ask(asked: Ambiguous) -> str:
     return str(click.prompt(asked.option.strip("-"), type=kind, err=True))
 
 
-@click.command("import", short_help="Make a measurement set of files of other programs.")
+@click.command("import", short_help="Make a measurement set from files of other programs.")
 @click.argument(
     "files",
     metavar="FILE...",
@@ -74,15 +74,26 @@ def _ask(asked: Ambiguous) -> str:
     help=f"The file's column (name or number, 1 is the first; 2:NAME in the second file) of "
     f"{', '.join(QUANTITIES)}; another NAME is a condition.",
 )
-@click.option("--unit", "units", multiple=True, metavar="NAME=UNIT", help=f"Of a column. {_UNITS}.")
+@click.option(
+    "--unit", "units", multiple=True, metavar="NAME=UNIT", help=f"Unit of a column. {_UNITS}."
+)
 @click.option("--format", "reader", default="", metavar="NAME", help="The reader of the files.")
 @click.option(
     "--delimiter",
     type=click.Choice(["comma", "semicolon", "tab", "space"]),
-    help="Between the columns of text.",
+    help="What stands between the columns of a text file.",
 )
-@click.option("--decimal", type=click.Choice(["point", "comma"]), help="In numbers of text.")
-@click.option("--group", default="", metavar="PATH", help="Of HDF5; the variable of EPICS.")
+@click.option(
+    "--decimal",
+    type=click.Choice(["point", "comma"]),
+    help="Decimal sign in the numbers of a text file.",
+)
+@click.option(
+    "--group",
+    default="",
+    metavar="PATH",
+    help="Group of an HDF5 file, or variable of an EPICS log.",
+)
 @click.option("--period", type=Finite(min=0.0, min_open=True), help="Seconds between two rows.")
 @click.option("--counts-per-rev", type=click.IntRange(min=4), help="Counts of one turn.")
 @click.option("--separation", type=Finite(-360.0, 360.0), help="Degrees from head 1 to head 2.")
@@ -96,18 +107,22 @@ def _ask(asked: Ambiguous) -> str:
     type=click.Choice(["shift", "keep"]),
     help="Where reading and reference have different zeros: shift the reference's, or keep it.",
 )
-@click.option("--clock-offset", type=Finite(), help="Seconds from the reference's clock.")
-@click.option("--missing", type=click.Choice(["drop"]), help="Leave rows without a value out.")
+@click.option(
+    "--clock-offset", type=Finite(), help="Seconds that are added to the times of the reference."
+)
+@click.option("--missing", type=click.Choice(["drop"]), help="Leave out rows without a value.")
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
 @click.option(
     "--gear-teeth",
     type=Finite(min=0, min_open=True),
-    help="Of the drive; need not be whole.",
+    help="Number of teeth of the drive; need not be whole.",
 )
-@click.option("--faces", type=click.IntRange(min=1), help="Of the polygon.")
-@click.option("--instrument", metavar="TEXT", help="What the reference is.")
-@click.option("--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of it, arcsec.")
-@click.option("--title", default="", metavar="TEXT", help="Of the set.")
+@click.option("--faces", type=click.IntRange(min=1), help="Number of faces of the polygon.")
+@click.option("--instrument", metavar="TEXT", help="Name of the reference instrument.")
+@click.option(
+    "--u", "u_arcsec", type=Finite(min=0.0), help="Standard uncertainty of the reference, arcsec."
+)
+@click.option("--title", default="", metavar="TEXT", help="Title of the set.")
 @click.option("--dry-run", is_flag=True, help="Say what would be written; write nothing.")
 @for_people
 def import_(
@@ -134,7 +149,7 @@ def import_(
     title: str,
     dry_run: bool,
 ) -> None:
-    """Make the measurement set OUT of FILEs that other programs recorded.
+    """Make the measurement set OUT from FILEs that other programs recorded.
 
     Text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of LinuxCNC,
     camonitor logs of EPICS. What the files do not say is asked at a terminal; a script is told the

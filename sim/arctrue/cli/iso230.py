@@ -46,7 +46,9 @@ SIGN = (
     type=Finite(min=0.0),
     help="Range of readings at rest over the time of a test, ″ (environmental variation).",
 )
-@click.option("--temperature", type=Finite(), help="°C, for effects that depend on it.")
+@click.option(
+    "--temperature", type=Finite(), help="Temperature in °C, for effects that depend on it."
+)
 @for_people
 def iso230(
     measurement_set: Path,
@@ -60,7 +62,7 @@ def iso230(
 ) -> None:
     """Give the figures of ISO 230-2 for the reference run of SET, per target and over the turn.
 
-    With --model the same figures follow for what a correction by this model leaves. Each row that
+    With --model it also gives the figures of what a correction by this model leaves. Each row that
     no mask names is used. --out writes iso230.md, iso230.html and iso230.pdf into that folder.
     """
     bench = load(measurement_set, model_file, folders)

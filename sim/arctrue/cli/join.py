@@ -19,7 +19,7 @@ from arctrue.measurement.description import FILE_NAME
 from arctrue.printable import one_line
 
 
-@click.command("join", short_help="Make one set of several of the same table.")
+@click.command("join", short_help="Make one set from several of the same table.")
 @click.argument(
     "sets",
     metavar="SET...",
@@ -31,9 +31,10 @@ from arctrue.printable import one_line
 @click.option(
     "--times",
     type=click.Choice(["after", "keep"]),
-    help="Of a set whose clock began anew: after the set before it, or as they are.",
+    help="How to read the times of a set whose clock began anew: after the set before it, or as "
+    "they are.",
 )
-@click.option("--common-columns", is_flag=True, help="Leave out what not all sets have.")
+@click.option("--common-columns", is_flag=True, help="Leave out columns that not all sets have.")
 @next_option
 @for_people
 def join(
@@ -46,8 +47,8 @@ def join(
 ) -> None:
     """Write the runs of all SETs to OUT, one after another.
 
-    Runs and cycles are numbered on. Sets of different tables are refused. With --next the last
-    SET must hold what a diagnosis of the first one asked for (exit code 1).
+    Runs and cycles are numbered from one set to the next. Sets of different tables are refused.
+    With --next the last SET must hold what a diagnosis of the first one asked for (exit code 1).
     """
     if (out / FILE_NAME).exists():
         raise ValueError(f"{out}: holds a measurement set already; name a new folder")

@@ -33,10 +33,10 @@ def load(port: str, file: Path, timeout: float) -> None:
 
     The device's own calibration goes on beside it: an order that FILE has is
     FILE's from then on, all others stay the calibration's. A file without
-    lanes takes what was loaded away.
+    lanes removes what was loaded.
 
     Exit code 1: the device refuses the coefficients and says why, and what
-    was active stays. 2: FILE cannot be used, or the device does not answer.
+    was active stays active. 2: FILE cannot be used, or the device does not answer.
     """
     try:
         coefficients = read_coefficient_file(file)

@@ -23,10 +23,10 @@ LEAST_TURNS = 30
 @click.option(
     "--turns",
     type=click.IntRange(LEAST_TURNS),
-    help="A quick look: the same course in so many turns.",
+    help="Run the same course in so many turns, for a quick look.",
 )
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def long_run(

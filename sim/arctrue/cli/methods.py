@@ -25,11 +25,11 @@ LEAST_MINUTES = 8.0
     type=Finite(min=LEAST_MINUTES, max=120.0),
     default=16.0,
     show_default=True,
-    help="Time of measurement of each method.",
+    help="Minutes that each method measures.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of noise and mounting.")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Seed of noise and mounting.")
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def methods(

@@ -32,22 +32,28 @@ NO_DEVICE = 2
 @click.option(
     "--sets",
     type=OutputFolder(),
-    help="Folder: the capture of the first turn as a measurement set, and again every --every.",
+    help="Folder for captures as measurement sets: the first turn, and one of every --every turns.",
 )
-@click.option("--every", type=click.IntRange(min=1), default=100, show_default=True, help="Turns.")
+@click.option(
+    "--every",
+    type=click.IntRange(min=1),
+    default=100,
+    show_default=True,
+    help="Turns from one capture to the next.",
+)
 @click.option(
     "--silence",
     type=Finite(min=0.1),
     default=60.0,
     show_default=True,
-    help="Seconds without a turn after which it says so.",
+    help="Say so after so many seconds without a turn.",
 )
 @click.option(
     "--trend",
     type=Finite(min=0.0),
     default=0.1,
     show_default=True,
-    help="Tell of an order that moves steadily by more than this, ″, within 128 turns.",
+    help="Tell of an order that moves steadily by more than this within 128 turns, ″.",
 )
 def monitor(
     port: str,

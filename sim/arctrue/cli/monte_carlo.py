@@ -29,27 +29,41 @@ USUAL = Plan(400, 1)
     type=click.IntRange(min=2, max=1_000_000),
     default=USUAL.trials,
     show_default=True,
-    help="Of each case.",
+    help="Number of trials of each case.",
 )
-@click.option("--seed", type=SEED, default=USUAL.seed, show_default=True)
+@click.option(
+    "--seed", type=SEED, default=USUAL.seed, show_default=True, help="Seed of all that is drawn."
+)
 @click.option(
     "--turns",
     type=click.IntRange(1, 100),
     default=USUAL.turns,
     show_default=True,
-    help="Of a run of the capture.",
+    help="Turns per run of the capture.",
 )
-@click.option("--runs", type=click.IntRange(1, 20), default=USUAL.runs, show_default=True)
+@click.option(
+    "--runs",
+    type=click.IntRange(1, 20),
+    default=USUAL.runs,
+    show_default=True,
+    help="Runs per capture.",
+)
 @click.option(
     "--samples",
     type=click.IntRange(200, 100_000),
     default=USUAL.samples,
     show_default=True,
-    help="A turn.",
+    help="Samples per turn.",
 )
-@click.option("--method", type=click.Choice(list(METHODS)), default=USUAL.method, show_default=True)
+@click.option(
+    "--method",
+    type=click.Choice(list(METHODS)),
+    default=USUAL.method,
+    show_default=True,
+    help="Method of arctrue calibrate.",
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page (Markdown).")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @campaign_options
 @interruptible
 @for_people

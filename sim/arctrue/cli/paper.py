@@ -27,28 +27,33 @@ LEAST_INTERPOLATION = 16
 
 
 @click.command(short_help="The paper's experiment on the virtual instrument.")
-@click.option("--cycles", type=click.IntRange(2), default=10, show_default=True)
+@click.option(
+    "--cycles", type=click.IntRange(2), default=10, show_default=True, help="Cycles over the faces."
+)
 @click.option(
     "--interpolation",
     type=click.IntRange(LEAST_INTERPOLATION, FULL_INTERPOLATION),
     default=FULL_INTERPOLATION,
     show_default=True,
-    help="Counts a line. 64 takes a sixteenth of the time and steps of 1.2″.",
+    help="Counts per line. 64 takes a sixteenth of the time, with counts of 1.2″.",
 )
 @click.option(
     "--lanes",
     type=click.IntRange(1, 64),
     default=LANES_DEFAULT,
     show_default=True,
-    help="Of the gateware. 8 are enough for this table, and run more than twice as fast.",
+    help="Number of lanes of the gateware. 8 are enough for this table, and run more than twice "
+    "as fast.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of instruments and noise.")
+@click.option(
+    "--seed", type=SEED, default=1, show_default=True, help="Seed of instruments and noise."
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option(
     "--page",
     "page_file",
     type=OutputFile(".md"),
-    help="Write the page, Markdown. Runs the experiment with --interpolation 64 too.",
+    help="Write the page as Markdown. Runs the experiment with --interpolation 64 too.",
 )
 @click.option("--out", type=OutputFolder(), help="Folder for the figures.")
 @click.option(
@@ -56,7 +61,7 @@ LEAST_INTERPOLATION = 16
     "source",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     multiple=True,
-    help="JSON of an earlier run, in place of a run; may be repeated.",
+    help="Use the JSON of an earlier run in place of a run; may be repeated.",
 )
 @for_people
 def paper(

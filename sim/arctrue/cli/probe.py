@@ -23,13 +23,15 @@ COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12
 @click.command(short_help="Show where a probe's edges found the table.")
 @click.argument("port")
 @click.option("--count", type=click.IntRange(min=1), help="End after so many edges.")
-@click.option("--csv", "out", type=OutputFile(".csv"), help="Write them to this file at the end.")
+@click.option(
+    "--csv", "out", type=OutputFile(".csv"), help="Write the edges to this file at the end."
+)
 @click.option(
     "--silence",
     type=Finite(min=0.1),
     default=60.0,
     show_default=True,
-    help="Seconds without an edge after which it says so.",
+    help="Say so after so many seconds without an edge.",
 )
 def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
     """Show the corrected position that each edge at probe_in latched, until Ctrl-C.

@@ -29,10 +29,19 @@ from arctrue.report.view import View
     type=click.Choice([ARCSEC, URAD]),
     default=ARCSEC,
     show_default=True,
-    help="Of small angles.",
+    help="Unit of small angles.",
 )
-@click.option("--whitened", is_flag=True, help="Draw measurement and model whitened.")
-@click.option("--against", default="", metavar="CONDITION", help="Draw what is left against it.")
+@click.option(
+    "--whitened",
+    is_flag=True,
+    help="Draw measurement and model whitened: the noise made one and uncorrelated.",
+)
+@click.option(
+    "--against",
+    default="",
+    metavar="CONDITION",
+    help="Draw what the model leaves against this condition.",
+)
 @for_people
 def report(
     measurement_set: Path,

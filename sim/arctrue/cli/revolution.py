@@ -26,7 +26,13 @@ FULL_SAMPLES = 12000
 
 
 @click.command(short_help="One revolution at the paper's size, on the compiled gateware.")
-@click.option("--lanes", type=click.IntRange(1, 64), default=FULL_LANES, show_default=True)
+@click.option(
+    "--lanes",
+    type=click.IntRange(1, 64),
+    default=FULL_LANES,
+    show_default=True,
+    help="Number of lanes of the gateware.",
+)
 @click.option(
     "--lines",
     type=click.IntRange(LEAST_LINES, FULL_LINES),
@@ -41,7 +47,9 @@ FULL_SAMPLES = 12000
     show_default=True,
     help="Samples that are captured in a turn.",
 )
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of the readings' noise.")
+@click.option(
+    "--seed", type=SEED, default=1, show_default=True, help="Seed of the readings' noise."
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
 @click.option(
     "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."

@@ -27,13 +27,15 @@ def state_folder() -> Path:
     default=Path(),
     type=click.Path(path_type=Path, file_okay=False, exists=True),
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to serve at.")
+@click.option(
+    "--host", default="127.0.0.1", show_default=True, help="Address at which the page is served."
+)
 @click.option(
     "--http-port",
     type=click.IntRange(0, 65535),
     default=8050,
     show_default=True,
-    help="Port to serve at; 0: any that is free.",
+    help="Port at which the page is served; 0: any free one.",
 )
 @click.option(
     "--effects",
@@ -52,7 +54,7 @@ def state_folder() -> Path:
     type=click.IntRange(1, 4096),
     default=64,
     show_default=True,
-    help="Of the files that are dropped in together.",
+    help="Most megabytes of files that are dropped in together.",
 )
 @click.option("--port", default="", help="Serial port of a device, for the button that loads.")
 @for_people

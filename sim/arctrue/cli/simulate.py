@@ -59,23 +59,30 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     metavar="NAME[=SIZE]",
     help="Noise beside the white noise of every table (see --list); may be given again.",
 )
-@click.option("--hidden", is_flag=True, help="One cause of the catalogue at random, not told.")
+@click.option(
+    "--hidden",
+    is_flag=True,
+    help="Build in one cause of the catalogue at random, and do not say which.",
+)
 @click.option(
     "--experiment",
     type=click.Choice(sorted(EXPERIMENTS)),
     default="full",
     show_default=True,
-    help="full: up, down, fast, warm, and a polygon; short: fewer samples of it; lean: one run; "
-    "one_pass: one turn, once over the faces; one_speed: up and down only, and a polygon.",
+    help="full: up, down, fast, warm, and a polygon; short: the same with fewer samples; "
+    "lean: one run; one_pass: one turn, once over the faces; one_speed: up and down only, and a "
+    "polygon.",
 )
 @click.option(
     "--index-scatter",
     type=click.IntRange(min=0),
     default=INDEX_SCATTER_COUNTS,
     show_default=True,
-    help="Counts by which each head takes its index off, at most, run by run.",
+    help="Counts by which each head finds its index wrong at most, drawn anew in each run.",
 )
-@click.option("--seed", type=click.IntRange(min=0), help="None: a new set every time.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), help="Seed of the set. None: a new set every time."
+)
 @click.option(
     "--again",
     type=click.IntRange(min=0),
@@ -88,7 +95,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     multiple=True,
     type=click.Choice(FURTHER),
     metavar="KIND",
-    help="A measurement more, after those of the experiment; may be given again. "
+    help="One more measurement, after those of the experiment; may be given again. "
     f"One of {', '.join(FURTHER)}.",
 )
 @click.option(
@@ -97,7 +104,7 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     is_eager=True,
     expose_value=False,
     callback=_list_and_exit,
-    help="Names, sizes and units of the causes.",
+    help="List names, sizes and units of the causes.",
 )
 @for_people
 def simulate(

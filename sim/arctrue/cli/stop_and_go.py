@@ -17,10 +17,18 @@ from arctrue.whole_file import write_whole_text
 
 
 @click.command("stop-and-go", short_help="The paper's ten cycles by a simulated servo.")
-@click.option("--cycles", type=click.IntRange(2, 100), default=10, show_default=True)
-@click.option("--seed", type=SEED, default=1, show_default=True, help="Of instruments and noise.")
+@click.option(
+    "--cycles",
+    type=click.IntRange(2, 100),
+    default=10,
+    show_default=True,
+    help="Cycles over the faces.",
+)
+@click.option(
+    "--seed", type=SEED, default=1, show_default=True, help="Seed of instruments and noise."
+)
 @click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page, Markdown.")
+@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def stop_and_go(

@@ -28,15 +28,15 @@ def arctrue_(*words: str | Path) -> Result:
 
 def every_command(
     command: click.Command = main, words: tuple[str, ...] = ()
-) -> list[tuple[str, ...]]:
-    """The words of each command and group."""
-    found = [words]
+) -> dict[tuple[str, ...], click.Command]:
+    """Each command and group by its words."""
+    found = {words: command}
     if isinstance(command, click.Group):
         context = click.Context(command)
         for name in command.list_commands(context):
             below = command.get_command(context, name)
             assert below is not None, name
-            found += every_command(below, (*words, name))
+            found |= every_command(below, (*words, name))
     return found
 
 
@@ -55,6 +55,16 @@ def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> N
     assert short.output == long.output
     assert short.output.startswith(" ".join(("Usage: arctrue", *words)))
     assert max(map(len, short.output.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_every_option_says_what_it_is(words: tuple[str, ...]) -> None:
+    """In words that can be read alone: ``Of the draws.`` asks which option it stands beside."""
+    for option in COMMANDS[words].params:
+        if isinstance(option, click.Option):
+            said = option.help or ""
+            assert said, option.opts
+            assert not said.startswith(("Of ", "In ")), option.opts
 
 
 WRONG = {
