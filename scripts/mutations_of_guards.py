@@ -126,7 +126,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_without_prior",
         "four runs that agree by chance have a perfect index",
-        "sim/arctrue/workbench/inference/noise_fit.py",
+        "sim/arctrue/workbench/noise/index_offsets.py",
         "total = freedom * prior + float(offsets @ offsets)",
         "total = 0.0 * prior + float(offsets @ offsets)",
         f"{GUARDS}::test_four_runs_do_not_know_the_index_better_than_the_prior_allows",

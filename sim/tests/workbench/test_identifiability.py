@@ -19,11 +19,11 @@ from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.detectable import needed_gain
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.identifiability import identifiability
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

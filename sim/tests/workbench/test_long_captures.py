@@ -18,10 +18,10 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import normal_equations, scan
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import read_model

@@ -9,8 +9,9 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference import normal_equations
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations, part

@@ -9,9 +9,9 @@ from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.line_spectrum import line_spectrum
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.growth import add_effect
 from arctrue.workbench.model.model import default_model
 from arctrue.workbench.observations import Observations

@@ -12,10 +12,10 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 

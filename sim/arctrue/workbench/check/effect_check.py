@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.check.formula import formula_faults
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear, SearchParameter
+from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.model.model_file import known_unit
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -284,8 +285,6 @@ class _Subject:
         return own, own - model @ (model.T @ own)
 
     def independent(self) -> Check:
-        from arctrue.workbench.effects.registry import built_in
-
         own, left = self._own(built_in())
         lengths = np.linalg.norm(own, axis=0)
         kept = np.linalg.norm(left, axis=0)

@@ -27,10 +27,11 @@ from arctrue.workbench.diagnose.probabilities import UNKNOWN
 from arctrue.workbench.diagnose.survey import Survey, survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.every_row import on_every_row
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.wrong_rows import without_wrong_rows
 

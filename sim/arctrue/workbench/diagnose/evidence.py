@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.noise_fit import index_variance, noise_of
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.noise_fit import noise_of
 from arctrue.workbench.inference.residuals import Residuals, Score
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.index_offsets import index_variance
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.sureness import freedom_of
 

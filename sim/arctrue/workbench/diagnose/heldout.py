@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import (
     Term,
     channel_prediction,
@@ -21,7 +22,7 @@ from arctrue.workbench.inference.normal_equations import (
 )
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import Observations

@@ -9,8 +9,8 @@ import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.significance import corrected_p_value, single_p_value
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.noise.law import NoiseLaw
 from arctrue.workbench.noise.row_noise import RowNoise, with_spectra
 from arctrue.workbench.noise.spectrum import Spectrum

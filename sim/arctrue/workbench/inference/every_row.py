@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import (
     reference_block,
     row_blocks,
     stored_columns,
 )
 from arctrue.workbench.inference.search_parameters import refined, with_steps_on_every_row
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import ReferenceRows
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.inference.known_noise import fit_with_noise
 from arctrue.workbench.inference.normal_equations import (
     ChannelSums,
     Matrix,
@@ -25,7 +26,7 @@ from arctrue.workbench.inference.normal_equations import (
 from arctrue.workbench.noise.estimate import ChannelRows, estimated_law, row_noise
 from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
 from arctrue.workbench.noise.likelihood import Beside
-from arctrue.workbench.noise.noise import INDEX_FREEDOM, FittedGroup, Noise
+from arctrue.workbench.noise.noise import FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 from arctrue.workbench.numeric.symmetric import solve_symmetric
@@ -37,7 +38,6 @@ FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
 """Steps of the likelihood's maximum from a rough start, and from a near one."""
 LEAST_FREEDOM = 3.0
 """Readings beyond what the coefficients take: with fewer a scatter is not known."""
-STATED_INDEX_FREEDOM = 60.0
 NO_KNOWLEDGE_ARCSEC2 = 1.0
 """Where nothing tells a variance; the channel is then without weight, or the set undetermined."""
 
@@ -284,28 +284,12 @@ def _left(
     terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise
 ) -> tuple[Float | None, Float | None]:
     """Residuals of the fit with this noise."""
-    from arctrue.workbench.inference.solution import fit
-
-    solution = fit(terms, observations, context, noise=noise)
+    solution = fit_with_noise(terms, observations, context, noise)
     return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
-
-
-def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
-    """Variance of a run's offset (arcsec²) and the runs' worth of knowledge before these offsets.
-
-    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like some
-    runs; the offsets of the set's own runs come to it.
-    """
-    stated = getattr(observations, "index_repeatability_counts", None) is not None
-    freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM
-    prior = observations.index_sigma_arcsec**2
-    total = freedom * prior + float(offsets @ offsets)
-    return total / (freedom + offsets.size), freedom
 
 
 __all__ = [
     "estimated_noise",
-    "index_variance",
     "noise_of",
     "white_noise",
 ]

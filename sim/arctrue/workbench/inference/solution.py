@@ -1,8 +1,8 @@
-"""The fit of a model to both channels: generalised least squares with the noise as a part of it.
+"""A fitted model: coefficients of generalised least squares, predictions, uncertainties.
 
-y = X·b + run offsets + noise. The offsets of the runs are random with the index repeatability as
-their variance, so that what lives on the level of runs is judged against the runs; the noise of
-the rows is white, coloured and uneven as the set shows it (:mod:`arctrue.workbench.noise`).
+Uncertainty of search parameters: the inverse of the joint normal matrix of columns and tangents is
+the covariance of coefficients and search parameters together (Seber and Wild, Nonlinear
+Regression, section 2.1).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext, Parameter
-from arctrue.workbench.inference.noise_fit import estimated_noise, index_variance
+from arctrue.workbench.inference.change_point import position_sigma_samples
 from arctrue.workbench.inference.normal_equations import (
     ChannelSums,
     Matrix,
@@ -25,11 +25,10 @@ from arctrue.workbench.inference.normal_equations import (
     every_row_sums,
     term_widths,
 )
+from arctrue.workbench.inference.tangents import Tangent, refined_names
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
-
-INDEX_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -100,8 +99,6 @@ class Solution:
 
     @cached_property
     def _uncertainty(self) -> tuple[Matrix, list[dict[str, float]]]:
-        from arctrue.workbench.inference.search_parameters import joint_uncertainty
-
         return joint_uncertainty(self)
 
     def capture_prediction_arcsec(self, with_offsets: bool = True) -> NDArray[np.float64]:
@@ -207,43 +204,6 @@ def solve(
     )
 
 
-def fit(
-    terms: Sequence[Term],
-    observations: Observations,
-    context: FitContext | None = None,
-    *,
-    noise: Noise | None = None,
-    every_row: bool = False,
-) -> Solution:
-    """Fit terms whose search parameters are settled; columns that depend on the model iterate.
-
-    Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
-    set, not only the part that the statistics work on.
-    """
-    present = context or FitContext()
-    unknown: frozenset[str] = frozenset()
-    estimated = noise is None
-    rounds = 2 if any(term.effect.depends_on_model for term in terms) else 1
-    if context is None:
-        rounds += 1 if rounds == 2 else 0
-    if noise is None:
-        noise, unknown = estimated_noise(terms, observations, present)
-    for _ in range(rounds):
-        summed = every_row_sums if every_row else channel_sums
-        sums = {
-            name: summed(terms, observations, present, noise, capture=name == "capture")
-            for name in ("capture", "reference")
-        }
-        solution = solve(terms, observations, present, noise, **sums)
-        for _ in range(INDEX_ROUNDS if estimated and observations.runs else 0):
-            variance, freedom = index_variance(observations, solution.run_offsets_arcsec)
-            noise = replace(noise, index_variance=variance, index_freedom=freedom)
-            solution = solve(terms, observations, present, noise, **sums)
-        present = context_of(solution)
-    # The next effect is judged with what this model says of ε.
-    return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)
-
-
 def context_of(solution: Solution) -> FitContext:
     """ε(ψ) of the disc-fixed terms of a solution, for columns that depend on it."""
     places = range(len(solution.terms))
@@ -275,3 +235,65 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
         np.array(at_angle, dtype=np.bool_),
         known,
     )
+
+
+def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
+    """The model with its tangents, noise as it is; where each term's tangents lie."""
+    observations, terms = solution.observations, list(solution.terms)
+    places: list[list[int]] = []
+    start = sum(solution.widths)
+    for index, term in enumerate(solution.terms):
+        names = refined_names(term.effect)
+        places.append(list(range(start, start + len(names))))
+        start += len(names)
+        if names:
+            own = solution.coefficients[solution.part(index)]
+            terms.append(Term(Tangent(term, own, observations), {}))
+    context, noise = solution.context, solution.noise
+    summed = every_row_sums if every_row else channel_sums
+    joint = solve(
+        terms,
+        observations,
+        context,
+        noise,
+        capture=summed(terms, observations, context, noise, capture=True),
+        reference=summed(terms, observations, context, noise, capture=False),
+    )
+    return joint, places
+
+
+def joint_uncertainty(solution: Solution) -> tuple[Matrix, list[dict[str, float]]]:
+    """Covariance of all coefficients, and of each term the σ of its search parameters.
+
+    The coefficients' covariance allows for the search: an amplitude's phase is known the less
+    where the frequency is uncertain too. A whole number (an order, a run) has no σ.
+    """
+    covariance = solution.covariance
+    sigmas: list[dict[str, float]] = [{} for _ in solution.terms]
+    if solution.held:
+        return covariance, sigmas
+    if any(refined_names(term.effect) for term in solution.terms):
+        joint, places = with_tangents(solution, every_row=solution.every_row)
+        size = sum(solution.widths)
+        covariance = joint.covariance[:size, :size]
+        spread = np.sqrt(np.maximum(np.diag(joint.covariance), 0.0))
+        for index, (term, own) in enumerate(zip(solution.terms, places, strict=True)):
+            for name, place in zip(refined_names(term.effect), own, strict=True):
+                # Zero: the data do not determine it at all.
+                sigmas[index][name] = float(spread[place]) or float("nan")
+    for index, term in enumerate(solution.terms):
+        if term.effect.step_at is not None:
+            _, instant = term.effect.step_at
+            sigmas[index][instant] = _instant_sigma_s(solution, index)
+    return covariance, sigmas
+
+
+def _instant_sigma_s(solution: Solution, index: int) -> float:
+    """Of a step between two samples: by how many samples its place scatters, and half a sample."""
+    step = float(solution.coefficients[solution.part(index)][0])
+    of_rows = solution.noise.capture
+    noise = 0.0 if of_rows is None else of_rows.white_rms_arcsec
+    scatter = position_sigma_samples(abs(step), noise)
+    within_s = float(np.hypot(scatter, np.sqrt(1.0 / 12.0)) * solution.observations.sample_period_s)
+    # No less sure than anywhere in the run.
+    return min(within_s, solution.observations.longest_run_s / float(np.sqrt(12.0)))

@@ -15,7 +15,7 @@ from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.units import arcsec_per_count
 from arctrue.workbench.effects.base import Effect
-from arctrue.workbench.inference.solution import fit
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.observations import Observations
 

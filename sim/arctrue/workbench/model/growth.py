@@ -12,12 +12,14 @@ from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.fixed import with_fixed_coefficients
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
 from arctrue.workbench.observations import Observations
 
@@ -234,8 +236,6 @@ def as_stored(
 
     Raises ValueError when a stored effect has no coefficients, or others than this set needs.
     """
-    from arctrue.workbench.inference.fixed import with_fixed_coefficients
-
     terms = model.terms(effects)
     values: list[float] = []
     for entry, term in zip(model.effects, terms, strict=True):

@@ -19,8 +19,8 @@ from scipy.optimize import minimize_scalar
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect, Parameter
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import Term
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.observations import Observations

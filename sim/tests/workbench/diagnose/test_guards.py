@@ -35,10 +35,11 @@ from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.noise_fit import index_variance
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.solution import Solution, fit
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.index_offsets import index_variance
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.noise.sureness import freedom_of

@@ -15,11 +15,11 @@ from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.diagnose.survey import survey
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import LEAST_STEP_ROWS, step_trials
 from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.solution import fit
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
