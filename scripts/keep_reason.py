@@ -3,7 +3,7 @@
 python -m scripts.keep_reason --world few_data --content one --seed 123 --said unknown "…"
 
 ``--said`` is the answer of which the reason tells, in the words of the page (what stands in
-brackets behind the outcome); without it that with which the case was kept.
+brackets after the outcome); without it that with which the case was kept.
 """
 
 from __future__ import annotations

@@ -402,7 +402,7 @@ void application_rearm(struct application *application) {
     application_start(application);
 }
 
-/* The angle is that behind the index: before it nothing is armed. */
+/* The angle is that after the index: before it nothing is armed. */
 static void arm_compare(const struct application *application) {
     const struct parameters *parameters = &application->parameters;
     if (parameters->compare_on == 0.0) {

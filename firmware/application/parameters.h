@@ -45,7 +45,7 @@ struct parameters {
     double probe_falling;
     /* Filter of both inputs, clocks. */
     double pulse_filter;
-    /* 1: pulses at an angle behind the index and at each multiple of the interval from there, counts;
+    /* 1: pulses at an angle after the index and at each multiple of the interval from there, counts;
        interval 0: once. */
     double compare_on;
     double compare_first;

@@ -12,7 +12,7 @@ const char sync_use[] =
 const char probe_use[] = "probe: where the table was at its last edge | probe falling 1";
 const char compare_use[] =
     "compare | compare first COUNTS | compare interval COUNTS | compare on 1 | compare width CLOCKS: "
-    "pulses at an angle behind the index and each interval from there";
+    "pulses at an angle after the index and at every interval from there";
 
 enum { NAME_MOST = 32 };
 

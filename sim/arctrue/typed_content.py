@@ -83,7 +83,7 @@ def typed_json(text: str | bytes, kind: type[T], file: str) -> T:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ContentError(f"{file}: no JSON: {one_line(str(error))}") from error
+        raise ContentError(f"{file}: is not JSON: {one_line(str(error))}") from error
     try:
         found = typed(content, kind)
     except ContentError as error:

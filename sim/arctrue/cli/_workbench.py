@@ -164,7 +164,7 @@ def changing(model_file: Path | None) -> Iterator[None]:
         return
 
     def waiting() -> None:
-        note(f"waiting: another command changes {model_file}")
+        note(f"waiting: another command is changing {model_file}")
 
     with model_lock(model_file, waiting):
         yield

@@ -63,7 +63,7 @@ def parts_of(image: bytes) -> tuple[bytes, bytes]:
         )
     if len(image) > END:
         raise FlashRefusedError(
-            f"it has {len(image):,} bytes; {END:,} are there, behind them is what the device saves"
+            f"it has {len(image):,} bytes, more than the {END:,} before what the device saves"
         )
     return boot, fabric
 
@@ -98,7 +98,7 @@ def state_of(console: Console) -> FlashState:
         int(told.get("started_from", "0"), 16),
     )
     if not state.sector_bytes:
-        raise FlashRefusedError("the device knows no flash of the ID that it reads")
+        raise FlashRefusedError("the device reads the ID of a flash that it does not know")
     return state
 
 

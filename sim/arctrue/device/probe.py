@@ -25,7 +25,7 @@ class Latch:
     position_counts: int
     """Corrected, over many turns."""
     angle_deg: float
-    """Corrected, behind the index."""
+    """Corrected, after the index."""
     missed: int
     """Edges between the one before and this one, whose positions nobody read."""
 
@@ -91,6 +91,6 @@ def _value(told: dict[str, str], name: str, console: Console) -> float:
         return float(told[name])
     except (KeyError, ValueError) as error:
         raise ConsoleError(
-            f"{console.port}: the device tells no {name}: has it a core, and firmware that knows "
-            "the command probe? `status` on its console tells"
+            f"{console.port}: the device does not tell {name}: does it have a core, and firmware "
+            "that knows the command probe? `status` on its console tells"
         ) from error

@@ -6,7 +6,7 @@ from arctrue.device.console import Console, ConsoleError
 
 
 def reason_of(error: ConsoleError, command: str) -> str | None:
-    """The device's word behind ``error: COMMAND``; None where it is another error, or no answer."""
+    """The device's word after ``error: COMMAND``; None where it is another error, or no answer."""
     _, found, reason = str(error).rpartition(f"error: {command} ")
     return reason.split()[0] if found and reason else None
 

@@ -267,7 +267,7 @@ def _labelled(
         choices.note(f"{rows.name}: runs that turn back are divided: {number} runs")
     if not moved:
         choices.note(
-            f"{rows.name}: the rows are in no order of angle: no directions and no cycles are found"
+            f"{rows.name}: the rows are not in order of angle: no directions or cycles are found"
         )
     own_direction = rows.whole.get("direction")
     if own_direction is not None:

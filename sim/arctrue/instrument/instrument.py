@@ -317,7 +317,7 @@ class Instrument:
         ends with InstrumentError, unless ``may_jump`` wants to see what comes of it.
         The first clock may move A and B together, an illegal transition: attach before
         ``reset()`` or ``firmware.start()``, which forget it. A real table is there before the
-        power comes. Raises UnhonouredCauseError for a cause that acts behind the pins.
+        power comes. Raises UnhonouredCauseError for a cause that acts after the pins.
         """
         curves = TableCurves(table, motion, self.clock_hz, knot_clocks)
         self.attach_curves(curves, may_jump=may_jump)

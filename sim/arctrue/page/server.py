@@ -42,7 +42,7 @@ def serve(settings: PageSettings, host: str, port: int, say: Say) -> None:
         query = f"?token={settings.token}"
         say(
             f"warning: {host} can be reached by other machines, and the connection is not "
-            "encrypted; only who has the token gets in"
+            "encrypted; only those who have the token get in"
         )
     page = make_page(settings)
     path = "/"

@@ -187,10 +187,10 @@ def _drawn(found: Mapping[str, Any]) -> list[str]:
         "",
         "- The covariance knows of noise, quantisation and α, and there it holds. With α the "
         "coverage is above 95 %, because its error is rectangular: ± 1.96 u reach beyond its ends.",
-        "- Quantisation alone is no white noise: its rounding errors average out better than those "
-        "of a count over √12.",
-        "- Motion of the axis is no part of it: two heads take it for the disc. Nor is a change of "
-        "temperature within the one turn, which nothing in the turn tells; with two runs",
+        "- Quantisation alone is not white noise: its rounding errors average out better than "
+        "those of a count over √12.",
+        "- Motion of the axis is not part of it: two heads take it for the disc. Nor is a change "
+        "of temperature within the one turn, which nothing in the turn tells; with two runs",
         "  it shows as their difference ([Monte Carlo](monte-carlo.md)).",
         "- What lanes cannot hold, the rounding to a count, latency, ramp, subdivision and heat "
         "are "

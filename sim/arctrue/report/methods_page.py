@@ -88,8 +88,8 @@ def methods_page(found: Mapping[str, Any]) -> str:
             "",
             "## How many heads",
             "",
-            "Noise of an order over the noise of one head's reading, for heads at best places "
-            "behind head 1 (orders 1 to 128",
+            "Noise of an order over the noise of one head's reading, for heads at the best places, "
+            "degrees from head 1 (orders 1 to 128",
             "searched; the first two are the paper's). ∞: not seen. A motion of the axis of "
             "order 1 is the same as an eccentric disc, for any number of heads.",
             "",

@@ -220,7 +220,7 @@ def _figures() -> list[str]:
         "Drawn by `arctrue paper --out` from the constants of this implementation. Figures 2 "
         "and 10 "
         "are photographs of the paper's board and",
-        "table; here is no board yet ([on the bench](hardware.md)). Fig. 11 is above.",
+        "table; there is no board here yet ([on the bench](hardware.md)). Fig. 11 is above.",
         "",
     ]
     for number, (title, _, _) in DRAWINGS.items():

@@ -1,4 +1,4 @@
-"""What of a look is drawn, and how: the part of an address behind the question mark."""
+"""What of a look is drawn, and how: the part of an address after the question mark."""
 
 from __future__ import annotations
 

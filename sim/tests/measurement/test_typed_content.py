@@ -138,9 +138,9 @@ def test_unknown_keys_of_a_file_that_may_have_them() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("{", "no JSON: "),
-        ("[" * 100_000, "no JSON: "),
-        ("\xff", "no JSON: "),
+        ("{", "is not JSON: "),
+        ("[" * 100_000, "is not JSON: "),
+        ("\xff", "is not JSON: "),
         ("3", "expected an object, found 3"),
         ('{"lines": "4"}', 'lines: expected a whole number of 4 or more, found "4"'),
         ('{"line": 4}', "line: is not known; did you mean lines?"),

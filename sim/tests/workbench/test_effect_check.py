@@ -92,7 +92,7 @@ WRONG = {
     "sign": (
         "columns beside a formula",
         {"formula": "-a * np.exp(-since / tau)"},
-        "the sign is turned",
+        "the sign is wrong",
     ),
     "square": (
         "columns beside a formula",

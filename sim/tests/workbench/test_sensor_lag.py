@@ -112,4 +112,4 @@ def test_export_fits_the_lag_and_the_rate_with_it(lagging: SimulatedSet, tmp_pat
     assert rate * count_arcsec == pytest.approx(ARCSEC_K, rel=0.02)
     wrong = CliRunner().invoke(main, [*words, "--sensor-lag", "60"])
     assert wrong.exit_code == 2
-    assert "told or fitted" in wrong.output
+    assert "stated or fitted" in wrong.output

@@ -108,7 +108,7 @@ INDEPENDENCE = {
         "To first order: head 2 is read where the table is by then, with the error of that place; "
         "the effect is delay times speed."
     ),
-    "latency": "The same: the reading of the angle that lies delay times speed behind.",
+    "latency": "The same: what is read is the angle at which the table was one delay earlier.",
     "thermal_head_drift": (
         "To first order: the bracket is turned about the axis in proportion to the warming and "
         "the ray is exact; the effect leaves the slope of the error out."

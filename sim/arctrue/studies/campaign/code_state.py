@@ -85,7 +85,7 @@ def _imports(file: Path, root: str) -> list[str]:
 
 
 def commit(package: Path = PACKAGE) -> str | None:
-    """The commit of the source tree, ``-dirty`` behind it where files differ; None without git."""
+    """The commit of the source tree, ``-dirty`` after it where files differ; None without git."""
     command = ["git", "-C", str(package), "describe", "--always", "--dirty", "--abbrev=10"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=GIT_S, check=False)

@@ -47,7 +47,7 @@ class Store:
         folder.mkdir(parents=True, exist_ok=True)
         _check_header(folder, header)
         self.folder = folder
-        # Bytes behind the last whole line are of a line that was cut by a crash.
+        # Bytes after the last whole line are of a line that was cut by a crash.
         self._results = _open(folder / f"results{shard}.jsonl")
         self._timings = _open(folder / f"timings{shard}.jsonl")
         self.done = {item.key for item in read_results([folder])}

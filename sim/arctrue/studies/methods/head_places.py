@@ -50,7 +50,7 @@ def gain_of_places(places_rad: Float, orders: Integer, motion_orders: Integer) -
 
 @dataclass(frozen=True)
 class Places:
-    """A set of heads with its gains; degrees behind head 1."""
+    """A set of heads with its gains; degrees after head 1."""
 
     title: str
     places_deg: tuple[float, ...]
@@ -60,7 +60,7 @@ class Places:
 
 
 def best_third(first_deg: Sequence[float], orders: Integer, step_deg: float = 0.5) -> float:
-    """Where a further head makes the worst gain of ``orders`` least, degrees behind head 1."""
+    """Where a further head makes the worst gain of ``orders`` least, degrees after head 1."""
     candidates = np.arange(step_deg, 360.0, step_deg)
     places = np.column_stack([np.tile(first_deg, (candidates.size, 1)), candidates])
     gain = gain_of_places(-np.radians(places), orders, np.zeros(0, dtype=np.int64))

@@ -79,7 +79,7 @@ def _columns(
 
 
 def least_squares_of(name: str, places_deg: Sequence[float], *, motion: bool) -> Method:
-    """The method with heads at ``places_deg`` behind head 1 (0, 33, …)."""
+    """The method with heads at ``places_deg`` after head 1 (0, 33, …)."""
     heads = len(places_deg)
     orders = MOTION_ORDERS if motion else np.zeros(0, dtype=np.int64)
 

@@ -29,7 +29,7 @@ def virtual_average(difference: Float, separation: Fraction) -> Float:
     """
     heads = separation.denominator
     if difference.size % heads:
-        raise ValueError(f"{difference.size} steps a turn are no multiple of {heads} virtual heads")
+        raise ValueError(f"steps a turn: expected a multiple of {heads}, found {difference.size}")
     step = difference.size * separation.numerator // heads
     at = (np.arange(difference.size) + step * np.arange(heads)[:, None]) % difference.size
     of_head = np.cumsum(difference[at], axis=0)

@@ -29,7 +29,7 @@ The truth is the error R₁ − θ of head 1 as a function of its reading, at th
 capture. Radial motion is a part of it: it moves the reading. A deviation is what is stated less the
 truth. An uncertainty is called *too small* or *too large* where chance explains its coverage in
 less than 1 % of such calculations, over all figures of one case. *Estimate*: the sum of all orders
-fitted. *Corrected*: the angle behind the bit-true gateware, with the lanes that there are and whole
+fitted. *Corrected*: the angle after the bit-true gateware, with the lanes that there are and whole
 counts; it is compared with the same u of the estimate, which knows of neither.
 
 The same trial has the same table and the same draws in every case, so cases differ by their inputs

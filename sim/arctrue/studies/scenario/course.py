@@ -37,7 +37,7 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Course(Motion):
-    """A motion over legs that counts its turns from behind the indices.
+    """A motion over legs that counts its turns from after the indices.
 
     ``time_s`` of its states is that of the motion, in which a pause lasts what is run of it;
     ``since_run_start_s`` is that of the surroundings, in which it counts in full.
@@ -53,7 +53,7 @@ class Course(Motion):
     ) -> Course:
         """From rest over both indices, then the legs, each from rest to rest.
 
-        Travel 0 is behind the indices. Raises ValueError for a first leg that is a pause, and for
+        Travel 0 is after the indices. Raises ValueError for a first leg that is a pause, and for
         one too short for its ramps.
         """
         if not legs or not legs[0].turns:
@@ -105,7 +105,7 @@ class Course(Motion):
         """The first instant of the motion at which so many turns are travelled."""
         travelled = self.travel_rad(np.asarray(self.knot_times_s))
         wanted = turn * TURN_RAD + APPROACH_RAD
-        # Before a pause, not behind it, where the sums differ in their last bit.
+        # Before a pause, not after it, where the sums differ in their last bit.
         place = np.searchsorted(travelled, wanted - _SAME_TRAVEL_RAD) - 1
         leg = int(np.clip(place, 0, travelled.size - 2))
         begin, end = np.abs(self.knot_speeds_rad_s[leg : leg + 2])

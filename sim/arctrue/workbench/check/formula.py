@@ -31,7 +31,7 @@ def formula_faults(forward: Forward, names: Sequence[str], columns: Float) -> li
         if float(np.abs(bend).max()) > ROUNDING * scale:
             faults.append(
                 f"{name}: the formula is not linear in it; a quantity that enters nonlinearly "
-                "belongs into search"
+                "belongs in search"
             )
             continue
         off = np.abs(columns[:, place] - slope)
@@ -69,4 +69,4 @@ def _hint(column: Float, slope: Float) -> str:
     factor = float(column @ slope) / square
     if np.abs(column - factor * slope).max() > ROUNDING * max(np.abs(column).max(), 1e-12):
         return ""
-    return "; the sign is turned" if abs(factor + 1.0) < ROUNDING else f"; it is {factor:.6g} times"
+    return "; the sign is wrong" if abs(factor + 1.0) < ROUNDING else f"; it is {factor:.6g} times"

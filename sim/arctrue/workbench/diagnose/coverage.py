@@ -165,7 +165,7 @@ def _slow_noise(residuals: Residuals, matters: float) -> Blindness | None:
                 "the scatter of single readings: an effect as slow as that cannot be told from "
                 "noise",
                 "the same measurement once more, in another order and with the temperature: what "
-                "comes back at the same angle is no noise",
+                "comes back at the same angle is not noise",
                 "again",
             )
     return None

@@ -54,7 +54,7 @@ be its own shape, that the catalogue does not have. Smaller, it is a matter of i
 AGAIN = 3
 """Events of one set that are a habit: two may be chance."""
 DEEPEST = 3
-"""So many effects are looked at one behind the other, each beside those before it."""
+"""So many effects are looked at one after the other, each beside those before it."""
 
 
 @dataclass(frozen=True)

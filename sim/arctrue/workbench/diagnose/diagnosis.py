@@ -216,7 +216,7 @@ def _told(observations: Observations, tried: Survey, found: Decision) -> Diagnos
 
 
 def _beside(found: Decision) -> list[Candidate]:
-    """What would be named, one behind the other, with the first in the model."""
+    """What would be named, one after the other, with the first in the model."""
     names: list[Candidate] = []
     further = found.beside if found.verdict == "named" else None
     while further is not None and further.verdict == "named" and further.first is not None:

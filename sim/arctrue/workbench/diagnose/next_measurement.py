@@ -39,7 +39,7 @@ OF_PARTS = {
         "one more run at another speed, in the same direction: at twice the speed it is four "
         "times as large",
     ),
-    "direction": ("direction", "the same run in the other direction: its sign turns"),
+    "direction": ("direction", "the same run in the other direction: its sign changes"),
     "time": ("again", "the same run an hour later, at the same temperature: it has gone on"),
     "settling": (
         "again",

@@ -159,7 +159,7 @@ def sentences(result: Diagnosis) -> list[str]:
         said.append(_compensation(result.named))
         if result.beside:
             said.append(
-                f"It is not all: beside it {result.beside[0].name} takes more still. Add "
+                f"That is not all: {result.beside[0].name} explains still more. Add "
                 f"{result.named.name} and diagnose again."
             )
     elif result.verdict == "ambiguous":

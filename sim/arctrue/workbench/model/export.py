@@ -266,7 +266,7 @@ def export_model(
     )
     following = [order for order in orders[:lanes] if order in thermal.slopes_arcsec]
     for order in following[ORDERS_MOST:]:
-        left_out.append(f"order {order} as it follows the temperature: {ORDERS_MOST} orders can")
+        left_out.append(f"order {order} with the temperature: {ORDERS_MOST} orders can follow it")
     if following:
         coefficients = dataclasses.replace(
             coefficients,

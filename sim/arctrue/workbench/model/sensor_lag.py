@@ -80,7 +80,7 @@ def _slopes_at(knots: Float, time_s: Float, shown: Float) -> Float:
     some = np.maximum(rows, 1.0)
     at_s = np.bincount(piece, time_s, minlength=pieces) / some
     mean = np.bincount(piece, shown - shown[0], minlength=pieces) / some
-    # Beside each knot: PIECES before and PIECES behind; outside of the run there are none.
+    # Beside each knot: PIECES before and PIECES after; outside of the run there are none.
     near = np.arange(knots.size)[:, np.newaxis] + np.arange(-PIECES, PIECES)
     weight = np.where((near >= 0) & (near < pieces), rows[np.clip(near, 0, pieces - 1)], 0.0)
     near = np.clip(near, 0, pieces - 1)

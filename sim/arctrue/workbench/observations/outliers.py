@@ -181,7 +181,7 @@ def from_both_sides(values: Float) -> Float:
 def from_one_side(values: Float) -> Float:
     """What the rows after each row let expect there; not-a-number at the last 2·SIDE_ROWS rows.
 
-    The straight line through the medians of the next SIDE_ROWS rows and of as many behind them,
+    The straight line through the medians of the next SIDE_ROWS rows and of as many after them,
     of which MOST_ROWS may be wrong.
     """
     medians = median_filter(values, size=SIDE_ROWS, mode="nearest")

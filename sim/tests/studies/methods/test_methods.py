@@ -162,7 +162,7 @@ def test_virtual_heads_are_the_transfer_function_of_the_two_real_ones() -> None:
     seen = transfer_function(orders, alpha) != 0.0
     assert seen.tolist() == [True, True, True, True, False, False]
     np.testing.assert_allclose(lines[orders], np.where(seen, np.exp(1j * phases), 0.0), atol=1e-9)
-    with pytest.raises(ValueError, match="no multiple of 120"):
+    with pytest.raises(ValueError, match="expected a multiple of 120"):
         virtual_average(np.zeros(1000), separation)
 
 

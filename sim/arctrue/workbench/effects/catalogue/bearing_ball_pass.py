@@ -31,8 +31,9 @@ class BearingBallPass(Effect):
 
     name = "bearing_ball_pass"
     physics = (
-        "The cage and the balls of a rolling bearing go round at rates that are no whole multiple "
-        "of the turn. The motion repeats over the unwrapped angle, never over a single turn."
+        "The cage and the balls of a rolling bearing go round at rates that are not whole "
+        "multiples of the turn. The motion repeats over the unwrapped angle, never over a single "
+        "turn."
     )
     equation = "x, y = Σ c cos νθ + s sin νθ, θ unwrapped, ν found"
     source = "ISO 15243 kinematics of rolling bearings; ISO 230-7 asynchronous error motion"

@@ -70,7 +70,7 @@ class CountSlip(Effect):
         away = abs(counts - round(counts))
         if sigma <= 0.0 or 2.0 * float(ndtr(-away / sigma)) > CONTRADICTED_P:
             return None
-        return f"the step of {counts:.2f} ± {sigma:.2f} counts is no whole number of counts"
+        return f"the step of {counts:.2f} ± {sigma:.2f} counts is not a whole number of counts"
 
     def parameters(
         self,
