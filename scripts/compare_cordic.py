@@ -246,7 +246,7 @@ def flopoco_cores(
             2.0**-operator.lsb - 1.0,
             1 - operator.lsb,
             f"target={operator.target} frequency={frequency_mhz}; one register behind it",
-            promised_error=2.0**operator.lsb,
+            promised_error=2.0 * 2.0**operator.lsb,
         )
 
 
@@ -472,8 +472,8 @@ def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str])
         "",
         f"FloPoCo is asked for {', '.join(map(str, flopoco_lanes.FREQUENCIES_MHZ))} MHz in turn,",
         f"until the estimate is within {PERIOD_NS:g} ns; the row is that or, where none is, the",
-        "last that it could make with the error that it promises, less than its last bit. Its own",
-        "estimate of a path is shorter than ours.",
+        "last that it could make. One that errs by more than two of its last bits is left out: it",
+        "promises less than one. Its own estimate of a path is shorter than ours.",
         "",
         "Remarks:",
         "",

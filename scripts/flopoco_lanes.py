@@ -19,9 +19,12 @@ TARGETS: Final = ("Zynq7000", "Kintex7", "Virtex6")
 """The nearest to a Zynq of those that the program has."""
 FREQUENCIES_MHZ: Final = (400, 600, 800, 1000)
 """What the program is asked for, in turn: its estimate of a path is shorter than ours."""
-LSBS: Final = (-16, -14)
-"""Last bit of angle (in half turns) and of the result: that of our cosine, and the one at which
-the error is the nearest to our lane's."""
+LSBS: Final = (-16, -15)
+"""Last bit of the result, and of the angle in half turns. With 2**-16 the error at any angle is
+below our lane's; 2**-15 is the coarsest whose error at its own angles is."""
+LARGEST_SELECT: Final = 512
+"""Words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys did not
+map one of 1,024 words of 40 bits within 15 minutes."""
 TIMEOUT_S: Final = 300
 COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 ENTITY: Final = re.compile(
@@ -33,7 +36,7 @@ WIDTH: Final = re.compile(
 
 
 class NotMadeError(ToolError):
-    """FloPoCo refused to make an operator."""
+    """FloPoCo refused to make an operator, or made one that the tools here do not map."""
 
 
 @dataclass(frozen=True)
@@ -109,9 +112,16 @@ def operators(program: Path, folder: Path) -> list[Operator]:
 def read_generated(file: Path) -> Generated:
     """The operator in a file that FloPoCo wrote: its last entity, with the ports X and C.
 
-    Raises ToolError when there is none.
+    Raises ToolError when there is none, and NotMadeError for a table that is too large.
     """
-    found = ENTITY.findall(file.read_text(encoding="utf-8", errors="replace"))
+    text = file.read_text(encoding="utf-8", errors="replace")
+    selects = re.findall(r"\bselect\b[^;]*;", text, re.I)
+    words = max((len(re.findall(r'\bwhen\s*"', select, re.I)) for select in selects), default=0)
+    if words > LARGEST_SELECT:
+        raise NotMadeError(
+            f"its table is a select of {words:,} words, which Yosys did not map within 15 minutes"
+        )
+    found = ENTITY.findall(text)
     if found:
         entity, ports = found[-1]
         # Several ports can stand on one line.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from scripts.flopoco_lanes import (
+    LARGEST_SELECT,
     LSBS,
     Generated,
     NotMadeError,
@@ -110,6 +111,18 @@ def test_an_old_file_is_not_taken_for_a_new_one(tmp_path: Path) -> None:
     operator = Operator("CORDIC", ("CordicSinCos",), "Virtex6", -14)
     with pytest.raises(NotMadeError, match="wrote no operator: nothing was said"):
         generate(_program(tmp_path, "done"), operator, 400, tmp_path)
+
+
+@pytest.mark.parametrize("words", [LARGEST_SELECT, LARGEST_SELECT + 1])
+def test_a_table_that_yosys_does_not_map_is_told(tmp_path: Path, words: int) -> None:
+    rows = ",\n".join(f'"{word % 2}" when "{word:010b}"' for word in range(words))
+    file = tmp_path / "operator.vhdl"
+    file.write_text(f"with X select Y <=\n{rows};\n" + VHDL.format(reset=""), encoding="utf-8")
+    if words > LARGEST_SELECT:
+        with pytest.raises(NotMadeError, match="a select of 513 words"):
+            read_generated(file)
+    else:
+        assert read_generated(file).angle_bits == 17
 
 
 def test_a_file_without_the_operator_is_refused(tmp_path: Path) -> None:
