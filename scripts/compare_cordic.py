@@ -332,21 +332,21 @@ def measure(core: Core, clones: Sequence[Path], folder: Path) -> Measured:
 def measure_fastest(cores: Iterator[Core], folder: Path) -> tuple[Core, Measured]:
     """Of the same core made for rising frequencies, the first whose path is within 5 ns.
 
-    Where none is, the last that could be made. Raises NotMadeError or WrongOutputError when none
-    could, and ToolError.
+    Where none is, the last that could be made. When none could, the first NotMadeError or
+    WrongOutputError is raised. Raises ToolError.
     """
     best = None
-    refused: ToolError = flopoco_lanes.NotMadeError("no frequency was given")
+    refusals: list[ToolError] = []
     for number, core in enumerate(cores):
         try:
             best = core, measure(core, [], folder / str(number))
         except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
-            refused = error
+            refusals.append(error)
             continue
         if best[1].path_ns <= PERIOD_NS:
             break
     if best is None:
-        raise refused
+        raise refusals[0]
     return best
 
 
@@ -442,7 +442,7 @@ def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str])
         f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
         f"{verilator}.",
         "",
-        "All cores give the cosine of any angle of the turn, one angle a clock, in 15 to 18 bits;",
+        "All cores give the cosine of any angle of the turn, one angle a clock, in 16 to 18 bits;",
         f"those that say no other number have {WIDTH} bits and, where they iterate, {ITERATIONS}",
         "iterations. A vector input is tied to a constant and the sine left open, so that Yosys",
         "removes what only other uses need. The longest path is the estimate of",

@@ -24,7 +24,7 @@ LSBS: Final = (-16, -15)
 below our lane's; 2**-15 is the coarsest whose error at its own angles is."""
 LARGEST_SELECT: Final = 512
 """Words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys did not
-map one of 1,024 words of 40 bits within 15 minutes."""
+map one of 1,024 words of 40 bits in 15 minutes beside other work."""
 TIMEOUT_S: Final = 300
 COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 ENTITY: Final = re.compile(
@@ -99,6 +99,7 @@ def operators(program: Path, folder: Path) -> list[Operator]:
         asked = [
             ("table and products", ("FixSinCos",)),
             ("CORDIC", ("CordicSinCos", "reducedIterations=0")),
+            ("CORDIC, half of it products", ("CordicSinCos", "reducedIterations=1")),
         ]
     else:
         asked = [
@@ -119,7 +120,8 @@ def read_generated(file: Path) -> Generated:
     words = max((len(re.findall(r'\bwhen\s*"', select, re.I)) for select in selects), default=0)
     if words > LARGEST_SELECT:
         raise NotMadeError(
-            f"its table is a select of {words:,} words, which Yosys did not map within 15 minutes"
+            f"its table is a select of {words:,} words, which Yosys did not map in 15 minutes "
+            "beside other work"
         )
     found = ENTITY.findall(text)
     if found:
@@ -142,15 +144,18 @@ def generate(program: Path, operator: Operator, frequency_mhz: int, folder: Path
     words = (
         f"target={operator.target}",
         f"frequency={frequency_mhz}",
-        f"outputFile={file}",
+        f"outputFile={file.name}",
         kind,
         f"lsb={operator.lsb}",
         *options,
     )
     told = _ask(program, words, folder)
     if not file.exists() or re.search(r"^\s*Error\b", told, re.M | re.I):
-        end = " ".join(re.findall(r"^\s*Error\b.*", told, re.M | re.I)) or "nothing was said"
-        raise NotMadeError(f"{' '.join(words)} wrote no operator: {end}")
+        refusals = re.findall(r"^\s*Error\b.*", told, re.M | re.I)
+        raise NotMadeError(
+            f"asked for {frequency_mhz} MHz it wrote no operator: "
+            + (" ".join(refusals) or "nothing was said")
+        )
     return read_generated(file)
 
 

@@ -144,7 +144,7 @@ def test_an_operator_that_no_frequency_gives_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(compare_cordic, "measure", _measure_by_name({}))
-    with pytest.raises(NotMadeError, match="c is refused"):
+    with pytest.raises(NotMadeError, match="a is refused"):
         measure_fastest(map(_lane, "abc"), tmp_path)
 
 
