@@ -7,10 +7,15 @@ Each folder is a clone that the caller makes; nothing of it comes into this tree
     git clone https://github.com/open-logic/open-logic olo       (PSI HDL library licence)
     git clone https://github.com/enclustra/en_cl_fix en_cl_fix   (MIT; Open Logic needs it)
 
-Every core gets a cosine of 18 bits and 16 iterations, its vector input tied to a constant and its
-sine left open. The same Yosys maps each, and Verilator runs the same source over a sweep of the
-turn. Writes docs/cordic-comparison.md. Needs g++, verilator, git, Yosys and GHDL 5 or newer.
-Exit code 2 when a tool is missing or a core cannot be made.
+FloPoCo's operators come from its program, which the caller builds (https://www.flopoco.org, AGPL);
+the option can be given for several versions: ``--flopoco VERSION=PROGRAM``. CORDIC II and the lanes
+with tables are our own (scripts/cordic_ii_lane.py, scripts/table_lanes.py) and always measured.
+
+Every core gets a cosine of 18 bits, the iterative ones 16 iterations, its vector input tied to a
+constant and its sine left open. The same Yosys maps each, scripts/timing.py estimates its longest
+path, and Verilator runs the same source over a sweep of the turn. Writes docs/cordic-comparison.md.
+Needs g++, verilator, git, Yosys and GHDL 5 or newer. Exit code 2 when a tool is missing or a core
+cannot be made.
 """
 
 from __future__ import annotations
@@ -19,14 +24,19 @@ import argparse
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from scripts import flopoco_lanes
+from scripts.cordic_ii_lane import cordic_ii_lane
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 from scripts.resources import Design, Resources
+from scripts.table_lanes import table_product_lane, table_rows_lane
+from scripts.timing_paths import Netlist, longest_paths
 
 WORK = ROOT / "build" / "cordic-comparison"
 DOCUMENT = ROOT / "docs" / "cordic-comparison.md"
@@ -35,7 +45,9 @@ WIDTH = 18  # bits of the cosine
 ITERATIONS = 16
 SWEEP_BITS = 20  # phases of the sweep
 SETTLING = 64  # clocks before the sweep
-LATENCIES = range(8, 48)
+LATENCIES = range(48)
+PERIOD_NS = 5.0  # of the clock that a generated core shall reach by the estimate
+TIMEOUT_S = 1800
 
 MAIN = """
 #include <cstdint>
@@ -58,6 +70,10 @@ int main() {{
 """
 
 
+class WrongOutputError(ToolError):
+    """What a core puts out is not the cosine of any phase before it."""
+
+
 @dataclass(frozen=True)
 class Core:
     """A core to be measured: how its Verilog is made, and what its numbers mean."""
@@ -69,22 +85,34 @@ class Core:
     amplitude: float  # units of the output's last bit at cosine 1
     angle_bits: int
     remark: str
+    promised_error: float = 0.01
+    """A larger error is none of a cosine."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What a core takes, its latency in clocks and its largest error of the cosine."""
+    """What a core takes, its longest path by the estimate, its latency and its largest errors.
+
+    ``error`` is that at the angles that the core takes; ``error_any_angle`` that of any angle,
+    which is rounded to one of them.
+    """
 
     resources: Resources
+    path_ns: float
     latency: int
     error: float
+    error_any_angle: float
 
 
 def _run(command: Sequence[str | Path], folder: Path) -> bytes:
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, check=False, timeout=TIMEOUT_S
+        )
     except FileNotFoundError as error:
         raise ToolError(f"{command[0]} is missing ({error})") from None
+    except subprocess.TimeoutExpired:
+        raise ToolError(f"{command[0]} took more than {TIMEOUT_S} s in {folder}") from None
     if done.returncode:
         end = (done.stdout + done.stderr).decode(errors="replace").splitlines()[-12:]
         raise ToolError(f"{command[0]} failed in {folder}:\n" + "\n".join(end))
@@ -96,7 +124,7 @@ def _netlist(
 ) -> str:
     """Verilog of a VHDL entity of another project, whose library has its own name."""
     ghdl, _ = find_ghdl()
-    options = ["--std=08", f"--work={library}", f"--workdir={folder}", "-frelaxed"]
+    options = ["--std=08", f"--work={library}", f"--workdir={folder}", "-frelaxed", "-fsynopsys"]
     _run([ghdl, "-i", *options, *files], folder)
     _run([ghdl, "-m", *options, entity], folder)
     values = [f"-g{name}={value}" for name, value in generics.items()]
@@ -187,16 +215,79 @@ endmodule
     return core + wrapper
 
 
+def _own_lane(verilog: Callable[[], str], folder: Path, _: Sequence[Path]) -> str:
+    return verilog()
+
+
+def _flopoco(
+    program: Path,
+    operator: flopoco_lanes.Operator,
+    frequency_mhz: int,
+    folder: Path,
+    _: Sequence[Path],
+) -> str:
+    generated = flopoco_lanes.generate(program, operator, frequency_mhz, folder)
+    core = _netlist(folder, "work", [generated.file], generated.entity, {})
+    return core + flopoco_lanes.wrapper(generated, WIDTH)
+
+
+def flopoco_cores(
+    program: Path, operator: flopoco_lanes.Operator, frequencies_mhz: Sequence[int]
+) -> Iterator[Core]:
+    """The same operator for one frequency after the other. Cosine 1 comes out as 1 - 2**lsb."""
+    for frequency_mhz in frequencies_mhz:
+        kind, *options = operator.words
+        words = " ".join((kind, f"lsb={operator.lsb}", *options))
+        yield Core(
+            f"FloPoCo {words}: {operator.name}",
+            "flopoco_lane",
+            "https://www.flopoco.org",
+            partial(_flopoco, program, operator, frequency_mhz),
+            2.0**-operator.lsb - 1.0,
+            1 - operator.lsb,
+            f"target={operator.target} frequency={frequency_mhz}; one register behind it",
+            promised_error=2.0 * 2.0**operator.lsb,
+        )
+
+
 # The largest input; its output is half of input times gain, in which 18 bits are not quite used.
 ZIPCPU_INPUT = 2 ** (WIDTH - 1) - 1
 ZIPCPU_GAIN = float(np.prod(np.sqrt(1.0 + 4.0 ** -np.arange(1, 17, dtype=float)))) / 2.0
 
+OWN_LANES = ("ours", "cordic_ii", "table_rows", "table_product")
 CORES = {
     "ours": Core(
         "ArcTrue quadrant_fold + cordic_rotation",
         "arctrue_lane",
         "this tree",
         _ours,
+        2.0**16,
+        24,
+        "cosine only",
+    ),
+    "cordic_ii": Core(
+        "CORDIC II rebuilt, and one nano-rotation more",
+        "cordic_ii_lane",
+        "doi 10.1109/TCSII.2015.2483422; scripts/cordic_ii_lane.py",
+        partial(_own_lane, cordic_ii_lane),
+        2.0**16,
+        24,
+        "cosine only; the publication's angles, our table, widths and last rotation",
+    ),
+    "table_rows": Core(
+        "table in LUTs and a product in rows of adders",
+        "table_rows_lane",
+        "scripts/table_lanes.py",
+        partial(_own_lane, table_rows_lane),
+        2.0**16,
+        24,
+        "cosine only",
+    ),
+    "table_product": Core(
+        "table in LUTs and a product in a DSP",
+        "table_product_lane",
+        "scripts/table_lanes.py",
+        partial(_own_lane, table_product_lane),
         2.0**16,
         24,
         "cosine only",
@@ -233,15 +324,46 @@ CORES = {
 
 def measure(core: Core, clones: Sequence[Path], folder: Path) -> Measured:
     """Make, map and run a core. Raises ToolError."""
+    source = _make(core, clones, folder)
+    resources, path_ns = _map(core, source)
+    return Measured(resources, path_ns, *_error(core, _sweep(core, source)))
+
+
+def measure_fastest(cores: Iterator[Core], folder: Path) -> tuple[Core, Measured]:
+    """Of the same core made for rising frequencies, the first whose path is within 5 ns.
+
+    Where none is, the last that could be made. When none could, the first NotMadeError or
+    WrongOutputError is raised. Raises ToolError.
+    """
+    best = None
+    refusals: list[ToolError] = []
+    for number, core in enumerate(cores):
+        try:
+            best = core, measure(core, [], folder / str(number))
+        except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
+            refusals.append(error)
+            continue
+        if best[1].path_ns <= PERIOD_NS:
+            break
+    if best is None:
+        raise refusals[0]
+    return best
+
+
+def _make(core: Core, clones: Sequence[Path], folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    text = core.make(folder, clones)
     source = folder / f"{core.top}.v"
-    source.write_text(text, encoding="utf-8")
-    resources = Design.read(synthesise(source, flatten=True)).total(core.top)
-    cosines = _sweep(core, source)
-    latency, error = _error(core, cosines)
-    return Measured(resources, latency, error)
+    source.write_text(core.make(folder, clones), encoding="utf-8")
+    return source
+
+
+def _map(core: Core, source: Path) -> tuple[Resources, float]:
+    """What the core takes, and its longest path in ns by the estimate."""
+    mapped = synthesise(source, flatten=True)
+    design = Netlist.read(mapped, core.top)
+    paths = longest_paths(design, design.reached())
+    return Design.read(mapped).total(core.top), max(path.delay_ns for path in paths)
 
 
 def _phases(core: Core, count: int) -> np.ndarray:
@@ -278,10 +400,12 @@ def _sweep(core: Core, source: Path) -> np.ndarray:
     return np.where(signed >= half, signed - 2 * half, signed)
 
 
-def _error(core: Core, outputs: np.ndarray) -> tuple[int, float]:
-    """Latency in clocks, and the largest |cosine - exact| over the sweep, of a cosine of size 1.
+def _error(core: Core, outputs: np.ndarray) -> tuple[int, float, float]:
+    """Latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
 
-    The latency is the delay at which the outputs fit the phases; raises ToolError when none does.
+    The errors are |cosine - exact| at the core's own angles, and at those half of its last bit
+    beside them. The latency is the delay at which the outputs fit the phases; raises
+    WrongOutputError when none does.
     """
     count = outputs.size - LATENCIES.stop
     turns = _phases(core, count).astype(float) / 2.0**core.angle_bits
@@ -291,10 +415,16 @@ def _error(core: Core, outputs: np.ndarray) -> tuple[int, float]:
         for delay in LATENCIES
     }
     delay = min(errors, key=lambda key: errors[key])
-    if errors[delay] > 0.01:
-        raise ToolError(f"{core.name}: no cosine comes out (off by {errors[delay]:.3g})")
+    if errors[delay] > core.promised_error:
+        raise WrongOutputError(f"{core.name}: no cosine comes out (off by {errors[delay]:.3g})")
+    cosines = outputs[delay : delay + count] / core.amplitude
+    half = 0.5 / 2.0**core.angle_bits
+    beside = max(
+        float(np.abs(cosines - np.cos(2.0 * np.pi * (turns + side))).max())
+        for side in (-half, half)
+    )
     # An output read after the edge that takes a phase in has been through one register.
-    return delay + 1, errors[delay]
+    return delay + 1, errors[delay], max(errors[delay], beside)
 
 
 def _version(folder: Path) -> str:
@@ -312,34 +442,91 @@ def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str])
         f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
         f"{verilator}.",
         "",
-        f"All cores: {ITERATIONS} iterations, a cosine of {WIDTH} bits, one angle a clock, any",
-        "angle of the turn. The vector input is tied to a constant and the sine left open, so that",
-        "Yosys removes what only other uses need. The error is the largest |output - cos| of a",
+        "All cores give the cosine of any angle of the turn, one angle a clock, in 16 to 18 bits;",
+        f"those that say no other number have {WIDTH} bits and, where they iterate, {ITERATIONS}",
+        "iterations. A vector input is tied to a constant and the sine left open, so that Yosys",
+        "removes what only other uses need. The longest path is the estimate of",
+        "[timing](timing.md): nothing is placed. The error is the largest |output - cos| of a",
         f"cosine of size 1, over 2^{SWEEP_BITS} angles, evenly spread over the turn with varying",
-        "low bits (or all angles, where the core takes fewer bits). The last bit of s1.16 is",
-        "1.5e-5.",
+        "low bits (or all angles, where the core takes fewer bits): first at the angles that the",
+        "core takes, then at any angle, rounded to one of them. The last bit of s1.16 is 1.5e-5.",
         "",
-        "| core | version | angle bits | LUT | FF | CARRY4 | DSP | clocks | largest error |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
+        "| core | version | angle bits | LUT | FF | CARRY4 | DSP | RAMB36 | clocks | "
+        "longest path, ns | largest error | at any angle |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for core, version, result in rows:
         used = result.resources
         lines.append(
             f"| {core.name} | {version} | {core.angle_bits} | {used.lut} | {used.ff} | "
-            f"{used.carry4} | {used.dsp} | {result.latency} | {result.error:.2e} |"
+            f"{used.carry4} | {used.dsp} | {used.ramb36:g} | {result.latency} | "
+            f"{result.path_ns:.1f} | {result.error:.2e} | {result.error_any_angle:.2e} |"
         )
     lines += [
         "",
-        "The others rotate any vector and give the sine too; ours is made for a cosine of size 1.",
-        "That is where its area comes from: it takes the first six iterations from a table, and",
-        "each register of the remaining angle is as wide as that angle can still be.",
+        "The cores of others rotate any vector, or give the sine too; ours, and the lanes of this",
+        "tree beside it, are made for a cosine of size 1. That is where the area of ours comes",
+        "from: it takes the first six iterations from a table, and each register of the remaining",
+        "angle is as wide as that angle can still be. What follows for the lane is in",
+        "[timing](timing.md#the-lane-beside-published-operators).",
+        "",
+        f"FloPoCo is asked for {', '.join(map(str, flopoco_lanes.FREQUENCIES_MHZ))} MHz in turn,",
+        f"until the estimate is within {PERIOD_NS:g} ns; the row is that or, where none is, the",
+        "last that it could make. One that errs by more than two of its last bits is left out: it",
+        "promises less than one. Its own estimate of a path is shorter than ours.",
         "",
         "Remarks:",
         "",
     ]
-    lines += [f"- {core.name}: {core.remark}; {core.origin}" for core, _, _ in rows]
+    lines += [
+        f"- {core.name}, {version}: {core.remark}; {core.origin}" for core, version, _ in rows
+    ]
     lines += [f"- not measured: {text}" for text in missing]
     return "\n".join(lines) + "\n"
+
+
+def _version_and_program(text: str) -> tuple[str, Path]:
+    version, separator, program = text.partition("=")
+    if not (version and separator and program):
+        raise argparse.ArgumentTypeError(f"expected VERSION=PROGRAM, found {text}")
+    return version, Path(program).resolve()
+
+
+def _measured_cores(
+    chosen: argparse.Namespace, missing: list[str]
+) -> Iterator[tuple[Core, str, Measured]]:
+    """Each core that was given, as soon as it is measured; the others' names go to ``missing``."""
+    folders: dict[str, list[Path | None]] = {
+        **{key: [] for key in OWN_LANES},
+        "zipcpu": [chosen.zipcpu],
+        "extras": [chosen.extras],
+        "olo": [chosen.olo, chosen.en_cl_fix],
+    }
+    # A program that is missing shall be told before the others are measured.
+    asked = []
+    for index, (version, program) in enumerate(chosen.flopoco):
+        folder = WORK / "flopoco" / str(index)
+        folder.mkdir(parents=True, exist_ok=True)
+        for number, operator in enumerate(flopoco_lanes.operators(program, folder)):
+            asked.append((version, program, operator, folder / str(number)))
+    for key, core in CORES.items():
+        given = [folder.resolve() for folder in folders[key] if folder]
+        if len(given) < len(folders[key]):
+            missing.append(f"{core.name}: no folder given; {core.origin}")
+            continue
+        result = measure(core, given, WORK / key)
+        yield core, " and ".join(_version(folder) for folder in given) or "this tree", result
+    if not asked:
+        missing.append("FloPoCo: no program given; https://www.flopoco.org")
+    for version, program, operator, folder in asked:
+        cores = flopoco_cores(program, operator, flopoco_lanes.FREQUENCIES_MHZ)
+        try:
+            core, result = measure_fastest(cores, folder)
+        except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
+            words = " ".join((*operator.words, f"lsb={operator.lsb}"))
+            missing.append(f"FloPoCo {version}, {words}: {error}")
+            continue
+        yield core, version, result
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -349,29 +536,25 @@ def main(arguments: list[str] | None = None) -> int:
     )
     for name in ("zipcpu", "extras", "olo", "en-cl-fix"):
         parser.add_argument(f"--{name}", type=Path, help="folder of the clone")
+    parser.add_argument(
+        "--flopoco",
+        type=_version_and_program,
+        action="append",
+        default=[],
+        metavar="VERSION=PROGRAM",
+        help="FloPoCo's program, and what the page shall call it",
+    )
     parser.add_argument("--output", type=Path, default=DOCUMENT)
     chosen = parser.parse_args(arguments)
-    folders: dict[str, list[Path | None]] = {
-        "ours": [],
-        "zipcpu": [chosen.zipcpu],
-        "extras": [chosen.extras],
-        "olo": [chosen.olo, chosen.en_cl_fix],
-    }
     rows = []
-    missing = []
-    for key, core in CORES.items():
-        given = [folder.resolve() for folder in folders[key] if folder]
-        if len(given) < len(folders[key]):
-            missing.append(f"{core.name}: no folder given; {core.origin}")
-            continue
-        try:
-            result = measure(core, given, WORK / key)
-            version = " and ".join(_version(folder) for folder in given) or "this tree"
-        except ToolError as error:
-            print(f"compare_cordic: {core.name}: {error}", file=sys.stderr)
-            return 2
-        print(f"{core.name}: {result}", flush=True)
-        rows.append((core, version, result))
+    missing: list[str] = []
+    try:
+        for core, version, result in _measured_cores(chosen, missing):
+            print(f"{core.name}: {result}", flush=True)
+            rows.append((core, version, result))
+    except ToolError as error:
+        print(f"compare_cordic: {error}", file=sys.stderr)
+        return 2
     chosen.output.write_text(document(rows, missing), encoding="utf-8")
     return 0
 

@@ -1,0 +1,179 @@
+"""Sine and cosine operators of FloPoCo for scripts/compare_cordic.py: what to ask, what comes back.
+
+FloPoCo (https://www.flopoco.org, AGPL, as what it generates) is a program that the caller builds;
+nothing of it and nothing that it writes comes into this tree. Versions differ in their operators:
+up to 4 there are FixSinCos (table and products) and CordicSinCos; from 5 on FixSinCos has a method.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from scripts.netlist import ToolError
+
+TARGETS: Final = ("Zynq7000", "Kintex7", "Virtex6")
+"""The nearest to a Zynq of those that the program has."""
+FREQUENCIES_MHZ: Final = (400, 600, 800, 1000)
+"""What the program is asked for, in turn: its estimate of a path is shorter than ours."""
+LSBS: Final = (-16, -15)
+"""Last bit of the result, and of the angle in half turns. With 2**-16 the error at any angle is
+below our lane's; 2**-15 is the coarsest whose error at its own angles is."""
+LARGEST_SELECT: Final = 512
+"""Words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys did not
+map one of 1,024 words of 40 bits in 15 minutes beside other work."""
+TIMEOUT_S: Final = 300
+COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
+ENTITY: Final = re.compile(
+    r"^\s*entity\s+(\w+)\s+is\s+port\s*\((.*?)\)\s*;\s*end\s+entity", re.I | re.M | re.S
+)
+WIDTH: Final = re.compile(
+    r"^\s*(\w+)\s*:\s*(?:in|out)\s+std_logic_vector\((\d+) downto 0\)", re.I | re.M
+)
+
+
+class NotMadeError(ToolError):
+    """FloPoCo refused to make an operator, or made one that the tools here do not map."""
+
+
+@dataclass(frozen=True)
+class Operator:
+    """What FloPoCo is asked for: a name for people, its words, the target, the last bit."""
+
+    name: str
+    words: tuple[str, ...]
+    target: str
+    lsb: int
+
+
+@dataclass(frozen=True)
+class Generated:
+    """VHDL that FloPoCo wrote: its entity, its ports for clock and reset, bits of X and C."""
+
+    file: Path
+    entity: str
+    control: tuple[str, ...]
+    angle_bits: int
+    cosine_bits: int
+
+
+def _ask(program: Path, words: tuple[str, ...], folder: Path) -> str:
+    try:
+        done = subprocess.run(
+            [program, *words],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=TIMEOUT_S,
+        )
+    except FileNotFoundError:
+        raise ToolError(
+            f"There is no program {program}. Build FloPoCo (https://www.flopoco.org) and name its "
+            "program: --flopoco VERSION=PROGRAM"
+        ) from None
+    except OSError as error:
+        raise ToolError(f"{program} cannot be run ({error})") from None
+    except subprocess.TimeoutExpired:
+        raise ToolError(f"{program} {' '.join(words)} took more than {TIMEOUT_S} s") from None
+    return COLOUR.sub("", done.stdout + done.stderr)
+
+
+def operators(program: Path, folder: Path) -> list[Operator]:
+    """The operators for sine and cosine that a program offers, told by its help.
+
+    Raises ToolError when it is no FloPoCo, or one without them.
+    """
+    told = _ask(program, (), folder)
+    if not re.search(r"^FixSinCos:", told, re.M):
+        raise ToolError(
+            f"{program} does not offer FixSinCos; expected a FloPoCo of version 4 or newer"
+        )
+    targets = [target for target in TARGETS if re.search(rf"\b{target}\b", told)]
+    target = targets[0] if targets else "Virtex6"
+    if re.search(r"^CordicSinCos:", told, re.M):
+        asked = [
+            ("table and products", ("FixSinCos",)),
+            ("CORDIC", ("CordicSinCos", "reducedIterations=0")),
+            ("CORDIC, half of it products", ("CordicSinCos", "reducedIterations=1")),
+        ]
+    else:
+        asked = [
+            ("table and products", ("FixSinCos", "method=0")),
+            ("CORDIC", ("FixSinCos", "method=1")),
+            ("CORDIC, half of it products", ("FixSinCos", "method=2")),
+        ]
+    return [Operator(name, words, target, lsb) for name, words in asked for lsb in LSBS]
+
+
+def read_generated(file: Path) -> Generated:
+    """The operator in a file that FloPoCo wrote: its last entity, with the ports X and C.
+
+    Raises ToolError when there is none, and NotMadeError for a table that is too large.
+    """
+    text = file.read_text(encoding="utf-8", errors="replace")
+    selects = re.findall(r"\bselect\b[^;]*;", text, re.I)
+    words = max((len(re.findall(r'\bwhen\s*"', select, re.I)) for select in selects), default=0)
+    if words > LARGEST_SELECT:
+        raise NotMadeError(
+            f"its table is a select of {words:,} words, which Yosys did not map in 15 minutes "
+            "beside other work"
+        )
+    found = ENTITY.findall(text)
+    if found:
+        entity, ports = found[-1]
+        # Several ports can stand on one line.
+        widths = {
+            name.lower(): int(high) + 1 for name, high in WIDTH.findall(ports.replace(";", ";\n"))
+        }
+        if "x" in widths and "c" in widths:
+            control = tuple(re.findall(r"\b(?:clk|rst)\b", ports))
+            return Generated(file, entity, control, widths["x"], widths["c"])
+    raise ToolError(f"{file}: no entity with the ports X and C; FloPoCo writes it last")
+
+
+def generate(program: Path, operator: Operator, frequency_mhz: int, folder: Path) -> Generated:
+    """Have an operator written to ``folder``. Raises ToolError with what the program said."""
+    file = folder / "operator.vhdl"
+    file.unlink(missing_ok=True)
+    kind, *options = operator.words
+    words = (
+        f"target={operator.target}",
+        f"frequency={frequency_mhz}",
+        f"outputFile={file.name}",
+        kind,
+        f"lsb={operator.lsb}",
+        *options,
+    )
+    told = _ask(program, words, folder)
+    if not file.exists() or re.search(r"^\s*Error\b", told, re.M | re.I):
+        refusals = re.findall(r"^\s*Error\b.*", told, re.M | re.I)
+        raise NotMadeError(
+            f"asked for {frequency_mhz} MHz it wrote no operator: "
+            + (" ".join(refusals) or "nothing was said")
+        )
+    return read_generated(file)
+
+
+def wrapper(generated: Generated, width: int) -> str:
+    """Verilog with the ports of the other lanes and a register behind the cosine.
+
+    An angle in half turns, two's complement, is a phase in turns with the same bits.
+    """
+    driven = {"clk": ".clk(clock), ", "rst": ".rst(1'b0), "}
+    control = "".join(driven[port] for port in generated.control)
+    spare = width - generated.cosine_bits
+    return f"""
+module flopoco_lane (
+    input clock, input [{generated.angle_bits - 1}:0] phase,
+    output reg signed [{width - 1}:0] cosine
+);
+    wire [{generated.cosine_bits - 1}:0] c;
+    {generated.entity} operator ({control}.X(phase), .C(c));
+    always @(posedge clock) cosine <= {{{{{spare}{{c[{generated.cosine_bits - 1}]}}}}, c}};
+endmodule
+"""
