@@ -271,7 +271,8 @@ def banks_of_angles(
     asked, last, in_the_way = -1, -filled, False
     for clock, marker in enumerate(markers):
         if marker:
-            assert asked >= 0 and clock % FOLD == 0
+            assert asked >= 0
+            assert clock % FOLD == 0
             if not in_the_way:
                 assert clock - asked <= FOLD
             assert clock - max(asked, last + filled) <= FOLD + 2
