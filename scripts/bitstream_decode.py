@@ -40,7 +40,8 @@ class Decoded:
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Of every DSP and half of a block RAM: its name, its first bit of ``activity``, how many."""
+    """Of every DSP, half of a block RAM and output of a look-up table that is RAM and that anything
+    reads: its name, its first bit of ``activity``, how many."""
 
 
 def bus_bits(count: int) -> int:
@@ -257,6 +258,9 @@ class Decoder:
             else:
                 text = self._slice(tile, site).output(pin)
                 self.text.wire(f"{tile}_{site}_{pin}", text)
+        for made in self._slices.values():
+            for net in made.ram_outputs:
+                self.text.assignments.append(f"assign {self._block_out(net, 1)} = {net};")
         self.made.clock = self._clock()
         self.made.verilog = self._verilog()
         return self.made

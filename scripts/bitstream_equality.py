@@ -287,7 +287,7 @@ class Compared:
 
     differences: list[str]
     still: list[str]
-    """DSPs and halves of block RAMs that never moved."""
+    """DSPs, halves of block RAMs and outputs of look-up tables as RAM that never moved."""
     figures: Mapping[str, int]
     quiet: list[str] = field(default_factory=list)
     """Outputs that never moved."""

@@ -43,6 +43,7 @@ FASM2FRAMES = Tool("FASM2FRAMES", (), "It is utils/fasm2frames.py of github.com/
 DATABASE = "PRJXRAY_DB_DIR"
 CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
+WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 
 FREQUENCY = re.compile(
@@ -103,6 +104,23 @@ def check_primitives(netlist: Path, top: Top) -> None:
     for kind, count in top.primitives.items():
         if cells[kind] != count:
             raise ToolError(f"{netlist}: expected {count} {kind}, found {cells[kind]}")
+
+
+def check_contents(netlist: Path, top: Top) -> None:
+    """Raise ToolError when look-up tables as RAM hold ones at power-up, which nextpnr loses.
+
+    It reads the contents of a RAM32M or RAM64M from ``INITA``; the cell has ``INIT_A``.
+    """
+    modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
+    for name, cell in modules[top.name]["cells"].items():
+        if cell["type"] not in WITHOUT_CONTENTS:
+            continue
+        for parameter, value in cell["parameters"].items():
+            if parameter.startswith("INIT_") and "1" in str(value):
+                raise ToolError(
+                    f"{netlist}: the {cell['type']} {name} holds ones at power-up, which nextpnr "
+                    "loses: start that memory with zeros, or write it after a reset"
+                )
 
 
 def _run(command: Sequence[str], log: Path) -> tuple[int, str]:
@@ -254,4 +272,5 @@ def run_open(job: Job) -> str:
     verilog = write_netlist(job.top.name, job.folder / "netlist", generics=generics)
     netlist = synthesise(verilog, flatten=True)
     check_primitives(netlist, job.top)
+    check_contents(netlist, job.top)
     return write_bitstream(job, tools, netlist)

@@ -1,4 +1,4 @@
-"""Checks that every input pin of every DSP and block RAM in a configuration is driven.
+"""Checks that every input pin of every DSP, block RAM and look-up table as RAM is driven.
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
 database documents (interconnect without a driver is 1). What else may stay open is named here with
@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Final
 
 from scripts.bitstream_features import Features
+from scripts.bitstream_lut_rams import ram_pins
 from scripts.bitstream_routes import Routes
 from scripts.bitstream_ties import inverter_feature, tie_feature, tied_pins
 from scripts.netlist import ToolError
@@ -55,11 +57,37 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
                 yield tile, place, name
 
 
+def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
+    """Tile, place in its type's sites and features of every slice with look-up tables as RAM."""
+    for tile in features.tiles:
+        for place, site in enumerate(features.chip.type_of(tile).sites):
+            if site["type"] != "SLICEM":
+                continue
+            start = f"SLICEM_X{site['name'][1]}."
+            there = features.of(tile)
+            own = frozenset(name.removeprefix(start) for name in there if name.startswith(start))
+            if ram_pins(own):
+                yield tile, place, own
+
+
+def open_ram_pins(routes: Routes) -> list[str]:
+    """A sentence for every pin that look-up tables as RAM depend on and that nothing drives."""
+    faults = []
+    for tile, place, own in slices_with_ram(routes.features):
+        wires = routes.chip.type_of(tile).sites[place]["site_pins"]
+        faults += [
+            f"{tile} SLICEM, look-up tables as RAM: {pin} has no route, no tie-off and no default"
+            for pin in ram_pins(own)
+            if routes.source(tile, wires[pin]) is None
+        ]
+    return faults
+
+
 def open_pins(routes: Routes) -> list[str]:
     """A sentence for every pin that nothing drives, and for every tie-off that is inverted."""
     features = routes.features
     chip = features.chip
-    faults = []
+    faults = open_ram_pins(routes)
     for tile, place, name in blocks_in_use(features):
         own, there = chip.type_of(tile), features.of(tile)
         site = own.sites[place]
@@ -79,17 +107,34 @@ def open_pins(routes: Routes) -> list[str]:
     return faults
 
 
-def check_pins_driven(routes: Routes) -> int:
-    """How many DSPs and halves of block RAMs there are, all their pins driven.
+@dataclass(frozen=True)
+class Driven:
+    """How many blocks there are with all their pins driven."""
 
-    Raises ToolError that names the pins that are not.
-    """
+    blocks: int
+    """DSPs and halves of block RAMs."""
+    slices: int
+    """Slices with look-up tables as RAM."""
+
+    def __str__(self) -> str:
+        """For a message."""
+        return (
+            f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
+            "tables as RAM, every pin driven"
+        )
+
+
+def check_pins_driven(routes: Routes) -> Driven:
+    """Raises ToolError that names the pins that are not driven."""
     faults = open_pins(routes)
     if faults:
         shown = "\n".join(f"  - {fault}" for fault in faults[:SHOWN])
         more = f"\n  and {len(faults) - SHOWN} more" if len(faults) > SHOWN else ""
         raise ToolError(
-            f"{len(faults)} pins of DSPs or block RAMs are not driven, so what the chip would "
+            f"{len(faults)} pins of DSPs or RAMs are not driven, so what the chip would "
             f"compute is not known:\n{shown}{more}"
         )
-    return sum(1 for _ in blocks_in_use(routes.features))
+    features = routes.features
+    return Driven(
+        sum(1 for _ in blocks_in_use(features)), sum(1 for _ in slices_with_ram(features))
+    )

@@ -1,8 +1,8 @@
 """A configured slice in Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
 What the features of a slice do is told by the 7 Series Configurable Logic Block User Guide (UG474,
-figures 2-3 to 2-5, and "Shift Registers"). Look-up tables as RAM, latches and asynchronous resets
-are refused: the gateware has none.
+figures 2-3 to 2-5, and "Shift Registers"); look-up tables as RAM: scripts/bitstream_lut_rams.py.
+Latches and asynchronous resets are refused: the gateware has none.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from functools import cache
 from typing import Final
 
 from scripts.bitstream_features import vector
+from scripts.bitstream_lut_rams import LETTERS, TableRam, check_rams, enable_pin, is_ram
 from scripts.netlist import ToolError
 
-LETTERS: Final = "ABCD"
 SHIFT_CHAIN: Final = {
     "A": ("AI", "BDI1_BMC31", "B"),
     "B": ("BI", "DI_CMC31", "C"),
@@ -64,8 +64,11 @@ class Slice:
         self._pin = pin
         self._text = text
         self._made: dict[str, str] = {}
+        self.ram_outputs: list[str] = []
+        """The nets at the outputs of look-up tables that are RAM."""
         if "LATCH" in features:
             raise ToolError(f"{name}: latches are not decoded")
+        check_rams(name, features)
 
     def output(self, pin: str) -> str:
         """The net at an output pin: A, AMUX, AQ, COUT and so on."""
@@ -115,8 +118,6 @@ class Slice:
         raise ToolError(f"{self.name}: {letter}{group}.{choice} is not decoded")
 
     def _is_shift(self, letter: str) -> bool:
-        if f"{letter}LUT.RAM" in self.features:
-            raise ToolError(f"{self.name}: {letter}LUT is a RAM, which is not decoded")
         return f"{letter}LUT.SRL" in self.features
 
     def _table(self, letter: str, inputs: int) -> str:
@@ -143,6 +144,8 @@ class Slice:
         return self._once(f"{letter}o6", lambda: self._make_o6(letter))
 
     def _make_o6(self, letter: str) -> str:
+        if is_ram(self.features, letter):
+            return self._ram(letter, "O6")
         if not self._is_shift(letter):
             return self._wire(f"{letter}o6", self._table(letter, 6))
         if f"{letter}LUT.SMALL" in self.features:
@@ -156,6 +159,8 @@ class Slice:
         return self._once(f"{letter}o5", lambda: self._make_o5(letter))
 
     def _make_o5(self, letter: str) -> str:
+        if is_ram(self.features, letter):
+            return self._ram(letter, "O5")
         if not self._is_shift(letter):
             return self._wire(f"{letter}o5", self._table(letter, 5))
         if f"{letter}LUT.SMALL" not in self.features:
@@ -163,6 +168,14 @@ class Slice:
         register = self._shift(letter, "lo", 16, self._shift_data(letter))
         index = ", ".join(self._pin(f"{letter}{place}") for place in reversed(range(2, 6)))
         return self._wire(f"{letter}o5", f"1'b1 & ({register} >> {{{index}}})")
+
+    def _ram(self, letter: str, output: str) -> str:
+        ram = TableRam(self.name, self.features, self._pin, letter)
+        self._text.register(*ram.register(output))
+        self._text.at(self._edge(), ram.write(output))
+        net = self._wire(f"{letter}{output.lower()}", ram.read(output))
+        self.ram_outputs.append(net)
+        return net
 
     def _shift_data(self, letter: str) -> str:
         if letter == "D":
@@ -178,13 +191,15 @@ class Slice:
         )
 
     def _shift_end(self, letter: str) -> str:
+        if not self._is_shift(letter):
+            raise ToolError(f"{self.name}: MC31 of {letter}LUT, no shift register, is not decoded")
         return f"{self._long_shift(letter)}[31]"
 
     def _shift(self, letter: str, part: str, length: int, data: str) -> str:
         if vector(self.features, f"{letter}LUT.INIT"):
             raise ToolError(f"{self.name}: {letter}LUT, a shift register, begins with ones")
         full = self._text.register(f"{self.name}_{letter}{part}", length, 0)
-        enable = self._pin("CE" if "WEMUX.CE" in self.features else "WE")
+        enable = self._pin(enable_pin(self.features))
         shifted = f"{full} <= {{{full}[{length - 2}:0], {data}}};"
         self._text.at(self._edge(), f"if ({enable}) {shifted}")
         return full

@@ -3,8 +3,8 @@
 The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
 netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the
 same accesses; docs/device.md. It reads the folder that ``make bitstream FLOW=open`` made. Exit code
-1 when an output differs, or when a DSP, a block RAM or a word of coefficients was not reached, 2
-when something is missing, is not driven or is not decoded.
+1 when an output differs, or when a DSP, a RAM or a word of coefficients was not reached, 2 when
+something is missing, is not driven or is not decoded.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"verify-bitstream: decoding {bitstream}", flush=True)
         bits = bits_of_bitstream(bitstream, reader, family / chosen.part / "part.yaml")
         decoded, routes = decode(chip, bits, design, pins)
-        blocks = check_pins_driven(routes)
+        driven = check_pins_driven(routes)
         print("verify-bitstream: compiling both netlists (Verilator)", flush=True)
         bench = build(design.netlist, design.top, design.ports, decoded, folder / "verify")
         if TOPS[chosen.top].has_core:
@@ -172,7 +172,7 @@ def main(arguments: list[str] | None = None) -> int:
     if pads:
         print(f"verify-bitstream: pads that never moved: {', '.join(pads)}")
     print(
-        f"verify-bitstream: {blocks} DSPs and halves of block RAMs, every pin driven; "
+        f"verify-bitstream: {driven}; "
         f"{figures['clocks']:,} clocks, {figures['outputs']} outputs, of which "
         f"{figures['moved_outputs']} moved, {'differences' if faults else 'all equal'}"
     )

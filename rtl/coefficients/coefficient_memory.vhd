@@ -3,9 +3,9 @@
 -- # coefficient_memory
 --
 -- Two banks of coefficients for every lane of equation (9): the pipeline reads the active bank,
--- the processor writes the idle one. A pulse of `swap` copies the idle bank into the active one
--- for all lanes at once. Afterwards the idle bank still holds the same values, so single words
--- can be changed and swapped in again.
+-- the processor writes the idle one. A pulse of `swap` makes the idle bank the active one for all
+-- lanes at once. Then the idle bank is filled with the same values, from the block RAM
+-- that also serves the read-back, so that single words can be changed and swapped in again.
 --
 -- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase
 -- step, bits 47..32; word 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word
@@ -15,27 +15,29 @@
 --
 -- **One bank for one angle.** An angle meets its phase step on entering the pipeline, its phase
 -- offset PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the
--- offset OFFSET_DELAY clocks later. Each part of the bank is copied with exactly that delay, so
+-- offset OFFSET_DELAY clocks later. Each part changes its bank with exactly that delay, so
 -- that every angle meets the coefficients of one bank. `swap_marker` is high in the clock of the
 -- first angle that meets the new bank: the clock after `swap`.
 --
--- **Folding.** A folded pipeline takes FOLD clocks for an angle. It holds `swap_allowed` high in the
--- clock before each new angle only; a swap waits for it, and swaps that wait together are one.
+-- **Folding.** FOLD lanes share one pipeline: of each kind of word the block of LANES / FOLD neighbouring
+-- lanes comes out that the angle meets in this clock, block s for the phase step where `slot` is s, for the
+-- other words as much later as above. A folded pipeline takes FOLD clocks for an angle. It holds `swap_allowed`
+-- high in the clock before each new angle only; a swap waits for it, and swaps that wait together are one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, 2 clocks later or, while a copy is
--- under way, when that copy has ended (at most the largest delay + 2 clocks, and the wait of a swap). Start no other
--- write before. A swap takes over all acknowledged writes and no part of a pending one.
--- `swap_busy` is high while parts of a bank are still to be copied; a further `swap` then is
--- allowed.
+-- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while the idle bank is
+-- being filled, when that has ended: at most the largest delay + 4 * LANES + 5 clocks after the swap took place. Start
+-- no other write before. A swap takes over all acknowledged writes and no part of a pending one.
+-- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
+-- allowed at any time and waits until then, and for the end of a write that is under way.
 --
--- **Latency.** 1 clock from an allowed `swap` to the new phase steps; 2 clocks from `read_address` to
+-- **Latency.** 1 clock from a `swap` that need not wait to the new phase steps; 2 clocks from `read_address` to
 -- `read_data`.
 --
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
--- offset s13.11 counts. Flat outputs carry lane 0 in the low bits.
+-- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
--- **Reset.** `reset` drops a pending write. It keeps both banks and lets a copy end, else a
+-- **Reset.** `reset` drops a pending write. It keeps both banks and lets a swap end, else a
 -- mixed bank would stay; at power-up both banks are zero.
 
 library ieee;
@@ -47,6 +49,7 @@ library ieee;
 entity coefficient_memory is
   generic (
     LANES              : positive range 1 to LANES_MAX := LANES_DEFAULT;
+    FOLD               : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
     PHASE_OFFSET_DELAY : positive range 1 to 63        := PHASE_OFFSET_CLOCK;
     AMPLITUDE_DELAY    : positive range 1 to 63        := PHASE_LATENCY + AMPLITUDE_CLOCK;
     OFFSET_DELAY       : positive range 1 to 63        := DELAY_LINE_LATENCY
@@ -65,125 +68,190 @@ entity coefficient_memory is
     swap              : in    std_ulogic;                     -- pulse: the idle bank becomes active
     swap_allowed      : in    std_ulogic := '1';              -- the next clock brings a new angle
     swap_marker       : out   std_ulogic;                     -- with the first angle of a new bank
-    swap_busy         : out   std_ulogic;                     -- parts of a bank are still to be copied
-    phase_steps       : out   std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
-    phase_offsets     : out   std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
-    amplitudes        : out   std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
-    offset            : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0)                    -- counts, s13.11
+    swap_busy         : out   std_ulogic;                     -- a swap waits, or the idle bank is not filled
+    slot              : in    u_unsigned(2 downto 0) := (others => '0'); -- 0 with a new angle
+    phase_steps       : out   std_ulogic_vector(LANES / FOLD * PHASE_STEP_WIDTH - 1 downto 0); -- turn a count, u0.48
+    phase_offsets     : out   std_ulogic_vector(LANES / FOLD * PHASE_WIDTH - 1 downto 0);      -- turn, u0.24
+    amplitudes        : out   std_ulogic_vector(LANES / FOLD * AMPLITUDE_WIDTH - 1 downto 0);  -- counts, s13.11
+    offset            : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0)                           -- counts, s13.11
   );
 end entity coefficient_memory;
 
 architecture rtl of coefficient_memory is
 
+  constant BUILT     : positive := LANES / FOLD;
   constant LAST_COPY : positive := maximum(maximum(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY), OFFSET_DELAY);
+  constant LAST_WORD : positive := 4 * LANES - 1;
 
   subtype word is std_ulogic_vector(31 downto 0);
 
+  subtype word_address is u_unsigned(7 downto 0);
+
+  subtype slot_number is u_unsigned(2 downto 0);
+
   type words is array (0 to 4 * LANES_MAX - 1) of word;
 
+  -- The slot that is `ahead` clocks further on.
+  function later (now : slot_number; ahead : integer) return slot_number is
+  begin
+
+    return (now + (ahead mod FOLD)) and to_unsigned(FOLD - 1, 3);
+
+  end function later;
+
   -- Initial values are the state at power-up.
-  signal idle_steps      : std_ulogic_vector(phase_steps'range)   := (others => '0');
-  signal idle_offsets    : std_ulogic_vector(phase_offsets'range) := (others => '0');
-  signal idle_amplitudes : std_ulogic_vector(amplitudes'range)    := (others => '0');
-  signal idle_constant   : u_signed(offset'range)                 := (others => '0');
+  signal active : std_ulogic := '0';
 
-  signal active_steps      : std_ulogic_vector(phase_steps'range)   := (others => '0');
-  signal active_offsets    : std_ulogic_vector(phase_offsets'range) := (others => '0');
-  signal active_amplitudes : std_ulogic_vector(amplitudes'range)    := (others => '0');
-  signal active_constant   : u_signed(offset'range)                 := (others => '0');
+  signal idle_constant   : u_signed(offset'range) := (others => '0');
+  signal active_constant : u_signed(offset'range) := (others => '0');
 
-  signal read_back   : words := (others => (others => '0'));
-  signal read_stored : word  := (others => '0');
+  -- Bank and slot that are read for the next clock.
+  signal step_bank      : std_ulogic;
+  signal step_slot      : slot_number;
+  signal phase_bank     : std_ulogic  := '0';
+  signal phase_slot     : slot_number := later("000", 1 - PHASE_OFFSET_DELAY);
+  signal amplitude_bank : std_ulogic  := '0';
+  signal amplitude_slot : slot_number := later("000", 1 - AMPLITUDE_DELAY);
 
   signal swap_waits : std_ulogic := '0';
   signal swap_now   : std_ulogic;
 
-  -- copying(d) is high d clocks after a swap.
+  -- swapped(d) is high d clocks after a swap.
+  signal swapped : std_ulogic_vector(0 to LAST_COPY);
   signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
 
-  signal pending_word   : std_ulogic                    := '0';
-  signal pending_offset : std_ulogic                    := '0';
-  signal address        : natural range 0 to 255        := 0;
-  -- The word that waits: a bit a word, so that each bit is a clock enable with write_now.
-  signal selected       : std_ulogic_vector(0 to 4 * LANES - 1) := (others => '0');
-  -- No copy is under way, but one of a swap in this clock.
-  signal is_quiet       : std_ulogic                    := '1';
-  signal data           : std_ulogic_vector(31 downto 0) := (others => '0');
+  -- A write that waits.
+  signal pending_word   : std_ulogic   := '0';
+  signal pending_offset : std_ulogic   := '0';
+  signal address        : word_address := (others => '0');
+  signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
+
+  -- The idle bank is filled: the word that is asked for, and the two that are on their way.
+  signal filling        : std_ulogic   := '0';
+  signal fill_address   : word_address := (others => '0');
+  signal fill_under_way : std_ulogic_vector(1 to 2) := (others => '0');
+  signal fill_address_1 : word_address := (others => '0');
+  signal fill_address_2 : word_address := (others => '0');
+  signal fill_stored    : word         := (others => '0');
+  signal fill_word      : word         := (others => '0');
+
+  -- Both banks are alike but for what is written now.
+  signal is_quiet : std_ulogic := '1';
+
+  -- The word that is written into the idle bank: a bit for each kind of word of a lane that is built.
+  signal selected      : std_ulogic_vector(0 to 4 * BUILT - 1) := (others => '0');
+  signal selected_slot : slot_number                           := (others => '0');
+  signal written       : word                                  := (others => '0');
+  signal writing       : std_ulogic                            := '0';
+  signal answers       : std_ulogic                            := '0';
+  signal idle_bank     : std_ulogic;
+
+  signal read_back   : words := (others => (others => '0'));
+  signal read_stored : word  := (others => '0');
 
 begin
 
   write_now <= (pending_word or pending_offset) and not swap_waits and not swap and is_quiet and not reset;
-  swap_now  <= (swap or swap_waits) and swap_allowed;
+  swap_now  <= (swap or swap_waits) and swap_allowed and is_quiet and not writing;
+  swapped   <= swap_now & copying;
 
-  swap_marker   <= copying(1);
-  swap_busy     <= swap_waits or (or copying);
-  phase_steps   <= active_steps;
-  phase_offsets <= active_offsets;
-  amplitudes    <= active_amplitudes;
-  offset        <= active_constant;
-  idle_offset   <= idle_constant;
+  swap_marker <= copying(1);
+  swap_busy   <= swap_waits or not is_quiet;
+  offset      <= active_constant;
+  idle_offset <= idle_constant;
+  idle_bank   <= not active;
 
-  banks : process (clock) is
+  swapping : process (clock) is
   begin
 
     if rising_edge(clock) then
-      copying    <= swap_now & copying(1 to LAST_COPY - 1);
-      swap_waits <= (swap or swap_waits) and not swap_allowed;
-      is_quiet   <= not swap_now and not (or copying(1 to LAST_COPY - 1));
+      copying    <= swapped(0 to LAST_COPY - 1);
+      swap_waits <= (swap or swap_waits) and not swap_now;
+      is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1));
+      active     <= active xor swap_now;
 
-      if swap_now = '1' then
-        active_steps <= idle_steps;
-      end if;
-      if copying(PHASE_OFFSET_DELAY) = '1' then
-        active_offsets <= idle_offsets;
-      end if;
-      if copying(AMPLITUDE_DELAY) = '1' then
-        active_amplitudes <= idle_amplitudes;
-      end if;
+      phase_bank     <= phase_bank xor swapped(PHASE_OFFSET_DELAY - 1);
+      phase_slot     <= later(slot, 2 - PHASE_OFFSET_DELAY);
+      amplitude_bank <= amplitude_bank xor swapped(AMPLITUDE_DELAY - 1);
+      amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);
+
       if copying(OFFSET_DELAY) = '1' then
         active_constant <= idle_constant;
       end if;
+      if write_now = '1' and pending_offset = '1' then
+        idle_constant <= u_signed(data(offset'range));
+      end if;
+    end if;
 
-      write_acknowledge <= write_now;
+  end process swapping;
+
+  -- After a swap, when all parts have changed their bank.
+  fill : process (clock) is
+  begin
+
+    if rising_edge(clock) then
+      if copying(LAST_COPY) = '1' then
+        filling      <= '1';
+        fill_address <= (others => '0');
+      else
+        fill_address <= fill_address + 1;
+        if fill_address = LAST_WORD then
+          filling <= '0';
+        end if;
+      end if;
+
+      fill_under_way <= filling & fill_under_way(1);
+      fill_address_1 <= fill_address;
+      fill_address_2 <= fill_address_1;
+      fill_word      <= fill_stored;
+    end if;
+
+  end process fill;
+
+  write : process (clock) is
+
+    variable target : word_address;
+    variable enters : std_ulogic;
+
+  begin
+
+    if rising_edge(clock) then
+      if fill_under_way(2) = '1' then
+        target  := fill_address_2;
+        written <= fill_word;
+      else
+        target  := address;
+        written <= data;
+      end if;
+      enters  := fill_under_way(2) or (write_now and pending_word);
+      writing <= fill_under_way(2) or write_now;
+
+      selected <= (others => '0');
+
+      for lane in 0 to LANES - 1 loop
+        if target(7 downto 2) = lane then
+          selected_slot <= to_unsigned(lane / BUILT, 3);
+
+          for kind in 0 to 3 loop
+            selected(4 * (lane mod BUILT) + kind) <= enters and (target(1 downto 0) ?= kind);
+          end loop;
+
+        end if;
+      end loop;
+
+      answers           <= write_now;
+      write_acknowledge <= answers and not reset;
 
       if write_now = '1' then
         pending_word   <= '0';
         pending_offset <= '0';
-
-        for lane in 0 to LANES - 1 loop
-          -- One condition a word, so that each becomes a clock enable.
-          if selected(4 * lane) = '1' then
-            idle_steps(lane * PHASE_STEP_WIDTH + 31 downto lane * PHASE_STEP_WIDTH) <= data;
-          end if;
-          if selected(4 * lane + 1) = '1' then
-            idle_steps(lane * PHASE_STEP_WIDTH + 47 downto lane * PHASE_STEP_WIDTH + 32) <=
-              data(15 downto 0);
-          end if;
-          if selected(4 * lane + 2) = '1' then
-            idle_offsets(lane * PHASE_WIDTH + PHASE_WIDTH - 1 downto lane * PHASE_WIDTH) <=
-              data(PHASE_WIDTH - 1 downto 0);
-          end if;
-          if selected(4 * lane + 3) = '1' then
-            idle_amplitudes(lane * AMPLITUDE_WIDTH + AMPLITUDE_WIDTH - 1 downto lane * AMPLITUDE_WIDTH) <=
-              data(AMPLITUDE_WIDTH - 1 downto 0);
-          end if;
-        end loop;
-
-        if pending_offset = '1' then
-          idle_constant <= u_signed(data(offset'range));
-        end if;
       end if;
 
       if (write_enable or write_offset) = '1' then
         pending_word   <= write_enable;
         pending_offset <= write_offset;
-        address        <= to_integer(write_address);
-
-        for place in selected'range loop
-          selected(place) <= write_enable and (write_address ?= place);
-        end loop;
-
+        address        <= write_address;
         data           <= write_data;
       end if;
 
@@ -193,9 +261,80 @@ begin
       end if;
     end if;
 
-  end process banks;
+  end process write;
 
-  -- One block RAM beside the registers, written with them.
+  step_bank <= active xor swap_now;
+  step_slot <= later(slot, 1);
+
+  columns : for column in 0 to BUILT - 1 generate
+
+    steps_low : entity work.coefficient_banks
+      generic map (
+        FOLD  => FOLD,
+        WIDTH => 32
+      )
+      port map (
+        clock        => clock,
+        write_enable => selected(4 * column),
+        write_bank   => idle_bank,
+        write_slot   => selected_slot,
+        write_word   => written,
+        read_bank    => step_bank,
+        read_slot    => step_slot,
+        read_word    => phase_steps(column * PHASE_STEP_WIDTH + 31 downto column * PHASE_STEP_WIDTH)
+      );
+
+    steps_high : entity work.coefficient_banks
+      generic map (
+        FOLD  => FOLD,
+        WIDTH => PHASE_STEP_WIDTH - 32
+      )
+      port map (
+        clock        => clock,
+        write_enable => selected(4 * column + 1),
+        write_bank   => idle_bank,
+        write_slot   => selected_slot,
+        write_word   => written(PHASE_STEP_WIDTH - 33 downto 0),
+        read_bank    => step_bank,
+        read_slot    => step_slot,
+        read_word    => phase_steps((column + 1) * PHASE_STEP_WIDTH - 1 downto column * PHASE_STEP_WIDTH + 32)
+      );
+
+    offsets_of_phase : entity work.coefficient_banks
+      generic map (
+        FOLD  => FOLD,
+        WIDTH => PHASE_WIDTH
+      )
+      port map (
+        clock        => clock,
+        write_enable => selected(4 * column + 2),
+        write_bank   => idle_bank,
+        write_slot   => selected_slot,
+        write_word   => written(PHASE_WIDTH - 1 downto 0),
+        read_bank    => phase_bank,
+        read_slot    => phase_slot,
+        read_word    => phase_offsets((column + 1) * PHASE_WIDTH - 1 downto column * PHASE_WIDTH)
+      );
+
+    amplitudes_of_cosine : entity work.coefficient_banks
+      generic map (
+        FOLD  => FOLD,
+        WIDTH => AMPLITUDE_WIDTH
+      )
+      port map (
+        clock        => clock,
+        write_enable => selected(4 * column + 3),
+        write_bank   => idle_bank,
+        write_slot   => selected_slot,
+        write_word   => written(AMPLITUDE_WIDTH - 1 downto 0),
+        read_bank    => amplitude_bank,
+        read_slot    => amplitude_slot,
+        read_word    => amplitudes((column + 1) * AMPLITUDE_WIDTH - 1 downto column * AMPLITUDE_WIDTH)
+      );
+
+  end generate columns;
+
+  -- Block RAM with the words of the idle bank, as they are read back and as it is filled.
   read_back_memory : process (clock) is
 
     variable stored : word;
@@ -205,16 +344,17 @@ begin
     if rising_edge(clock) then
       read_data   <= read_stored;
       read_stored <= read_back(to_integer(read_address));
+      fill_stored <= read_back(to_integer(fill_address));
 
       if write_now = '1' and pending_word = '1' and address < 4 * LANES then
 
-        case address mod 4 is
+        case to_integer(address(1 downto 0)) is
 
           when 0 =>
             stored := data;
 
           when 1 =>
-            stored := std_ulogic_vector(resize(u_unsigned(data(15 downto 0)), 32));
+            stored := std_ulogic_vector(resize(u_unsigned(data(PHASE_STEP_WIDTH - 33 downto 0)), 32));
 
           when 2 =>
             stored := std_ulogic_vector(resize(u_unsigned(data(PHASE_WIDTH - 1 downto 0)), 32));
@@ -224,7 +364,7 @@ begin
 
         end case;
 
-        read_back(address) <= stored;
+        read_back(to_integer(address)) <= stored;
       end if;
     end if;
 

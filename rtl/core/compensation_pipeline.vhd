@@ -78,7 +78,7 @@ entity compensation_pipeline is
     read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
-    swap_busy          : out   std_ulogic;                                    -- parts of a bank are still to be copied
+    swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
     corrected_referenced : out   std_ulogic;                                    -- corrected_angle counts from an index
@@ -118,9 +118,6 @@ architecture rtl of compensation_pipeline is
   signal last_slot       : std_ulogic;
   signal first_sums      : std_ulogic;
   signal last_sums       : std_ulogic;
-  signal all_steps       : std_ulogic_vector(LANES * PHASE_STEP_WIDTH - 1 downto 0);
-  signal all_offsets     : std_ulogic_vector(LANES * PHASE_WIDTH - 1 downto 0);
-  signal all_amplitudes  : std_ulogic_vector(LANES * AMPLITUDE_WIDTH - 1 downto 0);
   signal phase_steps     : std_ulogic_vector(BUILT * PHASE_STEP_WIDTH - 1 downto 0);
   signal phase_offsets   : std_ulogic_vector(BUILT * PHASE_WIDTH - 1 downto 0);
   signal amplitudes      : std_ulogic_vector(BUILT * AMPLITUDE_WIDTH - 1 downto 0);
@@ -170,6 +167,7 @@ begin
   coefficients : entity work.coefficient_memory
     generic map (
       LANES              => LANES,
+      FOLD               => FOLD,
       PHASE_OFFSET_DELAY => PHASE_OFFSET_CLOCK,
       AMPLITUDE_DELAY    => PHASE_LATENCY + AMPLITUDE_CLOCK,
       OFFSET_DELAY       => READING_DELAY
@@ -189,52 +187,11 @@ begin
       swap_allowed      => last_slot,
       swap_marker       => swap_marker,
       swap_busy         => swap_busy,
-      phase_steps       => all_steps,
-      phase_offsets     => all_offsets,
-      amplitudes        => all_amplitudes,
+      slot              => slot,
+      phase_steps       => phase_steps,
+      phase_offsets     => phase_offsets,
+      amplitudes        => amplitudes,
       offset            => offset
-    );
-
-  step_of_lane : entity work.coefficient_selector
-    generic map (
-      LANES  => LANES,
-      FOLD   => FOLD,
-      WIDTH  => PHASE_STEP_WIDTH,
-      CLOCKS => 0
-    )
-    port map (
-      clock    => clock,
-      slot     => slot,
-      words    => all_steps,
-      selected => phase_steps
-    );
-
-  phase_of_lane : entity work.coefficient_selector
-    generic map (
-      LANES  => LANES,
-      FOLD   => FOLD,
-      WIDTH  => PHASE_WIDTH,
-      CLOCKS => PHASE_OFFSET_CLOCK
-    )
-    port map (
-      clock    => clock,
-      slot     => slot,
-      words    => all_offsets,
-      selected => phase_offsets
-    );
-
-  amplitude_of_lane : entity work.coefficient_selector
-    generic map (
-      LANES  => LANES,
-      FOLD   => FOLD,
-      WIDTH  => AMPLITUDE_WIDTH,
-      CLOCKS => PHASE_LATENCY + AMPLITUDE_CLOCK
-    )
-    port map (
-      clock    => clock,
-      slot     => slot,
-      words    => all_amplitudes,
-      selected => amplitudes
     );
 
   phase : entity work.phase_unit

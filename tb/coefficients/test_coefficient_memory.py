@@ -8,14 +8,22 @@ from tb.support.simulation import simulate
 
 
 @pytest.mark.parametrize(
-    ("lanes", "phase_offset_delay", "amplitude_delay", "offset_delay"),
-    [(5, 4, 21, 25), (1, 1, 1, 1), (64, 4, 21, 25)],
+    ("lanes", "fold", "phase_offset_delay", "amplitude_delay", "offset_delay"),
+    [
+        (5, 1, 4, 21, 25),
+        (1, 1, 1, 1, 1),
+        (64, 1, 4, 21, 25),
+        (6, 2, 2, 21, 26),
+        (4, 4, 2, 21, 28),
+        (16, 8, 3, 22, 32),
+    ],
 )
 def test_coefficient_memory(
-    lanes: int, phase_offset_delay: int, amplitude_delay: int, offset_delay: int
+    lanes: int, fold: int, phase_offset_delay: int, amplitude_delay: int, offset_delay: int
 ) -> None:
     generics = {
         "LANES": lanes,
+        "FOLD": fold,
         "PHASE_OFFSET_DELAY": phase_offset_delay,
         "AMPLITUDE_DELAY": amplitude_delay,
         "OFFSET_DELAY": offset_delay,

@@ -93,15 +93,16 @@ async def write(dut: Any, address: int | None, data: int) -> None:
 
 
 async def load(dut: Any, bank: Coefficients) -> None:
-    """Write the idle bank and swap; ends when the copy has ended."""
+    """Write the idle bank and swap; ends when the idle bank is filled again."""
     for address, data in bank_words(bank):
         await write(dut, address, data)
     await write(dut, None, bank.offset % 2**32)
     dut.swap.value = 1
     await RisingEdge(dut.clock)
     dut.swap.value = 0
-    for _ in range(LATENCY + FOLD):
+    for _ in range(LATENCY + FOLD + 4 * LANES + 6):
         await RisingEdge(dut.clock)
+    assert dut.swap_busy.value == 0
 
 
 def outputs(dut: Any) -> tuple[int, int, int]:
@@ -253,6 +254,46 @@ async def latencies_of_table_1(dut: Any) -> None:
     assert (PHASE_LATENCY, HARMONIC_LATENCY, DELAY_LINE_LATENCY) == (5, 20, 25)
 
 
+def banks_of_angles(
+    markers: list[bool],
+    swaps: list[tuple[bool, bool]],
+    acknowledged: list[tuple[int | None, int] | None],
+) -> tuple[list[Coefficients], list[int]]:
+    """The banks, and of each angle which one it meets, from what was asked for and answered.
+
+    ``markers``: an angle is the first of a new bank; ``swaps``: a swap is asked for, and a write is
+    pending; ``acknowledged``: the write that ends. Checks that each swap that is asked for takes
+    place, once, in time: with the next accepted angle where nothing is under way.
+    """
+    memory = CoefficientMemory(COUNTS_PER_REV, LANES)
+    banks, bank = [memory.active], []
+    filled = LATENCY + 4 * LANES + 6  # clocks from a marker
+    asked, last, in_the_way = -1, -filled, False
+    for clock, marker in enumerate(markers):
+        if marker:
+            assert asked >= 0
+            assert clock % FOLD == 0
+            if not in_the_way:
+                assert clock - asked <= FOLD
+            assert clock - max(asked, last + filled) <= FOLD + 2
+            memory.swap()
+            banks.append(memory.active)
+            asked, last = -1, clock
+        bank.append(len(banks) - 1)
+        swap, write_pending = swaps[clock]
+        if swap and asked < 0:
+            asked, in_the_way = clock, write_pending or clock < last + filled
+        elif asked >= 0:
+            in_the_way |= write_pending
+        write = acknowledged[clock]
+        if write is not None and write[0] is None:
+            memory.write_offset(write[1])
+        elif write is not None:
+            memory.write(write[0], write[1])
+    assert asked < 0 or len(markers) - max(asked, last + filled) <= FOLD + 2
+    return banks, bank
+
+
 @cocotb.test()
 async def swap_and_bypass_under_load(dut: Any) -> None:
     """The angle moves in every clock; writes, swaps and `apply` come at random instants."""
@@ -262,12 +303,9 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
     ramp_rate = 177 * RATE_ONE + 12345
     await start(dut, ramp_rate)
     await settle(dut)
-    memory = CoefficientMemory(COUNTS_PER_REV, LANES)
-    banks = [memory.active]
     queue: list[tuple[int | None, int]] = []
     pending: tuple[int | None, int] | None = None
-    bank, markers, applied = [], [], []
-    swapping = False
+    applied, swaps, acknowledged = [], [], []
     apply = True
     speed = max(1, COUNTS_PER_REV // 1777)
     position = rng.integers(-(2**30), 2**30) + np.cumsum(rng.integers(0, 2 * speed, ANGLES))
@@ -275,20 +313,11 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
     angle = position % COUNTS_PER_REV
     seen: list[tuple[int, int, int]] = []
     done = []
-    waiting = False
     await align(dut)
     for clock in range(ANGLES + LATENCY):
         now = min(clock, ANGLES - 1)
+        swapping = False
         if clock < ANGLES:
-            # The swap of the clock before holds from this angle on, or the next accepted one.
-            waiting |= swapping
-            takes = waiting and clock % FOLD == 0
-            if takes:
-                memory.swap()
-                banks.append(memory.active)
-                waiting = False
-            bank.append(len(banks) - 1)
-            markers.append(takes)
             if choose.random() < 0.004:
                 apply = not apply
             applied.append(apply)
@@ -298,8 +327,6 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
                 queue = [*bank_words(new), (None, new.offset % 2**32)]
                 if choose.random() < 0.5:
                     queue = queue[: choose.randrange(1, 5)]
-        else:
-            swapping = False
         starts = pending is None and bool(queue) and clock < ANGLES
         if starts:
             pending = queue.pop(0)
@@ -312,20 +339,19 @@ async def swap_and_bypass_under_load(dut: Any) -> None:
         dut.apply.value = int(applied[now])
         dut.angle.value = int(angle[now])
         dut.position.value = int(position[now])
+        swaps.append((swapping, pending is not None))
         await RisingEdge(dut.clock)
         seen.append(outputs(dut))
         done.append(int(dut.swap_done.value))
         # The word is in the idle bank in the clock of its acknowledge.
+        acknowledged.append(pending if dut.write_acknowledge.value == 1 else None)
         if dut.write_acknowledge.value == 1:
             assert pending is not None
-            if pending[0] is None:
-                memory.write_offset(pending[1])
-            else:
-                memory.write(*pending)
             pending = None
+    markers = [bool(marker) for marker in done[LATENCY:]]
+    banks, bank = banks_of_angles(markers, swaps, acknowledged)
     found = np.array(seen[LATENCY:], dtype=np.int64)
-    assert len(banks) > ANGLES // 100
-    assert done[LATENCY:] == [int(marker) for marker in markers]
+    assert len(banks) > ANGLES // 200
     check_continuity(
         found[:, 2],
         banks,

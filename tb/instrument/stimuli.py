@@ -230,23 +230,32 @@ def sampler(random: np.random.Generator) -> Stimulus:
 
 
 def coefficient_memory(random: np.random.Generator) -> Stimulus:
-    clocks = 3000
-    # A write may wait for a copy; the next one must come after it. So: one of each in 40 clocks.
-    slots = random.random(clocks // 40) < 0.8
-    offsets = random.random(clocks // 40) < 0.2
-    first = [1] + [0] * 39
+    clocks = 3600
+    # A write may wait while the idle bank is filled; the next one must come after it.
+    apart = 60
+    slots = random.random(clocks // apart) < 0.8
+    offsets = random.random(clocks // apart) < 0.2
+    first = [1] + [0] * (apart - 1)
     write = [bit if slot else 0 for slot in slots & ~offsets for bit in first]
     write_offset = [bit if slot else 0 for slot in slots & offsets for bit in first]
     return {
         "reset": reset_first(clocks, random, 0.001),
         "write_enable": write,
         "write_offset": write_offset,
-        "write_address": held(random.integers(0, 4 * (LANES + 1), clocks // 40).tolist(), 40),
-        "write_data": held(bits(random, 32, clocks // 40), 40),
+        "write_address": held(random.integers(0, 4 * (LANES + 1), clocks // apart).tolist(), apart),
+        "write_data": held(bits(random, 32, clocks // apart), apart),
         "read_address": random.integers(0, 4 * (LANES + 1), clocks).tolist(),
         "swap_allowed": [int(clock % 3 != 1) for clock in range(clocks)],
-        "swap": np.eye(40, dtype=int)[random.integers(0, 11, clocks // 40)].ravel().tolist(),
+        "slot": [0] * clocks,
+        "swap": np.eye(apart, dtype=int)[random.integers(0, 11, clocks // apart)].ravel().tolist(),
     }
+
+
+def folded_coefficient_memory(random: np.random.Generator) -> Stimulus:
+    stimulus = coefficient_memory(random)
+    clocks = len(stimulus["slot"])
+    slots = np.arange(clocks) % FOLD
+    return {**stimulus, "slot": slots.tolist(), "swap_allowed": (slots == FOLD - 1).tolist()}
 
 
 CASES = (
@@ -260,4 +269,10 @@ CASES = (
     Case("quadrature_output", {}, quadrature_output, 20),
     Case("sampler", {"DEPTH": DEPTH}, sampler, 200),
     Case("coefficient_memory", {"LANES": LANES}, coefficient_memory, 20),
+    Case(
+        "coefficient_memory",
+        {"LANES": LANES * FOLD, "FOLD": FOLD},
+        folded_coefficient_memory,
+        20,
+    ),
 )

@@ -14,9 +14,13 @@ from scripts.netlist import (
     write_netlist,
 )
 
-SMALL_TOP = Top("small_zynq_top", 100, {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1})
+LUT_RAMS = {"RAM32M": 3, "RAM64M": 2, "RAM128X1D": 2}
+SMALL_TOP = Top(
+    "small_zynq_top", 100, {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1, **LUT_RAMS}
+)
 # The processor side with one of each kind of cell behind it: what is written goes to a block RAM
-# with contents, what is read there is a factor of a DSP's product, and a shift register interrupts.
+# with contents and to memories of 16, 64 and 128 words made of look-up tables, what is read in the
+# block RAM is a factor of a DSP's product, and a shift register interrupts.
 VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;
@@ -38,6 +42,15 @@ architecture rtl of small_zynq_top is
     return contents;
   end function squares;
   signal memory : memory_type := squares;
+  type words_16 is array (0 to 15) of std_ulogic_vector(15 downto 0);
+  type words_64 is array (0 to 63) of std_ulogic_vector(5 downto 0);
+  type words_128 is array (0 to 127) of std_ulogic_vector(1 downto 0);
+  signal memory_16 : words_16 := (others => (others => '0'));
+  signal memory_64 : words_64 := (others => (others => '0'));
+  signal memory_128 : words_128 := (others => (others => '0'));
+  signal read_16 : std_ulogic_vector(15 downto 0);
+  signal read_64 : std_ulogic_vector(5 downto 0);
+  signal read_128, replaced_128 : std_ulogic_vector(1 downto 0);
   signal clock, reset, scl_low, sda_low : std_ulogic;
   signal awvalid, wvalid, bvalid, arvalid, rvalid : std_ulogic;
   signal awaddr, araddr : std_ulogic_vector(17 downto 0);
@@ -66,9 +79,16 @@ begin
       bvalid <= awvalid and wvalid;
       rvalid <= arvalid;
       read <= memory(to_integer(unsigned(araddr(11 downto 2))));
+      read_16 <= memory_16(to_integer(unsigned(araddr(5 downto 2))));
+      read_64 <= memory_64(to_integer(unsigned(araddr(7 downto 2))));
+      read_128 <= memory_128(to_integer(unsigned(araddr(8 downto 2))));
+      replaced_128 <= memory_128(to_integer(unsigned(awaddr(8 downto 2))));
       if wvalid = '1' then
         word <= wdata;
         memory(to_integer(unsigned(awaddr(11 downto 2)))) <= wdata(17 downto 0);
+        memory_16(to_integer(unsigned(awaddr(5 downto 2)))) <= wdata(15 downto 0);
+        memory_64(to_integer(unsigned(awaddr(7 downto 2)))) <= wdata(21 downto 16);
+        memory_128(to_integer(unsigned(awaddr(8 downto 2)))) <= wdata(23 downto 22);
       end if;
       factor1 <= signed(word(24 downto 0));
       factor2 <= signed(read);
@@ -78,7 +98,8 @@ begin
       case araddr(13 downto 12) is
         when "00" => rdata <= std_ulogic_vector(sum(31 downto 0));
         when "01" => rdata <= word(15 downto 0) & std_ulogic_vector(sum(47 downto 32));
-        when others => rdata <= std_ulogic_vector(resize(signed(read), 32));
+        when "10" => rdata <= std_ulogic_vector(resize(signed(read), 32));
+        when others => rdata <= "000000" & replaced_128 & read_128 & read_64 & read_16;
       end case;
     end if;
   end process;

@@ -81,8 +81,7 @@ def test_a_register(features: set[str], statement: str) -> None:
     [
         ({"LATCH"}, "A", "latches are not decoded"),
         ({"SRUSEDMUX", "AFFMUX.AX"}, "AQ", "asynchronous resets are not decoded"),
-        ({"ALUT.RAM"}, "A", "ALUT is a RAM"),
-        ({"ALUT.SRL", "ALUT.INIT[03]"}, "A", "begins with ones"),
+        ({"ALUT.SRL", "ALUT.DI1MUX.AI", "ALUT.INIT[03]"}, "A", "begins with ones"),
         (set(), "AMUX", "AOUTMUX has 0 choices"),
     ],
 )

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from scripts import bitstream
 from scripts.bitstream_job import TOPS, Top
-from scripts.bitstream_open import check_primitives
+from scripts.bitstream_open import check_contents, check_primitives
 from scripts.netlist import ROOT, ToolError, find_yosys, write_netlist
 from scripts.resources import Design
 from sim.tests.device_build.fake_tools import FASM2FRAMES, NEXTPNR, PART, Bench
@@ -263,6 +263,7 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
     """PS7 and one BUFG with the ports of the primitives, pads, no latch, nothing unplaceable."""
     netlist = netlist_of_small_top(tmp_path)
     check_primitives(netlist, SMALL_TOP)
+    check_contents(netlist, SMALL_TOP)
     empty = tmp_path / "empty.json"
     empty.write_text('{"modules": {"small_zynq_top": {"cells": {}}}}', encoding="utf-8")
     with pytest.raises(ToolError, match="expected 1 PS7, found 0"):
@@ -295,3 +296,13 @@ def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
     netlist = write_netlist(top.name, tmp_path / "made", generics=generics)
     script = f"read_verilog {netlist.name}; hierarchy -top {top.name}; select -assert-any c:*"
     subprocess.run([find_yosys()[0], "-q", "-p", script], cwd=netlist.parent, check=True)
+
+
+@pytest.mark.parametrize("kind", ["RAM32M", "RAM64M"])
+def test_contents_that_nextpnr_would_lose_are_refused(tmp_path: Path, kind: str) -> None:
+    netlist = tmp_path / "netlist.json"
+    cell = {"type": kind, "parameters": {"INIT_A": "0" * 64, "INIT_C": "0" * 62 + "1x"}}
+    modules = {SMALL_TOP.name: {"cells": {"slots": cell}}}
+    netlist.write_text(json.dumps({"modules": modules}), encoding="utf-8")
+    with pytest.raises(ToolError, match=f"the {kind} slots holds ones at power-up"):
+        check_contents(netlist, SMALL_TOP)

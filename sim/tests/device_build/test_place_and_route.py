@@ -107,7 +107,7 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
     untied = tmp_path / "untied.json"
     untied.write_text('{"modules": {}}', encoding="utf-8")
     job = replace(made.job, folder=tmp_path)
-    with pytest.raises(ToolError, match="8 pins of DSPs or block RAMs are not driven") as refused:
+    with pytest.raises(ToolError, match="8 pins of DSPs or RAMs are not driven") as refused:
         write_frames(job, made.tools, replace(made.routed, netlist=untied))
     for pin in OPEN_PINS:
         assert f": {pin} has no route, no tie-off and no default" in str(refused.value)
@@ -115,12 +115,14 @@ def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")
 def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_path: Path) -> None:
-    """DSP, block RAM with contents, shift register, carry chains and all else but the PS7."""
+    """DSP, RAMs, shift register, carry chains and all else but the PS7."""
     bench = made.bench(made.bits(), tmp_path)
     compared = run(bench, CLOCKS, 1)
     assert faults_of(compared) == []
     assert compared.figures["clocks"] == CLOCKS
-    assert compared.figures["blocks"] == compared.figures["moved_blocks"] == 2
+    # Of look-up tables as RAM those that are read: of 16, 6, and two times two that make 128 words.
+    blocks = 2 + 16 + 6 + 2 * 2 * 2
+    assert compared.figures["blocks"] == compared.figures["moved_blocks"] == blocks
     # 32 bits of read data, the identifiers of both answers, five signals of the bus, interrupt,
     # clock and LEDs, the two wires of I2C and their levels; what else goes to the PS7 is constant.
     assert compared.figures["moved_outputs"] >= 32 + 2 * 12 + 5 + 2 + 4
@@ -130,15 +132,17 @@ def test_what_is_in_the_bitstream_computes_what_the_vhdl_says(made: Made, tmp_pa
 def words_come_back(bench: Path) -> None:
     """The bus master of the bench: single words and bursts are written and read, a reset between.
 
-    The design reads its memory of 18 bits, with sign, at 0x2000.
+    The design reads its memory of 18 bits, with sign, at 0x2000, and at 0x3000 the memories of 16,
+    64 and 128 words, which keep what was written last to any address that ends alike.
     """
     rng = random.Random(1)
     words = {4 * place: rng.getrandbits(32) for place in rng.sample(range(16, 1024), 200)}
     writes = [Access("w", BASE + address, word) for address, word in words.items()]
     burst = Access("w", BASE, 0x12345, beats=16)
-    words |= {4 * beat: burst.beat(beat) for beat in range(16)}
+    words = {4 * beat: burst.beat(beat) for beat in range(16)} | words
     order = rng.sample(list(words), len(words))
     reads = [Access("r", BASE + 0x2000 + address, together=True) for address in order]
+    reads += [Access("r", BASE + 0x3000 + address, together=True) for address in order]
     accesses = [burst, *writes, Access("z", data=30), *reads, Access("r", BASE + 0x2000, beats=16)]
     accesses.append(Access("r", BASE - 4))
     compared = run(bench, 1, 1, accesses)
@@ -149,8 +153,22 @@ def words_come_back(bench: Path) -> None:
     assert answers[-1].response is Response.DECODE_ERROR
     read = [answer.data for answer in answers[len(writes) + 1 : -1]]
     signed = {address: (word & 0x3FFFF ^ 1 << 17) - (1 << 17) for address, word in words.items()}
-    expected = [signed[address] for address in [*order, *range(0, 64, 4)]]
-    assert read == [word & 0xFFFF_FFFF for word in expected]
+    in_order = [signed[address] for address in [*order, *range(0, 64, 4)]]
+    count = len(order)
+    assert read[:count] + read[2 * count :] == [word & 0xFFFF_FFFF for word in in_order]
+    # Above bit 23 is what the address of the last write held before.
+    in_look_up_tables = [word & 0xFF_FFFF for word in read[count : 2 * count]]
+    assert in_look_up_tables == [last_written(words, address) for address in order]
+
+
+def last_written(words: dict[int, int], address: int) -> int:
+    """What the memories of 16, 64 and 128 words have at an address; ``words``: in order."""
+    found = 0
+    for depth, first, bits in ((16, 0, 16), (64, 16, 6), (128, 22, 2)):
+        mask = (1 << bits) - 1 << first
+        alike = [word for place, word in words.items() if (place - address) // 4 % depth == 0]
+        found |= alike[-1] & mask
+    return found
 
 
 @pytest.mark.skipif(not shutil.which("verilator"), reason="needs verilator")

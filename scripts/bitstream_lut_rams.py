@@ -1,0 +1,146 @@
+"""Look-up tables of a slice as RAM, in Verilog.
+
+What the features do is told by the 7 Series Configurable Logic Block User Guide (UG474,
+"Distributed RAM") and by Project X-Ray's page on the configuration of distributed RAM. The inputs
+of table D are the write address of all tables. A table is 64 words deep and written from data
+input 1, or twice 32 words deep (``SMALL``): then O5 is what data input 1 wrote, O6 what data input
+2 wrote, and input 6 of the table and of table D must be 1. Where ``WA7USED`` and ``WA8USED`` make a
+deeper RAM of several tables, each is written where the wide multiplexers would choose it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from scripts.bitstream_features import vector
+from scripts.netlist import ToolError
+
+LETTERS: Final = "ABCD"
+CHAINED_DATA: Final = {"A": ("AI", "B"), "B": ("BI", "D"), "C": ("CI", "D")}
+"""Table: its own pin for data input 1, the table whose data input 1 it takes otherwise."""
+ADDRESS_7: Final = ("WA7USED", "CX", {"A": 1, "B": 0, "C": 1, "D": 0})
+ADDRESS_8: Final = ("WA8USED", "BX", {"A": 1, "B": 1, "C": 0, "D": 0})
+"""Feature, its pin of the write address, and the level of it at which each table is written."""
+
+Pin = Callable[[str], str]
+
+
+def is_ram(features: frozenset[str], letter: str) -> bool:
+    """Whether a look-up table is a RAM."""
+    return f"{letter}LUT.RAM" in features
+
+
+def is_small(features: frozenset[str], letter: str) -> bool:
+    """Whether a RAM is two of 32 words."""
+    return f"{letter}LUT.SMALL" in features
+
+
+def check_rams(name: str, features: frozenset[str]) -> None:
+    """Raise ToolError where the tables of a slice are a RAM in a way that is not decoded."""
+    rams = [letter for letter in LETTERS if is_ram(features, letter)]
+    shifts = [letter for letter in LETTERS if f"{letter}LUT.SRL" in features]
+    if not rams:
+        return
+    if "D" not in rams:
+        raise ToolError(f"{name}: {rams[0]}LUT is a RAM and DLUT, its write address, is none")
+    if shifts:
+        raise ToolError(
+            f"{name}: {rams[0]}LUT is a RAM beside {shifts[0]}LUT, a shift register, "
+            "which is not decoded"
+        )
+    small = [letter for letter in rams if is_small(features, letter)]
+    deep = [feature for feature, _, _ in (ADDRESS_7, ADDRESS_8) if feature in features]
+    if small and deep:
+        raise ToolError(f"{name}: {small[0]}LUT is a RAM of 32 words with {deep[0]}")
+    if deep == ["WA8USED"]:
+        raise ToolError(f"{name}: WA8USED without WA7USED is not decoded")
+
+
+def data_pin(features: frozenset[str], letter: str) -> str:
+    """The pin of the slice at data input 1 of a table."""
+    if letter == "D":
+        return "DI"
+    own, other = CHAINED_DATA[letter]
+    return own if f"{letter}LUT.DI1MUX.{own}" in features else data_pin(features, other)
+
+
+def enable_pin(features: frozenset[str]) -> str:
+    """The pin of the slice that enables writing, of RAMs and of shift registers."""
+    return "CE" if "WEMUX.CE" in features else "WE"
+
+
+def ram_pins(features: frozenset[str]) -> list[str]:
+    """The input pins of a slice that its RAMs depend on."""
+    rams = [letter for letter in LETTERS if is_ram(features, letter)]
+    if not rams:
+        return []
+    pins = {"CLK", enable_pin(features)}
+    pins |= {pin for feature, pin, _ in (ADDRESS_7, ADDRESS_8) if feature in features}
+    for letter in rams:
+        pins |= {f"{table}{place}" for table in (letter, "D") for place in range(1, 7)}
+        pins.add(data_pin(features, letter))
+        if is_small(features, letter):
+            pins.add(f"{letter}X")
+    return sorted(pins)
+
+
+class TableRam:
+    """One look-up table that is a RAM."""
+
+    def __init__(self, name: str, features: frozenset[str], pin: Pin, letter: str) -> None:
+        """``name``: of the slice; ``pin``: the net at one of its inputs."""
+        self.name = f"{name}_{letter}ram"
+        self._place = name
+        self._features = features
+        self._pin = pin
+        self._letter = letter
+        if is_small(features, letter):
+            self._check_input_6()
+
+    def _check_input_6(self) -> None:
+        for table in sorted({self._letter, "D"}):
+            if self._pin(f"{table}6") != "1'b1":
+                raise ToolError(
+                    f"{self._place}: {self._letter}LUT is two RAMs of 32 words, and {table}6 is "
+                    "not always 1, which is not decoded"
+                )
+
+    def register(self, output: str) -> tuple[str, int, int]:
+        """Of an output (O5, O6): the register behind it, its words, what they are at the start.
+
+        Raises ToolError for an output that is not decoded.
+        """
+        init = vector(self._features, f"{self._letter}LUT.INIT")
+        if not is_small(self._features, self._letter):
+            if output == "O5":
+                raise ToolError(
+                    f"{self._place}: O5 of {self._letter}LUT, a RAM of 64 words, is not decoded"
+                )
+            return self.name, 64, init
+        if output == "O5":
+            return f"{self.name}_lower", 32, init & 0xFFFF_FFFF
+        return f"{self.name}_upper", 32, init >> 32
+
+    def _address(self, table: str, depth: int) -> str:
+        places = range(1, depth.bit_length())
+        return ", ".join(self._pin(f"{table}{place}") for place in reversed(places))
+
+    def read(self, output: str) -> str:
+        """What is at an output."""
+        register, depth, _ = self.register(output)
+        return f"1'b1 & ({register} >> {{{self._address(self._letter, depth)}}})"
+
+    def write(self, output: str) -> str:
+        """The statement at the clock that writes what an output reads."""
+        register, depth, _ = self.register(output)
+        is_second = is_small(self._features, self._letter) and output == "O6"
+        data = self._pin(
+            f"{self._letter}X" if is_second else data_pin(self._features, self._letter)
+        )
+        allowed = [self._pin(enable_pin(self._features))]
+        for feature, pin, levels in (ADDRESS_7, ADDRESS_8):
+            if feature in self._features:
+                allowed.append(f"{self._pin(pin)} == 1'b{levels[self._letter]}")
+        condition = " && ".join(allowed)
+        return f"if ({condition}) {register}[{{{self._address('D', depth)}}}] <= {data};"
