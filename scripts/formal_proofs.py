@@ -53,7 +53,7 @@ def _both_banks(lanes: int, fold: int) -> dict[str, str]:
     built = lanes // fold
 
     def words(bank: int) -> str:
-        parts = []
+        parts: list[str] = []
         for lane in reversed(range(lanes)):
             column, stored = lane % built + 1, f"stored[{2 * (lane // built) + bank}]"
             kinds = ("amplitudes_of_cosine", "offsets_of_phase", "steps_high", "steps_low")
