@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every angle meets the coefficients of one bank, that of the last swap before it: all writes that
-// were acknowledged by then and no part of another. Swaps, also during a copy, their waits, writes and resets in
-// any clock. A write is acknowledged in the time that the header states. Source: the entity's header.
+// were acknowledged by then and no part of another. Swaps, their waits, writes and resets come in any
+// clock, also while the idle bank is filled. The memory acknowledges a write, takes a swap and reads
+// back as the header of the entity states. The rules follow one bit of the coefficients, any of them.
 
 module coefficient_memory_rules #(
-    parameter LANES = 1,
+    parameter LANES = 2,
+    parameter FOLD = 1, // lanes that share a pipeline
     // Clocks from the phase step to the other coefficients.
     parameter PHASE_OFFSET_DELAY = 2, parameter AMPLITUDE_DELAY = 21,
     parameter OFFSET_DELAY = 25 // the largest
@@ -14,87 +16,118 @@ module coefficient_memory_rules #(
     input [31:0] write_data, input swap, input swap_allowed
 );
 
+    localparam BUILT = LANES / FOLD; // lanes of which the coefficients come out in a clock
     localparam LAST = OFFSET_DELAY;
+    // Clocks after a swap: the last word of the idle bank is asked for; a word can be written; a
+    // further swap can take place; a write that waited is acknowledged.
+    localparam FILLED = LAST + 4 * LANES;
+    localparam WRITABLE = FILLED + 3;
+    localparam SWAPPABLE = FILLED + 4;
+    localparam ACKNOWLEDGED = FILLED + 5;
 
     wire write_acknowledge, swap_marker, swap_busy;
-    wire [48 * LANES - 1:0] phase_steps;
-    wire [24 * LANES - 1:0] phase_offsets;
-    wire [25 * LANES - 1:0] amplitudes;
+    wire [48 * BUILT - 1:0] phase_steps;
+    wire [24 * BUILT - 1:0] phase_offsets;
+    wire [25 * BUILT - 1:0] amplitudes;
     wire [24:0] offset, idle_offset;
-
-    coefficient_memory memory (
-        .clock(clock), .reset(reset), .write_enable(write_enable), .write_offset(write_offset),
-        .write_address(write_address), .write_data(write_data),
-        .write_acknowledge(write_acknowledge), .idle_offset(idle_offset), .swap(swap),
-        .swap_allowed(swap_allowed),
-        .swap_marker(swap_marker), .swap_busy(swap_busy), .phase_steps(phase_steps),
-        .phase_offsets(phase_offsets), .amplitudes(amplitudes), .offset(offset)
-    );
+    wire [31:0] read_data;
 
     // One bit of a bank, any: of a word by its address, or of the offset, which follows the words.
     (* anyconst *) reg [3:0] place;
     (* anyconst *) reg [4:0] number;
     localparam OFFSET_PLACE = 4 * LANES;
     wire is_offset = place == OFFSET_PLACE;
-    wire [1:0] kind = place[1:0];
+    wire [1:0] kind = place[1:0], lane = place[3:2];
+    wire [1:0] block = lane / BUILT, column = lane % BUILT;
     wire [5:0] stored = is_offset || kind == 3 ? 25 : kind == 2 ? 24 : kind == 1 ? 16 : 32;
     wire [4:0] age = is_offset ? OFFSET_DELAY : kind == 3 ? AMPLITUDE_DELAY
                      : kind == 2 ? PHASE_OFFSET_DELAY : 0;
 
-    wire [48 * LANES - 1:0] probe_idle_steps;
-    wire [24 * LANES - 1:0] probe_idle_offsets;
-    wire [25 * LANES - 1:0] probe_idle_amplitudes;
+    // The slots of fold_sequence.
+    reg [2:0] slot = 0;
+    wire [2:0] slot_met = (slot + 8'd64 - age) % FOLD;
+
+    // What is read back goes nowhere else, so that reading one word, any, loses no case.
+    coefficient_memory memory (
+        .clock(clock), .reset(reset), .write_enable(write_enable), .write_offset(write_offset),
+        .write_address(write_address), .write_data(write_data),
+        .write_acknowledge(write_acknowledge), .read_address({4'b0, place}), .read_data(read_data),
+        .idle_offset(idle_offset), .swap(swap), .swap_allowed(swap_allowed),
+        .swap_marker(swap_marker), .swap_busy(swap_busy), .slot(slot), .phase_steps(phase_steps),
+        .phase_offsets(phase_offsets), .amplitudes(amplitudes), .offset(offset)
+    );
+
+    // Both banks: 128 bits a lane, the last 7 of the last lane left out.
+    wire [128 * LANES - 8:0] probe_bank_0, probe_bank_1;
+    wire probe_active, probe_phase_bank, probe_amplitude_bank;
+    wire [2:0] probe_phase_slot, probe_amplitude_slot;
     wire [1:LAST] probe_copying;
-    wire probe_swap_waits;
+    wire probe_swap_waits, probe_swap_now;
     wire probe_pending_word, probe_pending_offset;
     wire [7:0] probe_address;
     wire [31:0] probe_data;
-    wire [0:4 * LANES - 1] probe_selected;
-    wire probe_is_quiet;
+    wire probe_is_quiet, probe_answers, probe_writing, probe_filling;
+    wire [7:0] probe_fill_address, probe_fill_address_1, probe_fill_address_2;
+    wire [1:2] probe_fill_under_way;
+    wire [31:0] probe_fill_stored, probe_fill_word, probe_read_stored;
+    wire [0:4 * BUILT - 1] probe_selected;
+    wire [2:0] probe_selected_slot;
+    wire [31:0] probe_written;
 
-    // The bit as it comes out and in the idle bank.
-    wire [128 * LANES + 31:0] active_words, idle_words;
-    assign active_words[128 * LANES +: 32] = offset;
-    assign idle_words[128 * LANES +: 32] = idle_offset;
-    genvar lane;
+    // The bit as it comes out and in both banks.
+    wire [128 * BUILT - 1:0] active_words;
+    genvar part;
     generate
-        for (lane = 0; lane < LANES; lane = lane + 1) begin : lanes
-            assign active_words[128 * lane +: 64] = phase_steps[48 * lane +: 48];
-            assign active_words[128 * lane + 64 +: 32] = phase_offsets[24 * lane +: 24];
-            assign active_words[128 * lane + 96 +: 32] = amplitudes[25 * lane +: 25];
-            assign idle_words[128 * lane +: 64] = probe_idle_steps[48 * lane +: 48];
-            assign idle_words[128 * lane + 64 +: 32] = probe_idle_offsets[24 * lane +: 24];
-            assign idle_words[128 * lane + 96 +: 32] = probe_idle_amplitudes[25 * lane +: 25];
+        for (part = 0; part < BUILT; part = part + 1) begin : columns
+            assign active_words[128 * part +: 64] = phase_steps[48 * part +: 48];
+            assign active_words[128 * part + 64 +: 32] = phase_offsets[24 * part +: 24];
+            assign active_words[128 * part + 96 +: 32] = amplitudes[25 * part +: 25];
         end
     endgenerate
-    wire active_bit = active_words[{place, number}];
-    wire idle_bit = idle_words[{place, number}];
+    wire active_bit = is_offset ? offset[number] : active_words[{column, kind, number}];
+    wire bit_0 = probe_bank_0[{lane, kind, number}];
+    wire bit_1 = probe_bank_1[{lane, kind, number}];
+    wire active_stored = probe_active ? bit_1 : bit_0;
+    wire idle_stored = probe_active ? bit_0 : bit_1;
 
     reg running = 0;
     // The reference: the bit as it was last acknowledged, and of the bank that an angle of so many
     // clocks ago was entered with.
+    localparam OLDEST = LAST + FOLD - 1;
     reg idle = 0;
-    reg [0:LAST] bank = 0;
-    reg [1:LAST] swapped = 0;
+    reg [0:OLDEST] bank = 0;
+    reg [7:0] since = ACKNOWLEDGED; // clocks since the last swap took place
     reg waits = 0, waits_for_offset;
     reg [7:0] address;
     reg [31:0] data;
-    reg [4:0] waited = 0; // clocks since the write and since the last swap
+    reg [1:0] waited = 0; // clocks since the write was started
+    reg [0:1] read_back = 0; // as the bit was read 1 and 2 clocks ago
+    reg finishes = 0, swap_before = 0;
 
-    // A swap waits for the clock before a new angle.
+    // A swap waits until the idle bank is filled, for the clock before a new angle, and for a write
+    // that is acknowledged in the next clock.
     reg swap_waits = 0;
-    wire swap_now = (swap || swap_waits) && swap_allowed;
+    wire swap_now = (swap || swap_waits) && swap_allowed && since >= SWAPPABLE && !probe_answers;
 
     wire starts = write_enable || write_offset;
     wire hits = waits_for_offset ? is_offset : !is_offset && address == place;
     wire idle_now = waits && write_acknowledge && hits ? data[number] : idle;
+    // A write is stored a clock before its acknowledge. A reset in that clock takes the
+    // acknowledge only; another one takes the write.
+    wire finishing = probe_answers && hits;
+    wire idle_next = finishing ? data[number] : idle_now;
 
     always @(posedge clock) begin
         running <= 1;
-        idle <= idle_now;
-        bank <= {swap_now ? idle_now : bank[0], bank[0:LAST - 1]};
-        swap_waits <= (swap || swap_waits) && !swap_allowed;
-        swapped <= {swap_now, swapped[1:LAST - 1]};
+        slot <= (slot + 1) % FOLD;
+        idle <= reset ? idle_next : idle_now;
+        bank <= {swap_now ? idle_now : bank[0], bank[0:OLDEST - 1]};
+        swap_waits <= (swap || swap_waits) && !swap_now;
+        swap_before <= swap_now;
+        finishes <= probe_answers && !reset;
+        read_back <= {idle_next, read_back[0]};
+        if (swap_now) since <= 1;
+        else if (since < ACKNOWLEDGED) since <= since + 1;
         if (write_acknowledge) waits <= 0;
         if (starts) begin
             waits <= 1;
@@ -102,58 +135,97 @@ module coefficient_memory_rules #(
             address <= write_address;
             data <= write_data;
         end
-        if (swap || swap_waits || starts) waited <= 0;
-        else if (!(&waited)) waited <= waited + 1;
+        if (starts) waited <= 1;
+        else if (waited < 3) waited <= waited + 1;
         if (reset) waits <= 0;
     end
 
-    // Lemmas: an unfinished swap brings what the idle bank still holds; other banks are alike.
+    // Lemmas: an unfinished swap brings what the idle bank shall hold; other banks are alike.
     genvar d;
     generate
-        for (d = 1; d <= LAST; d = d + 1) begin : ages
-            always @* if (running) begin
-                assert (swapped[d] ? bank[d - 1] == idle_now : bank[d] == bank[d - 1]);
-                assert (!swapped[d] || waited < d);
-            end
+        for (d = 1; d <= OLDEST; d = d + 1) begin : ages
+            always @* if (running)
+                assert (since == d ? bank[d - 1] == idle_now : bank[d] == bank[d - 1]);
+        end
+        for (d = 1; d <= LAST; d = d + 1) begin : copies
+            always @* if (running) assert (probe_copying[d] == (since == d));
         end
     endgenerate
 
-    // One bit says which word waits; none does for the offset.
-    genvar word;
-    generate
-        for (word = 0; word < 4 * LANES; word = word + 1) begin : words
-            always @* if (running) begin
-                assert (!(probe_pending_word || probe_pending_offset)
-                        || probe_selected[word] == (probe_pending_word && probe_address == word));
-            end
-        end
-    endgenerate
+    // The word that is written into the idle bank now.
+    wire enters = probe_selected[4 * column + kind] && probe_selected_slot == block;
 
     always @* begin
         assume (running || reset);
         assume (!(write_enable && write_offset));
         assume (!starts || !waits || write_acknowledge);
+        assume (!swap_allowed || slot == FOLD - 1);
         assume (place <= OFFSET_PLACE && number < stored);
         if (running) begin
-            one_bank_an_angle: assert (active_bit == bank[age]);
-            assert (idle_bit == idle_now);
-            assert (swap_marker == swapped[1]);
-            assert (swap_busy == (swap_waits || |swapped));
+            one_bank_an_angle: assert (!is_offset && slot_met != block
+                                       || active_bit == bank[is_offset ? age : age + block]);
+            read_back_is_idle: assert (is_offset ? idle_offset[number] == idle_next
+                                       : read_data[number] == read_back[1]);
+            assert (swap_marker == swap_before);
+            assert (!swap_marker || slot == 0);
+            assert (swap_busy == (swap_waits || since < WRITABLE));
+            assert (write_acknowledge == finishes);
             assert (!write_acknowledge || waits);
-            acknowledged_in_time: assert (!waits || write_acknowledge || waited <= LAST + 1);
+            acknowledged_in_time: assert (!waits || write_acknowledge || swap_waits || waited < 3
+                                          || since < ACKNOWLEDGED);
+            swap_takes_place: assert (!swap_waits || !swap_allowed || since < SWAPPABLE || swap_now);
 
-            // Lemmas.
+            // Lemmas: the swap and the write that wait.
             assert (probe_swap_waits == swap_waits);
-            assert (probe_copying == swapped);
-            assert (probe_is_quiet == ~|swapped);
+            assert (probe_swap_now == swap_now);
+            assert (probe_is_quiet == (since >= WRITABLE));
             assert (!(probe_pending_word && probe_pending_offset));
-            assert ((probe_pending_word || probe_pending_offset) == (waits && !write_acknowledge));
-            assert (!waits || write_acknowledge || probe_pending_offset == waits_for_offset);
+            assert (!(probe_pending_word || probe_pending_offset) || !probe_answers);
+            assert ((probe_pending_word || probe_pending_offset || probe_answers)
+                    == (waits && !write_acknowledge));
+            assert (!(probe_pending_word || probe_pending_offset)
+                    || probe_pending_offset == waits_for_offset);
             assert (!waits || write_acknowledge || (probe_address == address && probe_data == data));
+            assert (!(probe_pending_word || probe_pending_offset) || swap_waits || waited == 1
+                    || since <= WRITABLE);
+            assert (!probe_answers || (since > WRITABLE && !swap_waits));
+            assert (!probe_answers || waited == 2 || since <= SWAPPABLE);
 
-            cover (swapped[OFFSET_DELAY] && swapped[PHASE_OFFSET_DELAY] && waits);
+            // Lemmas: the filling of the idle bank.
+            assert (probe_filling == (since > LAST && since <= FILLED));
+            assert (probe_fill_under_way[1] == (since > LAST + 1 && since <= FILLED + 1));
+            assert (probe_fill_under_way[2] == (since > LAST + 2 && since <= FILLED + 2));
+            assert (probe_writing == (probe_answers || (since > LAST + 3 && since <= FILLED + 3)));
+            assert (!probe_filling || probe_fill_address == since - LAST - 1);
+            assert (!probe_fill_under_way[1] || probe_fill_address_1 == since - LAST - 2);
+            assert (!probe_fill_under_way[2] || probe_fill_address_2 == since - LAST - 3);
+            assert (probe_selected_slot < FOLD);
+            if (!is_offset) begin
+                assert (probe_read_stored[number] == read_back[0]);
+                assert (!probe_fill_under_way[1] || probe_fill_address_1 != place
+                        || probe_fill_stored[number] == idle_now);
+                assert (!probe_fill_under_way[2] || probe_fill_address_2 != place
+                        || probe_fill_word[number] == idle_now);
+                assert (enters == (finishing || since == LAST + 4 + place));
+                assert (!enters || probe_written[number] == (finishing ? data[number] : idle_now));
+                // Both banks.
+                assert (active_stored == bank[0]);
+                if (since <= LAST) assert (idle_stored == bank[since]);
+                if (since > LAST + 4 + place) assert (idle_stored == idle_now);
+            end
+
+            // Lemmas: the bank and the slot that are read for the next clock.
+            assert (probe_phase_bank == (probe_active ^ (since < PHASE_OFFSET_DELAY)));
+            assert (probe_amplitude_bank == (probe_active ^ (since < AMPLITUDE_DELAY)));
+            assert (probe_phase_slot == (slot + 8'd65 - PHASE_OFFSET_DELAY) % FOLD);
+            assert (probe_amplitude_slot == (slot + 8'd65 - AMPLITUDE_DELAY) % FOLD);
+            assert (since > OLDEST || slot == (since + 8'd63) % FOLD);
+
+            cover (probe_copying[OFFSET_DELAY] && waits);
             cover (phase_steps[47:32] == 5 && phase_offsets[23:0] == 6);
             cover (write_acknowledge && waits_for_offset && swap);
+            cover (swap && swap_allowed && probe_answers);
+            cover (swap_waits && swap_now && waits && waited == 3);
         end
     end
 

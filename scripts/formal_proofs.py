@@ -33,10 +33,172 @@ class Proof:
     small: Mapping[str, int] = field(default_factory=dict)
     # Wires of the rules, and the signals of the entity that they are joined to.
     probes: Mapping[str, str] = field(default_factory=dict)
+    # Constants of number_formats_pkg that are smaller in the proof, for smaller memories.
+    constants: Mapping[str, int] = field(default_factory=dict)
+    # Memories (patterns of names) of which each word becomes a signal, that a probe can name.
+    words: tuple[str, ...] = ()
     # Modules (patterns of names) that are taken out: their outputs may then be anything.
     cut: tuple[str, ...] = ()
     quick: bool = True  # part of `make test`
+    rules_of: str = ""  # the proof whose rules this one has too, for other generics; own when empty
 
+    @property
+    def rules(self) -> str:
+        """The module of the rules, which is in a file of formal/ with the same name."""
+        return f"{self.rules_of or self.name}_rules"
+
+
+def _both_banks(lanes: int, fold: int) -> dict[str, str]:
+    """Joins all words of a bank of coefficient_memory, 128 bits a lane, last lane first."""
+    built = lanes // fold
+
+    def words(bank: int) -> str:
+        parts: list[str] = []
+        for lane in reversed(range(lanes)):
+            column, stored = lane % built + 1, f"stored[{2 * (lane // built) + bank}]"
+            kinds = ("amplitudes_of_cosine", "offsets_of_phase", "steps_high", "steps_low")
+            for kind, padding in zip(kinds, ("7'd0", "8'd0", "16'd0", ""), strict=True):
+                parts += [padding, f"memory.columns_n{column}_{kind}.{stored}"]
+        return ",".join(part for part in parts[1:] if part)
+
+    return {f"probe_bank_{bank}": words(bank) for bank in (0, 1)}
+
+
+def _coefficient_memory_probes(lanes: int, fold: int) -> dict[str, str]:
+    signals = (
+        *("active", "phase_bank", "amplitude_bank", "phase_slot", "amplitude_slot", "copying"),
+        *("swap_waits", "swap_now", "pending_word", "pending_offset", "address", "data"),
+        *("is_quiet", "answers", "writing", "filling", "fill_address", "fill_address_1"),
+        *("fill_address_2", "fill_under_way", "fill_stored", "fill_word", "read_stored"),
+        *("selected", "selected_slot", "written"),
+    )
+    joined = {f"probe_{signal}": f"memory.{signal}" for signal in signals}
+    return {**joined, **_both_banks(lanes, fold)}
+
+
+_MEMORY_LIMITS = "no write is started before the last one's acknowledge"
+_SHORT_DELAYS = {"PHASE_OFFSET_DELAY": 2, "AMPLITUDE_DELAY": 3, "OFFSET_DELAY": 5}
+_SHORTEST_DELAYS = {"PHASE_OFFSET_DELAY": 1, "AMPLITUDE_DELAY": 2, "OFFSET_DELAY": 3}
+
+COEFFICIENT_MEMORY = (
+    Proof(
+        name="coefficient_memory",
+        entity="coefficient_memory",
+        claims=(
+            "every angle meets the coefficients of one bank: a swap takes over all acknowledged "
+            "writes and no part of another",
+            "a swap takes place as soon as the idle bank is filled, a write under way is finished "
+            "and a new angle may enter",
+            "a write is acknowledged 3 clocks after its start, or at most the largest delay + "
+            "4 * LANES + 5 clocks after the last swap took place",
+            "what is read back is the idle bank",
+        ),
+        generics={"LANES": 2, "FOLD": 1, **_SHORT_DELAYS},
+        small={"LANES": 2, "FOLD": 1, **_SHORTEST_DELAYS},
+        limits=_MEMORY_LIMITS,
+        depth=3,
+        cover_depth=14,
+        probes=_coefficient_memory_probes(2, 1),
+        constants={"LANES_MAX": 2},
+        words=("*",),
+        breaks=(
+            Break(
+                "a word is written while parts change their bank",
+                " and not swap and is_quiet and not reset;\n",
+                " and not swap and (is_quiet or copying(2)) and not reset;\n",
+            ),
+            Break(
+                "a word is written while the idle bank is filled",
+                " and not swap and is_quiet and not reset;\n",
+                " and not swap and (is_quiet or filling) and not reset;\n",
+            ),
+            Break(
+                "a word is written in the clock of the swap",
+                " and not swap and is_quiet and not reset;\n",
+                " and is_quiet and not reset;\n",
+            ),
+            Break(
+                "a word is written while a swap waits for its angle",
+                " and not swap_waits and not swap and",
+                " and not swap and",
+            ),
+            Break(
+                "a swap does not wait for a write under way",
+                " and swap_allowed and is_quiet and not writing;\n",
+                " and swap_allowed and is_quiet and not (writing and filling);\n",
+            ),
+            Break(
+                "amplitudes come a clock too late",
+                "xor swapped(AMPLITUDE_DELAY - 1);\n",
+                "xor swapped(AMPLITUDE_DELAY);\n",
+            ),
+            Break(
+                "a swap while the idle bank is filled is lost",
+                "(swap or swap_waits) and not swap_now;\n",
+                "(swap or swap_waits) and not swap_now and not filling;\n",
+            ),
+            Break(
+                "the idle bank is not filled",
+                "      enters  := fill_under_way(2) or (write_now and pending_word);\n",
+                "      enters  := write_now and pending_word;\n",
+            ),
+            Break(
+                "the idle bank is filled while parts still come from it",
+                "      if copying(LAST_COPY) = '1' then\n",
+                "      if copying(1) = '1' then\n",
+            ),
+            Break(
+                "the fill ends one word early",
+                "        if fill_address = LAST_WORD then\n",
+                "        if fill_address = LAST_WORD - 1 then\n",
+            ),
+            Break(
+                "a word is filled into the place of its neighbour",
+                "        target  := fill_address_2;\n",
+                "        target  := fill_address_2 + 1;\n",
+            ),
+            Break(
+                "a word of the read-back is cut short",
+                "data(PHASE_WIDTH - 1 downto 0)), 32)",
+                "data(PHASE_WIDTH - 2 downto 0)), 32)",
+            ),
+        ),
+    ),
+    Proof(
+        name="coefficient_memory_folded",
+        entity="coefficient_memory",
+        rules_of="coefficient_memory",
+        claims=(
+            "the same for lanes that share a pipeline: in all its slots an angle meets the "
+            "coefficients of one bank",
+        ),
+        generics={"LANES": 2, "FOLD": 2, **_SHORT_DELAYS},
+        small={"LANES": 2, "FOLD": 2, **_SHORTEST_DELAYS},
+        limits=f"{_MEMORY_LIMITS}; slots as fold_sequence counts them",
+        depth=3,
+        cover_depth=14,
+        probes=_coefficient_memory_probes(2, 2),
+        constants={"LANES_MAX": 2},
+        words=("*",),
+        breaks=(
+            Break(
+                "a swap takes place in the midst of an angle",
+                "(swap or swap_waits) and swap_allowed and is_quiet",
+                "(swap or swap_waits) and is_quiet",
+            ),
+            Break(
+                "amplitudes are those of another slot",
+                "      amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);\n",
+                "      amplitude_slot <= later(slot, 1 - AMPLITUDE_DELAY);\n",
+            ),
+            Break(
+                "a word is written for another slot",
+                "to_unsigned(lane / BUILT, 3);\n",
+                "to_unsigned((lane + 1) / BUILT, 3);\n",
+            ),
+        ),
+    ),
+)
 
 PROOFS = (
     Proof(
@@ -283,65 +445,7 @@ PROOFS = (
             ),
         ),
     ),
-    Proof(
-        name="coefficient_memory",
-        entity="coefficient_memory",
-        claims=(
-            "every angle meets the coefficients of one bank: a swap takes over all acknowledged "
-            "writes and no part of another; a folded pipeline included, where a swap waits",
-            "a write is acknowledged within 27 clocks of its start or of the last swap done",
-        ),
-        generics={"LANES": 2},
-        small={
-            "LANES": 2,
-            "PHASE_OFFSET_DELAY": 2,
-            "AMPLITUDE_DELAY": 3,
-            "OFFSET_DELAY": 5,
-        },
-        limits="no write is started before the last one's acknowledge",
-        depth=3,
-        cover_depth=12,
-        probes={
-            "probe_idle_steps": "memory.idle_steps",
-            "probe_idle_offsets": "memory.idle_offsets",
-            "probe_idle_amplitudes": "memory.idle_amplitudes",
-            "probe_copying": "memory.copying",
-            "probe_swap_waits": "memory.swap_waits",
-            "probe_pending_word": "memory.pending_word",
-            "probe_pending_offset": "memory.pending_offset",
-            "probe_address": "memory.address",
-            "probe_data": "memory.data",
-            "probe_selected": "memory.selected",
-            "probe_is_quiet": "memory.is_quiet",
-        },
-        breaks=(
-            Break(
-                "a word is written while a copy is under way",
-                " and not swap and is_quiet and not reset;\n",
-                " and not swap and (is_quiet or copying(2)) and not reset;\n",
-            ),
-            Break(
-                "a word is written in the clock of the swap",
-                " and not swap and is_quiet and not reset;\n",
-                " and is_quiet and not reset;\n",
-            ),
-            Break(
-                "a word is written while a swap waits for its angle",
-                " and not swap_waits and not swap and",
-                " and not swap and",
-            ),
-            Break(
-                "amplitudes come a clock too late",
-                "      if copying(AMPLITUDE_DELAY) = '1' then\n",
-                "      if copying(AMPLITUDE_DELAY + 1) = '1' then\n",
-            ),
-            Break(
-                "a swap during a copy is lost",
-                "      copying    <= swap_now & copying(1 to",
-                "      copying    <= (swap_now and not (or copying)) & copying(1 to",
-            ),
-        ),
-    ),
+    *COEFFICIENT_MEMORY,
     Proof(
         name="arctrue_core",
         entity="arctrue_core",

@@ -9,7 +9,15 @@ from pathlib import Path
 
 import pytest
 from scripts import formal
-from scripts.formal import DOCUMENT, broken_sources, check, document, find_sby, prove
+from scripts.formal import (
+    DOCUMENT,
+    broken_sources,
+    check,
+    document,
+    find_sby,
+    prove,
+    sources_of_proof,
+)
 from scripts.formal_proofs import PROOFS, Break, Proof
 from scripts.netlist import ROOT, ToolError, find_ghdl
 
@@ -61,11 +69,16 @@ def test_all_faults_fit_their_sources(tmp_path: Path) -> None:
             broken_sources(proof, fault, tmp_path / "vhdl")
 
 
+def test_a_constant_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="has no constant LANES_MOST"):
+        sources_of_proof(replace(OUTPUT, constants={"LANES_MOST": 2}), tmp_path / "small")
+
+
 def test_every_rules_file_belongs_to_a_proof_with_covers_and_faults() -> None:
     rules = {path.name for path in (ROOT / "formal").glob("*.sv")}
-    assert rules == {f"{proof.name}_rules.sv" for proof in PROOFS}
+    assert rules == {f"{proof.rules}.sv" for proof in PROOFS}
     for proof in PROOFS:
-        text = (ROOT / "formal" / f"{proof.name}_rules.sv").read_text(encoding="utf-8")
+        text = (ROOT / "formal" / f"{proof.rules}.sv").read_text(encoding="utf-8")
         assert "cover (" in text, proof.name
         assert proof.breaks, proof.name
 
