@@ -6,10 +6,11 @@
 // Behind the port: what is asked of a unit is legal and belongs to the access that was taken, a word
 // that is read is the one that the unit gave, and neither kind of access shuts the other out.
 //
-// Left out are the sampler, the compensation and all that calculates: what the registers read from
-// them may be anything. Of the two that answer accesses themselves only this is assumed: a bank's
-// word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's acknowledge comes
-// once for each write, later than it (proven: coefficient_memory_rules).
+// Left out are the sampler, the compensation, all that calculates and the signals at the edge of
+// the core: what the registers read from them may be anything, and so may what each register holds
+// and what a wide word's second half keeps. Of the two that answer accesses themselves only this is
+// assumed: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's
+// acknowledge comes once for each write, later than it (proven: coefficient_memory_rules).
 
 module arctrue_core_rules #(
     parameter LANES = 1, parameter CAPTURE_DEPTH = 2 // as the netlist

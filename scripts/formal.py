@@ -92,10 +92,15 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
+        # A pattern that fits nothing any more would make the proof slow, not wrong, and silently.
+        *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
+        # Before the processes become logic: most of the core would be translated for nothing.
+        *(f"delete {module}/p:*" for module in proof.cut),
+        *(f"cutpoint {module}" for module in proof.cut),
         # No alias may take the place of a wire before it is joined; a ROM's content would be
         # forgotten in the induction.
         "proc -noopt -norom",
-        *(f"cutpoint {module}" for module in proof.cut),
+        *(f"cutpoint {signal}" for signal in proof.cut_signals),
         "flatten",
         # memory_map wants constants where the netlist has names of constants.
         *(f"opt_expr; memory_map m:{memory}" for memory in proof.words),
@@ -110,6 +115,9 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
             "[options]",
             f"mode {mode}",
             f"depth {depth}",
+            # z3 takes longer to tell every wire of a trace than to find it. One is read where a
+            # proof fails.
+            f"vcd {'on' if mode == 'prove' else 'off'}",
             "[engines]",
             ENGINE,
             "[script]",

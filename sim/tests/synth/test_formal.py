@@ -57,6 +57,20 @@ def test_a_cover_statement_out_of_reach_is_reported(tmp_path: Path) -> None:
     assert "a cover statement is out of reach" in fault
 
 
+@needs_tools
+@pytest.mark.parametrize(
+    "proof",
+    [
+        replace(OUTPUT, cut=("glitch_filter*",)),
+        replace(OUTPUT, cut_signals=("quadrature_output/w:gone",)),
+    ],
+    ids=["module", "signal"],
+)
+def test_what_is_cut_must_be_there(proof: Proof, tmp_path: Path) -> None:
+    with pytest.raises(ToolError, match="Assertion failed: selection"):
+        prove(proof, tmp_path)
+
+
 def test_a_fault_that_does_not_fit_the_source_is_refused(tmp_path: Path) -> None:
     fault = Break("gone", "no such text", "")
     with pytest.raises(ValueError, match="there 0 times, not once"):

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from pathlib import Path
 
 import pytest
-from scripts.gateware_coverage import faults, read_results, share, table
-from scripts.netlist import find_ghdl
+from scripts.gateware_coverage import BENCHES, faults, has_statements, read_results, share, table
+from scripts.netlist import ROOT, find_ghdl
 from sim.tests.synth.test_netlist import needs_tools
+from tb.support.simulation import vhdl_sources
+
+NAMES = re.compile(r'"(\w+)"')
 
 ENTITY = """
 entity half_run is
@@ -73,6 +77,28 @@ def test_half_a_result_is_refused(tmp_path: Path, sources: Path, text: str) -> N
     (tmp_path / "half.json").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"half\.json"):
         read_results(tmp_path, sources)
+
+
+def test_benches_that_are_left_out_are_there() -> None:
+    for option in BENCHES[1:]:
+        file, _, function = option.partition("=")[2].partition("::")
+        assert (ROOT / file).exists(), option
+        if function:
+            assert f"def {function}(" in (ROOT / file).read_text(encoding="utf-8"), option
+
+
+def test_every_file_is_below_a_bench_that_is_counted() -> None:
+    left_out = [ROOT / option.partition("=")[2] for option in BENCHES if "--ignore" in option]
+    tests = [
+        path
+        for path in (ROOT / "tb").rglob("test_*.py")
+        if not any(folder in path.parents for folder in left_out)
+    ]
+    named = {name for path in tests for name in NAMES.findall(path.read_text(encoding="utf-8"))}
+    entities = {path.stem for top in ("rtl", "tb") for path in (ROOT / top).rglob("*.vhd")}
+    reached = {source for name in named & entities for source in vhdl_sources(name)}
+    missing = {path for path in (ROOT / "rtl").rglob("*.vhd") if has_statements(path)} - reached
+    assert not missing
 
 
 @needs_tools

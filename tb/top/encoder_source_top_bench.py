@@ -1,0 +1,54 @@
+"""The pins of encoder_source_top: they stand in the reset, then both heads turn steadily."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import Timer
+from cocotb.utils import get_sim_time
+
+PERIOD_NS = 8
+RESET_CLOCKS = 64
+COUNTS_A_CLOCK = 1_398_101 / 125e6
+"""30 deg/s at 2²⁴ counts a turn, on the board's oscillator: docs/hardware.md."""
+CLOCKS = 18_000
+"""The later head shows edges from clock 14,000 on, when its coefficients are applied in full."""
+LEAST_EDGES = 30
+TAKEN_OVER = 4
+"""Edges within which the output, once it is enabled, comes to the levels of the position."""
+SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
+"""The largest of ε, equation (2), with the amplitudes of encoder_source: counts a count."""
+
+
+async def note_edges(pin: Any, name: str, noted: list[tuple[float, str]]) -> None:
+    while True:
+        await pin.value_change
+        noted.append((get_sim_time("ns") / PERIOD_NS, name))
+
+
+@cocotb.test()
+async def both_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
+    cocotb.start_soon(Clock(dut.oscillator, PERIOD_NS, unit="ns", impl="gpi").start())
+    noted: dict[int, list[tuple[float, str]]] = {1: [], 2: []}
+    await Timer(1, unit="ns")
+    for head, edges in noted.items():
+        for name in ("a", "b"):
+            pin = getattr(dut, f"head{head}_{name}")
+            cocotb.start_soon(note_edges(pin, name, edges))
+    await Timer(CLOCKS * PERIOD_NS, unit="ns")
+    for head, all_edges in noted.items():
+        assert len(all_edges) >= LEAST_EDGES, f"head {head}: {len(all_edges)} edges"
+        assert all_edges[0][0] > RESET_CLOCKS
+        edges = all_edges[TAKEN_OVER:]
+        clocks = np.array([clock for clock, _ in edges])
+        # Forward and never both at once: the pins take turns.
+        names = [name for _, name in edges]
+        assert all(one != other for one, other in pairwise(names))
+        expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])
+        # An edge may be a clock late at either end; a count is cut.
+        bound = 1 + SLOPE * expected + 2 * COUNTS_A_CLOCK
+        assert abs(len(edges) - 1 - expected) <= bound, f"head {head}: {len(edges) - 1} counts"
