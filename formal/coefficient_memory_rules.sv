@@ -34,7 +34,7 @@ module coefficient_memory_rules #(
 
     // One bit of a bank, any: of a word by its address, or of the offset, which follows the words.
     (* anyconst *) reg [3:0] place;
-    (* anyconst *) reg [4:0] number;
+    (* anyconst *) reg [31:0] one; // the only 1 is in the place of the bit
     localparam OFFSET_PLACE = 4 * LANES;
     wire is_offset = place == OFFSET_PLACE;
     wire [1:0] kind = place[1:0], lane = place[3:2];
@@ -74,7 +74,7 @@ module coefficient_memory_rules #(
     wire [2:0] probe_selected_slot;
     wire [31:0] probe_written;
 
-    // The bit as it comes out and in both banks.
+    // The bit as it comes out and in both banks. A solver takes longer for an indexed part.
     wire [128 * BUILT - 1:0] active_words;
     genvar part;
     generate
@@ -84,9 +84,24 @@ module coefficient_memory_rules #(
             assign active_words[128 * part + 96 +: 32] = amplitudes[25 * part +: 25];
         end
     endgenerate
-    wire active_bit = is_offset ? offset[number] : active_words[{column, kind, number}];
-    wire bit_0 = probe_bank_0[{lane, kind, number}];
-    wire bit_1 = probe_bank_1[{lane, kind, number}];
+    wire [128 * LANES - 1:0] words_0 = probe_bank_0, words_1 = probe_bank_1;
+    reg [31:0] active_word, word_0, word_1;
+    integer i;
+    always @* begin
+        active_word = offset;
+        word_0 = 0;
+        word_1 = 0;
+        for (i = 0; i < 4 * LANES; i = i + 1) begin
+            if (place == i) begin
+                active_word = active_words[32 * (i % (4 * BUILT)) +: 32];
+                word_0 = words_0[32 * i +: 32];
+                word_1 = words_1[32 * i +: 32];
+            end
+        end
+    end
+    wire active_bit = |(active_word & one);
+    wire bit_0 = |(word_0 & one);
+    wire bit_1 = |(word_1 & one);
     wire active_stored = probe_active ? bit_1 : bit_0;
     wire idle_stored = probe_active ? bit_0 : bit_1;
 
@@ -110,12 +125,13 @@ module coefficient_memory_rules #(
     wire swap_now = (swap || swap_waits) && swap_allowed && since >= SWAPPABLE && !probe_answers;
 
     wire starts = write_enable || write_offset;
+    wire data_bit = |(data & one);
     wire hits = waits_for_offset ? is_offset : !is_offset && address == place;
-    wire idle_now = waits && write_acknowledge && hits ? data[number] : idle;
+    wire idle_now = waits && write_acknowledge && hits ? data_bit : idle;
     // A write is stored a clock before its acknowledge. A reset in that clock takes the
     // acknowledge only; another one takes the write.
     wire finishing = probe_answers && hits;
-    wire idle_next = finishing ? data[number] : idle_now;
+    wire idle_next = finishing ? data_bit : idle_now;
 
     always @(posedge clock) begin
         running <= 1;
@@ -160,12 +176,12 @@ module coefficient_memory_rules #(
         assume (!(write_enable && write_offset));
         assume (!starts || !waits || write_acknowledge);
         assume (!swap_allowed || slot == FOLD - 1);
-        assume (place <= OFFSET_PLACE && number < stored);
+        assume (place <= OFFSET_PLACE && one != 0 && (one & (one - 1)) == 0 && one >> stored == 0);
         if (running) begin
             one_bank_an_angle: assert (!is_offset && slot_met != block
                                        || active_bit == bank[is_offset ? age : age + block]);
-            read_back_is_idle: assert (is_offset ? idle_offset[number] == idle_next
-                                       : read_data[number] == read_back[1]);
+            read_back_is_idle: assert (is_offset ? (|(idle_offset & one)) == idle_next
+                                       : (|(read_data & one)) == read_back[1]);
             assert (swap_marker == swap_before);
             assert (!swap_marker || slot == 0);
             assert (swap_busy == (swap_waits || since < WRITABLE));
@@ -201,13 +217,13 @@ module coefficient_memory_rules #(
             assert (!probe_fill_under_way[2] || probe_fill_address_2 == since - LAST - 3);
             assert (probe_selected_slot < FOLD);
             if (!is_offset) begin
-                assert (probe_read_stored[number] == read_back[0]);
+                assert ((|(probe_read_stored & one)) == read_back[0]);
                 assert (!probe_fill_under_way[1] || probe_fill_address_1 != place
-                        || probe_fill_stored[number] == idle_now);
+                        || (|(probe_fill_stored & one)) == idle_now);
                 assert (!probe_fill_under_way[2] || probe_fill_address_2 != place
-                        || probe_fill_word[number] == idle_now);
+                        || (|(probe_fill_word & one)) == idle_now);
                 assert (enters == (finishing || since == LAST + 4 + place));
-                assert (!enters || probe_written[number] == (finishing ? data[number] : idle_now));
+                assert (!enters || (|(probe_written & one)) == (finishing ? data_bit : idle_now));
                 // Both banks.
                 assert (active_stored == bank[0]);
                 if (since <= LAST) assert (idle_stored == bank[since]);
