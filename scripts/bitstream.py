@@ -22,6 +22,8 @@ from scripts.netlist import ROOT, ToolError
 FLOWS = {"vivado": run_vivado, "open": run_open}
 FOLDS = (1, 2, 4, 8)
 PART = "xc7z020clg400-1"
+OPEN_PIPELINES = 8
+"""So many pipelines the open tools place and route at 100 MHz: docs/timing.md."""
 
 
 def boards() -> list[str]:
@@ -31,8 +33,11 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """How many lanes share a pipeline where nobody asks: what the tools of the flow can place."""
-    return 1 if flow == "vivado" else max(fold for fold in FOLDS if lanes % fold == 0)
+    """How many lanes share a pipeline where nobody asks: as few as the tools of the flow can route."""
+    folds = [fold for fold in FOLDS if lanes % fold == 0]
+    if flow == "vivado":
+        return folds[0]
+    return next((fold for fold in folds if lanes // fold <= OPEN_PIPELINES), folds[-1])
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -66,7 +66,8 @@ def test_the_frames_are_the_same_by_a_program_that_is_named(bench: Bench) -> Non
 
 
 def test_lanes_are_folded_as_far_as_they_divide() -> None:
-    assert [bitstream.fold_of("open", lanes) for lanes in (1, 6, 20, 32, 64)] == [1, 2, 4, 8, 8]
+    assert [bitstream.fold_of("open", lanes) for lanes in (1, 6, 20, 32, 64)] == [1, 1, 4, 4, 8]
+    assert bitstream.fold_of("open", 33) == 1
     assert bitstream.fold_of("vivado", 32) == 1
 
 
