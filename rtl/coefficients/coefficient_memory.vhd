@@ -37,8 +37,8 @@
 -- **Number formats.** phase step u0.48 turn a count; phase offset u0.24 turn; amplitude and
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
--- **Reset.** `reset` drops a pending write. It keeps both banks and lets a swap end, else a
--- mixed bank would stay; at power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
+-- banks and lets a swap end, else a mixed bank would stay; at power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
