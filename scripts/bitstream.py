@@ -22,7 +22,7 @@ from scripts.netlist import ROOT, ToolError
 FLOWS = {"vivado": run_vivado, "open": run_open}
 FOLDS = (1, 2, 4, 8)
 PART = "xc7z020clg400-1"
-OPEN_PIPELINES = 8
+OPEN_PIPELINES = 16
 """So many pipelines the open tools place and route at 100 MHz: docs/timing.md."""
 
 
@@ -33,7 +33,7 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """How many lanes share a pipeline where nobody asks: as few as the tools of the flow can route."""
+    """How many lanes share a pipeline where nobody asks: as few as the flow's tools can route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]
@@ -51,6 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--fold", type=int, choices=(1, 2, 4, 8), help="lanes that share a pipeline"
     )
+    parser.add_argument("--seed", type=int, help="of nextpnr's placement, for another one")
     parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
     return parser
@@ -81,6 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
         generics={name: value for name, value in generics.items() if value is not None},
         pins=pins.resolve(),
         folder=folder,
+        seed=chosen.seed,
     )
     try:
         if not pins.exists():

@@ -71,6 +71,7 @@ class Job:
     generics: Mapping[str, int]
     pins: Path
     folder: Path
+    seed: int | None = None  # of nextpnr's placement; its own where None
 
     @property
     def reports(self) -> Path:

@@ -45,6 +45,8 @@ CHIPDB = "CHIPDB"
 FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
+PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
+"""Wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -163,11 +165,12 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     command = [nextpnr]
     if is_himbaechel(nextpnr):
         command += ["--device", job.part, *(["--chipdb", chipdb] if chipdb else [])]
-        command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}"]
+        command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}", *PLACEMENT]
     else:
         command += ["--chipdb", str(chipdb), "--xdc", str(job.pins), "--fasm", str(fasm)]
     command += ["--json", str(netlist), "--write", str(routed)]
     command += ["--freq", str(job.top.clock_mhz)]
+    command += ["--seed", str(job.seed)] if job.seed is not None else []
     log = job.reports / "nextpnr.log"
     code, told = _run(command, log)
     clocks = timing_of(told)

@@ -14,7 +14,7 @@ import pytest
 from scripts.bitstream_database import Chip
 from scripts.bitstream_features import Features
 from scripts.bitstream_lut_rams import ram_pins
-from scripts.bitstream_pins import Driven, check_pins_driven
+from scripts.bitstream_pins import Driven, check_pins_driven, has_no_source
 from scripts.bitstream_routes import Routes
 from scripts.bitstream_slices import Slice, Text
 from scripts.netlist import ToolError
@@ -321,3 +321,21 @@ def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
     driven = check_pins_driven(slice_with_ram(tmp_path, "AX"))
     assert driven == Driven(blocks=0, slices=1)
     assert "and 1 slices with look-up tables as RAM, every pin driven" in str(driven)
+
+
+@pytest.mark.parametrize(
+    ("tile", "name", "pin", "none"),
+    [
+        ("DSP_L_X14Y0", "DSP48.DSP_0", "PCIN47", True),
+        ("DSP_R_X9Y0", "DSP48.DSP_0", "MULTSIGNIN", True),
+        ("DSP_L_X14Y0", "DSP48.DSP_1", "PCIN47", False),
+        ("DSP_L_X14Y50", "DSP48.DSP_0", "PCIN47", False),
+        ("DSP_L_X14Y0", "DSP48.DSP_0", "A3", False),
+        ("BRAM_L_X6Y0", "RAMB18_Y0", "DIADI0", False),
+    ],
+)
+def test_only_the_lowest_dsp_of_a_column_has_no_cascade(
+    tile: str, name: str, pin: str, none: bool
+) -> None:
+    """UG479: cascades come from the DSP below."""
+    assert has_no_source(tile, name, pin) is none

@@ -38,7 +38,7 @@ def test_every_tool_is_called_with_what_the_one_before_made(
     assert f"for {PART}" in told
     made = bench.folder / "made"
     (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
-    assert {"-gLANES=4", "-gFOLD=4"} <= set(synthesis)
+    assert {"-gLANES=4", "-gFOLD=1"} <= set(synthesis)
     assert synthesis[-1] == "arctrue_zynq_top"
     (mapping,) = (call[1] for call in bench.calls("yosys") if call[0] == "-p")
     assert mapping.split("; ")[-2] == "delete t:$scopeinfo"
@@ -65,8 +65,8 @@ def test_the_frames_are_the_same_by_a_program_that_is_named(bench: Bench) -> Non
     ]
 
 
-def test_lanes_are_folded_as_far_as_they_divide() -> None:
-    assert [bitstream.fold_of("open", lanes) for lanes in (1, 6, 20, 32, 64)] == [1, 1, 4, 4, 8]
+def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
+    assert [bitstream.fold_of("open", lanes) for lanes in (1, 6, 20, 32, 64)] == [1, 1, 2, 2, 4]
     assert bitstream.fold_of("open", 33) == 1
     assert bitstream.fold_of("vivado", 32) == 1
 
@@ -115,6 +115,14 @@ def test_the_encoder_source_is_no_core(bench: Bench) -> None:
     assert not [word for word in synthesis if word.startswith("-g")]
     (placing,) = bench.calls("nextpnr-himbaechel")
     assert placing[placing.index("--freq") + 1] == "125"
+    assert "--seed" not in placing
+
+
+def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
+    bench.add_open_tools()
+    assert run(bench, "--seed", "7") == 0
+    (placing,) = bench.calls("nextpnr-himbaechel")
+    assert placing[placing.index("--seed") + 1] == "7"
 
 
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
