@@ -126,18 +126,18 @@ COEFFICIENT_MEMORY = (
             ),
             Break(
                 "a swap does not wait for a write under way",
-                " and swap_allowed and is_quiet and not writing;\n",
-                " and swap_allowed and is_quiet and not (writing and filling);\n",
+                "swap_allowed and is_quiet and not writing;\n",
+                "swap_allowed and is_quiet and not (writing and filling);\n",
             ),
             Break(
                 "amplitudes come a clock too late",
-                "xor swapped(AMPLITUDE_DELAY - 1);\n",
-                "xor swapped(AMPLITUDE_DELAY);\n",
+                "if swapped(AMPLITUDE_DELAY - 1) = '1' then\n",
+                "if swapped(AMPLITUDE_DELAY) = '1' then\n",
             ),
             Break(
                 "a swap while the idle bank is filled is lost",
-                "(swap or swap_waits) and not swap_now;\n",
-                "(swap or swap_waits) and not swap_now and not filling;\n",
+                "(swap or swap_waits) and not may_swap;\n",
+                "(swap or swap_waits) and not may_swap and not filling;\n",
             ),
             Break(
                 "the idle bank is not filled",
@@ -185,8 +185,8 @@ COEFFICIENT_MEMORY = (
         breaks=(
             Break(
                 "a swap takes place in the midst of an angle",
-                "(swap or swap_waits) and swap_allowed and is_quiet",
-                "(swap or swap_waits) and is_quiet",
+                "may_swap  <= swap_allowed and is_quiet",
+                "may_swap  <= is_quiet",
             ),
             Break(
                 "amplitudes are those of another slot",

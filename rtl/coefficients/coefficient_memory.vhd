@@ -114,6 +114,7 @@ architecture rtl of coefficient_memory is
   signal amplitude_slot : slot_number := later("000", 1 - AMPLITUDE_DELAY);
 
   signal swap_waits : std_ulogic := '0';
+  signal may_swap   : std_ulogic;
   signal swap_now   : std_ulogic;
 
   -- swapped(d) is high d clocks after a swap.
@@ -153,7 +154,8 @@ architecture rtl of coefficient_memory is
 begin
 
   write_now <= (pending_word or pending_offset) and not swap_waits and not swap and is_quiet and not reset;
-  swap_now  <= (swap or swap_waits) and swap_allowed and is_quiet and not writing;
+  may_swap  <= swap_allowed and is_quiet and not writing;
+  swap_now  <= (swap or swap_waits) and may_swap;
   swapped   <= swap_now & copying;
 
   swap_marker <= copying(1);
@@ -167,13 +169,19 @@ begin
 
     if rising_edge(clock) then
       copying    <= swapped(0 to LAST_COPY - 1);
-      swap_waits <= (swap or swap_waits) and not swap_now;
+      swap_waits <= (swap or swap_waits) and not may_swap;
       is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1));
-      active     <= active xor swap_now;
 
-      phase_bank     <= phase_bank xor swapped(PHASE_OFFSET_DELAY - 1);
+      if swap_now = '1' then
+        active <= not active;
+      end if;
+      if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
+        phase_bank <= not phase_bank;
+      end if;
+      if swapped(AMPLITUDE_DELAY - 1) = '1' then
+        amplitude_bank <= not amplitude_bank;
+      end if;
       phase_slot     <= later(slot, 2 - PHASE_OFFSET_DELAY);
-      amplitude_bank <= amplitude_bank xor swapped(AMPLITUDE_DELAY - 1);
       amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);
 
       if copying(OFFSET_DELAY) = '1' then
@@ -263,7 +271,8 @@ begin
 
   end process write;
 
-  step_bank <= active xor swap_now;
+  step_bank <= not active when swap_now = '1' else
+               active;
   step_slot <= later(slot, 1);
 
   columns : for column in 0 to BUILT - 1 generate
