@@ -46,7 +46,8 @@ FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""Wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md."""
+"""For a core, wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md. With these,
+the placement of the encoder source did not end."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -165,7 +166,8 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     command = [nextpnr]
     if is_himbaechel(nextpnr):
         command += ["--device", job.part, *(["--chipdb", chipdb] if chipdb else [])]
-        command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}", *PLACEMENT]
+        command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}"]
+        command += PLACEMENT if job.top.has_core else ()
     else:
         command += ["--chipdb", str(chipdb), "--xdc", str(job.pins), "--fasm", str(fasm)]
     command += ["--json", str(netlist), "--write", str(routed)]

@@ -16,7 +16,10 @@ from scripts.netlist import (
 
 LUT_RAMS = {"RAM32M": 3, "RAM64M": 2, "RAM128X1D": 2}
 SMALL_TOP = Top(
-    "small_zynq_top", 100, {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1, **LUT_RAMS}
+    "small_zynq_top",
+    100,
+    {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1, **LUT_RAMS},
+    has_core=False,
 )
 # The processor side with one of each kind of cell behind it: what is written goes to a block RAM
 # with contents and to memories of 16, 64 and 128 words made of look-up tables, what is read in the

@@ -116,6 +116,7 @@ def test_the_encoder_source_is_no_core(bench: Bench) -> None:
     (placing,) = bench.calls("nextpnr-himbaechel")
     assert placing[placing.index("--freq") + 1] == "125"
     assert "--seed" not in placing
+    assert "--placer-heap-timingweight" not in placing
 
 
 def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
@@ -123,6 +124,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
     assert run(bench, "--seed", "7") == 0
     (placing,) = bench.calls("nextpnr-himbaechel")
     assert placing[placing.index("--seed") + 1] == "7"
+    assert placing[placing.index("--placer-heap-timingweight") + 1] == "50"
 
 
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
