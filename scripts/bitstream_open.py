@@ -46,8 +46,7 @@ FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""For a core, wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md. With these,
-the placement of the encoder source did not end."""
+"""For a core, wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
