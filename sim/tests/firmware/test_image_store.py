@@ -141,7 +141,7 @@ def test_the_golden_image_and_what_is_saved_cannot_be_written() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "reason"),
-    [("stuck", "flash_stuck"), ("bad_bit", "flash_not_read_back"), ("silent", "no flash")],
+    [("stuck", "flash_stuck"), ("bad_bit", "flash_not_read_back"), ("silent", "does not know")],
 )
 def test_a_flash_that_does_not_obey(fault: str, reason: str) -> None:
     board = Board(Chip(fault=fault))
