@@ -211,6 +211,14 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/coefficients/test_coefficient_memory.py",
     ),
     Mutation(
+        "banks_that_disagree",
+        "phases keep another bank than phase steps when they had another at power-up",
+        "rtl/coefficients/coefficient_memory.vhd",
+        "phase_bank <= step_bank;",
+        "phase_bank <= not phase_bank;",
+        "tb/instrument/test_equal.py::test_core",
+    ),
+    Mutation(
         "write_during_copy",
         "a write reaches the idle bank while it is being copied",
         "rtl/coefficients/coefficient_memory.vhd",

@@ -175,11 +175,12 @@ begin
       if swap_now = '1' then
         active <= not active;
       end if;
+      -- Taken from the steps' bank, so that a swap brings all parts to one bank whatever they had before.
       if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
-        phase_bank <= not phase_bank;
+        phase_bank <= step_bank;
       end if;
       if swapped(AMPLITUDE_DELAY - 1) = '1' then
-        amplitude_bank <= not amplitude_bank;
+        amplitude_bank <= step_bank;
       end if;
       phase_slot     <= later(slot, 2 - PHASE_OFFSET_DELAY);
       amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);
