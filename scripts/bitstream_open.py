@@ -8,7 +8,7 @@ import re
 import subprocess
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scripts.bitstream_database import Chip
@@ -48,10 +48,14 @@ SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
 """For a core, wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md."""
 
+OTHER_SEEDS = (2, 3)
+"""Of the placements that are tried when the first one is too slow."""
+
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
     r"\((?P<verdict>PASS|FAIL) at (?P<asked>[\d.]+) MHz\)"
 )
+HOLD = re.compile(r"hold\s+-?[\d.]+\s+(?P<slack>-[\d.]+)\s+Source (?P<pin>\S+)")
 
 
 def is_himbaechel(nextpnr: str) -> bool:
@@ -97,6 +101,34 @@ def timing_of(log: str) -> dict[str, tuple[float, str]]:
         found["clock"]: (float(found["reached"]), found["verdict"])
         for found in FREQUENCY.finditer(log)
     }
+
+
+def hold_violations(log: str) -> list[tuple[float, str]]:
+    """Slack (below 0) in ns and pin of each input that nextpnr says changes too early."""
+    return [(float(found["slack"]), found["pin"]) for found in HOLD.finditer(log)]
+
+
+def check_timing(log: str, path: Path, asked_mhz: float) -> None:
+    """Raise TimingError when nextpnr's log says that a clock is too slow or data changes too early.
+
+    ``path``: where the log is, for the message.
+    """
+    clocks = timing_of(log)
+    late = {clock: reached for clock, (reached, verdict) in clocks.items() if verdict == "FAIL"}
+    if late:
+        worst = ", ".join(f"{clock} {reached:g} MHz" for clock, reached in late.items())
+        raise TimingError(
+            f"nextpnr's estimate is below {asked_mhz} MHz: {worst}. "
+            f"Take fewer LANES or more FOLD. See {path}."
+        )
+    early = hold_violations(log)
+    if early:
+        slack, pin = min(early)
+        raise TimingError(
+            f"nextpnr's estimate has {len(early)} hold violations, the worst {slack:g} ns at "
+            f"{pin}. "
+            f"Try another placement: python -m scripts.bitstream --flow open --seed N. See {path}."
+        )
 
 
 def check_primitives(netlist: Path, top: Top) -> None:
@@ -158,7 +190,8 @@ class Routed:
 def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
     """Run nextpnr.
 
-    Raises ToolError when nextpnr fails or times nothing, TimingError when a clock is too slow.
+    Raises ToolError when nextpnr fails or times nothing, TimingError when a clock is too slow or
+    data changes too early.
     """
     fasm = job.folder / "arctrue.fasm"
     routed = job.folder / "arctrue.routed.json"
@@ -175,13 +208,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     log = job.reports / "nextpnr.log"
     code, told = _run(command, log)
     clocks = timing_of(told)
-    late = {clock: reached for clock, (reached, verdict) in clocks.items() if verdict == "FAIL"}
-    if late:
-        worst = ", ".join(f"{clock} {reached:g} MHz" for clock, reached in late.items())
-        raise TimingError(
-            f"nextpnr's estimate is below {job.top.clock_mhz} MHz: {worst}. "
-            f"Take fewer LANES or more FOLD. See {log}."
-        )
+    check_timing(told, log, job.top.clock_mhz)
     if code:
         raise _failed(nextpnr, log, told)
     if not clocks:
@@ -192,6 +219,20 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     reached = ", ".join(f"{clock} {value:g} MHz" for clock, (value, _) in clocks.items())
     timing = f"nextpnr's estimate, which times no block RAM, DSP or PS7 in full: {reached}"
     return Routed(fasm, routed, timing)
+
+
+def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
+    """Run nextpnr, with another seed when a placement is too slow and no seed was asked for.
+
+    Raises ToolError when nextpnr fails, TimingError when the last placement is too slow as well.
+    """
+    for seed in OTHER_SEEDS if job.seed is None else ():
+        try:
+            return place_and_route(job, nextpnr, chipdb, netlist)
+        except TimingError as error:
+            print(f"bitstream: {error} The next placement is that of seed {seed}.", flush=True)
+            job = replace(job, seed=seed)
+    return place_and_route(job, nextpnr, chipdb, netlist)
 
 
 @dataclass(frozen=True)
@@ -257,7 +298,7 @@ def write_bitstream(job: Job, tools: OpenTools, netlist: Path) -> str:
     """
     log = job.reports / "nextpnr.log"
     print(f"bitstream: place and route ({Path(tools.nextpnr).name}); log: {log}", flush=True)
-    routed = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
+    routed = place_until_timed(job, tools.nextpnr, tools.chipdb, netlist)
     print("bitstream: frames and bitstream (Project X-Ray)", flush=True)
     write_bitstream_of(job, tools, routed)
     return routed.timing
@@ -274,7 +315,7 @@ def run_open(job: Job) -> str:
     # nextpnr-himbaechel 0.11.1 has no DNA_PORT.
     generics = {**job.generics, "DNA_PORTS": 0} if job.top.has_core else job.generics
     verilog = write_netlist(job.top.name, job.folder / "netlist", generics=generics)
-    netlist = synthesise(verilog, flatten=True)
+    netlist = synthesise(verilog, flatten=True, for_nextpnr=True)
     check_primitives(netlist, job.top)
     check_contents(netlist, job.top)
     return write_bitstream(job, tools, netlist)

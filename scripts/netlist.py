@@ -15,6 +15,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from scripts.carry_inputs import split_shared_inputs
+
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE_FOLDERS = (ROOT / "build" / "generated" / "vhdl", ROOT / "rtl")
 OLDEST_GHDL = 5
@@ -150,10 +152,24 @@ def write_netlist(
     return netlist
 
 
-def synthesise(netlist: Path, *, flatten: bool) -> Path:
+def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
+    """Yosys' commands that map a netlist.
+
+    ``for_nextpnr``: a comparison takes two bits of both numbers for each place of its carry chain.
+    Yosys takes three; nextpnr 0.11.1 sets their look-up tables apart from the chain.
+    """
+    synth = f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}"
+    if not for_nextpnr:
+        return (synth,)
+    compare = "techmap -map +/cmp2lcu.v -D LUT_WIDTH=4"
+    return f"{synth} -run begin:coarse", compare, f"{synth} -run coarse:"
+
+
+def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
-    Raises ToolError when Yosys fails or warns of a latch.
+    ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
+    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"
@@ -166,7 +182,7 @@ def synthesise(netlist: Path, *, flatten: bool) -> Path:
         (
             f"read_verilog {netlist.name}",
             *([f"setattr -mod -set keep_hierarchy 1 {alone}"] if flatten else []),
-            f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}",
+            *mapping(top, flatten=flatten, for_nextpnr=for_nextpnr),
             *(["setattr -mod -unset keep_hierarchy *", "flatten", "opt_clean"] if flatten else []),
             "delete t:$scopeinfo",  # newer Yosys; place and route refuses it
             f"write_json {result.name}",
@@ -183,4 +199,6 @@ def synthesise(netlist: Path, *, flatten: bool) -> Path:
     latches = [line for line in told if LATCH_WARNING.search(line)]
     if latches:
         raise ToolError(f"{top}: {len(latches)} latch warnings in {log}, first: {latches[0]}")
+    if for_nextpnr:
+        split_shared_inputs(result, top)
     return result

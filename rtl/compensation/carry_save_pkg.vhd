@@ -32,6 +32,12 @@ package carry_save_pkg is
     more : std_ulogic
   ) return u_signed;
 
+  -- a < b, both of one width, by the sign of a - b: a carry chain with a bit of each in a LUT. Of "<" Yosys makes one with two
+  -- or three bits in two LUTs, which nextpnr sets apart from the chain.
+  function is_less (
+    a, b : u_signed
+  ) return std_ulogic;
+
   -- Numbers of `width` bits side by side become `left` numbers with the same sum modulo 2**width, 0 where there were
   -- fewer. Three to six of them become fewer in a level of logic: up to 6 numbers take 1 level to 3, up to 12 take 2,
   -- up to 24 take 3, up to 48 take 4; to 2 numbers is one level more.
@@ -101,6 +107,19 @@ package body carry_save_pkg is
     return difference(a'length downto 1);
 
   end function less_or_more;
+
+  function is_less (
+    a, b : u_signed
+  ) return std_ulogic is
+
+    variable difference : u_signed(a'length downto 0);
+
+  begin
+
+    difference := resize(a, a'length + 1) - resize(b, a'length + 1);
+    return difference(a'length);
+
+  end function is_less;
 
   -- Number `place` of `count` ones of `width` bits side by side, 0 beyond the last.
   function number_at (

@@ -30,6 +30,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
 
 entity ramp_velocity is
@@ -127,7 +128,6 @@ begin
     -- A step more and less; the highest bit of the latter says that it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
-    variable over_limit     : u_unsigned(VELOCITY_WIDTH + 2 downto 0);
     variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
@@ -170,10 +170,8 @@ begin
         when LIMIT_BOTH =>
           is_last       := slower(slower'high) or not (or slower);
           is_slow       := not (or whole(whole'high downto 1));
-          -- faster <= limit. Of a comparison with a constant rate Yosys makes a chain that nextpnr does not place.
-          over_limit    := ('0' & faster & '0') - ("00" & limit & '1');
-          may_be_faster := over_limit(over_limit'high);
-          is_too_fast   := velocity ?> limit;
+          may_be_faster := not is_less(signed("00" & limit), signed('0' & faster));
+          is_too_fast   := is_less(signed('0' & limit), signed('0' & velocity));
 
         when ADD_WAY =>
           way_straight := way + faster(faster'high downto VELOCITY_FRACTION);
@@ -192,8 +190,8 @@ begin
           size      := size xor (size'range => size(size'high));
 
         when COMPARE_NOW =>
-          is_for_faster := size ?>= way_faster;
-          is_for_same   := size ?>= way_same;
+          is_for_faster := not is_less(signed('0' & size), signed('0' & way_faster));
+          is_for_same   := not is_less(signed('0' & size), signed('0' & way_same));
 
         when CHOOSE_NOW =>
           brakes := is_too_fast or goes_away or not is_for_same;

@@ -131,7 +131,7 @@ def netlist_of_small_top(folder: Path) -> Path:
     source.mkdir()
     (source / f"{SMALL_TOP.name}.vhd").write_text(VHDL, encoding="utf-8")
     verilog = write_netlist(SMALL_TOP.name, folder / "made", folders=[*SOURCE_FOLDERS, source])
-    return synthesise(verilog, flatten=True)
+    return synthesise(verilog, flatten=True, for_nextpnr=True)
 
 
 def tools_missing() -> str:

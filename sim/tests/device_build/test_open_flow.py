@@ -141,6 +141,37 @@ def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) ->
     assert bench.calls("xc7frames2bit") == []
 
 
+def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    """nextpnr tells of a hold violation and ends as if all were well."""
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
+    assert run(bench) == 1
+    error = capsys.readouterr().err
+    assert "2 hold violations, the worst -0.05 ns at core.memory-0.05.DIADI13" in error
+    assert "--seed" in error
+    assert bench.calls("xc7frames2bit") == []
+
+
+def test_a_placement_that_is_too_slow_is_followed_by_another(
+    bench: Bench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "none 2")
+    assert run(bench) == 0
+    seeds = [call[call.index("--seed") + 1] for call in bench.calls("nextpnr-himbaechel")[1:]]
+    assert seeds == ["2", "3"]
+    said = capsys.readouterr().out
+    assert said.count("below 100 MHz") == 2
+    assert "The next placement is that of seed 3." in said
+
+
+def test_a_seed_that_was_asked_for_is_the_only_one(bench: Bench) -> None:
+    bench.add_open_tools()
+    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "7")
+    assert run(bench, "--seed", "7") == 1
+    assert len(bench.calls("nextpnr-himbaechel")) == 1
+
+
 def test_a_tool_that_fails_is_named_with_the_end_of_its_log(
     bench: Bench, capsys: pytest.CaptureFixture[str]
 ) -> None:
