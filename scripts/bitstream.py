@@ -23,7 +23,7 @@ FLOWS = {"vivado": run_vivado, "open": run_open}
 FOLDS = (1, 2, 4, 8)
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""So many pipelines the open tools place and route at 100 MHz: docs/timing.md."""
+"""The largest number of pipelines that the open tools have routed at 100 MHz: docs/timing.md."""
 
 
 def boards() -> list[str]:
@@ -33,7 +33,7 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """How many lanes share a pipeline where nobody asks: as few as the flow's tools can route."""
+    """How many lanes share a pipeline without --fold: as few as the tools of the flow can route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]
@@ -48,10 +48,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--part", default=PART)
     parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
-    parser.add_argument(
-        "--fold", type=int, choices=(1, 2, 4, 8), help="lanes that share a pipeline"
-    )
-    parser.add_argument("--seed", type=int, help="of nextpnr's placement, for another one")
+    parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
+    parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")
     parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
     return parser

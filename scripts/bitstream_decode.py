@@ -40,8 +40,8 @@ class Decoded:
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Of every DSP, half of a block RAM and output of a look-up table that is RAM and that anything
-    reads: its name, its first bit of ``activity``, how many."""
+    """Name, first bit of ``activity`` and number of bits of every DSP, half of a block RAM and
+    output of a look-up table as RAM that something reads."""
 
 
 def bus_bits(count: int) -> int:

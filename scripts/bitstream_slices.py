@@ -192,7 +192,9 @@ class Slice:
 
     def _shift_end(self, letter: str) -> str:
         if not self._is_shift(letter):
-            raise ToolError(f"{self.name}: MC31 of {letter}LUT, no shift register, is not decoded")
+            raise ToolError(
+                f"{self.name}: MC31 of {letter}LUT is used, which is not a shift register"
+            )
         return f"{self._long_shift(letter)}[31]"
 
     def _shift(self, letter: str, part: str, length: int, data: str) -> str:

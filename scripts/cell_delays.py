@@ -69,7 +69,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class Pin:
-    """Where a path begins (``delay_ns`` behind the clock) or ends (that much before it)."""
+    """Where a path begins (``delay_ns`` after the clock) or ends (that much before it)."""
 
     bit: int
     delay_ns: float

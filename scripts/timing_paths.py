@@ -18,7 +18,7 @@ from scripts.cell_delays import Arc, timing_of, wire_ns
 # A carry chain of so many CARRY4 is that of a wide adder: 16 bits and more.
 WIDE_CARRY4: Final = 4
 
-# Names that tools gave stand behind those of the source.
+# Names that tools gave to a net; names of the source are preferred.
 GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|techmap)")
 
 
