@@ -127,6 +127,7 @@ begin
     -- A step more and less; the highest bit of the latter says that it would pass 0
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
+    variable over_limit     : u_unsigned(VELOCITY_WIDTH + 2 downto 0);
     variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
@@ -169,7 +170,9 @@ begin
         when LIMIT_BOTH =>
           is_last       := slower(slower'high) or not (or slower);
           is_slow       := not (or whole(whole'high downto 1));
-          may_be_faster := faster ?<= ('0' & limit);
+          -- faster <= limit. Of a comparison with a constant rate Yosys makes a chain that nextpnr does not place.
+          over_limit    := ('0' & faster & '0') - ("00" & limit & '1');
+          may_be_faster := over_limit(over_limit'high);
           is_too_fast   := velocity ?> limit;
 
         when ADD_WAY =>

@@ -15,13 +15,13 @@ from scripts.bitstream_database import Chip
 from scripts.bitstream_equality import Compared, build, run
 from scripts.bitstream_features import Bits, bits_of_bitstream, bits_of_frames
 from scripts.bitstream_file import check_bitstream
-from scripts.bitstream_job import Job
+from scripts.bitstream_job import CONSTRAINTS, TOPS, Job
 from scripts.bitstream_open import OpenTools, Routed, place_and_route, write_frames
 from scripts.bitstream_stimulus import BASE
 from scripts.bitstream_tristates import add_straight_enables
 from scripts.bitstream_verify import BITREAD, Design, decode, faults_of
 from scripts.fasm_frames import frames_of
-from scripts.netlist import ToolError
+from scripts.netlist import ToolError, synthesise, write_netlist
 from sim.tests.device_build.fake_tools import PART
 from sim.tests.device_build.small_top import (
     PINS,
@@ -100,6 +100,18 @@ def test_every_bit_of_the_bitstream_is_one_that_was_asked_for(made: Made) -> Non
     read = made.bits()
     assert len(asked) > 1000, "the processor side alone is more"
     assert {(address, bit) for address, bits in read.items() for bit in bits} == asked
+
+
+def test_the_encoder_source_is_placed_and_routed(tmp_path: Path) -> None:
+    """Its settings are constants, of which Yosys makes chains that the core does not have."""
+    name = "encoder_source_top"
+    job = Job(TOPS[name], PART, {}, CONSTRAINTS / "encoder_source.xdc", tmp_path / "job")
+    job.reports.mkdir(parents=True)
+    tools = bitstream_open.find_open_tools(PART)
+    netlist = synthesise(write_netlist(name, tmp_path / "netlist"), flatten=True)
+    # TimingError when it is slower than its clock.
+    routed = place_and_route(job, tools.nextpnr, tools.chipdb, netlist)
+    assert "MHz" in routed.timing
 
 
 def test_a_dsp_without_tie_offs_is_refused(made: Made, tmp_path: Path) -> None:
