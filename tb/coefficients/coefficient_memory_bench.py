@@ -40,7 +40,7 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # What the test before left may be a swap that waits for the end of another.
+    # The test before may have left a swap that waits until another has ended.
     for _ in range(2 * (FILLED + FOLD) + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
@@ -85,7 +85,7 @@ DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
-    """What an angle of the bank meets in the slot of that number."""
+    """The outputs that an angle of the bank meets in a slot: those of the block of that number."""
     lanes = slice(block * BUILT, (block + 1) * BUILT)
     return (
         flat(bank.phase_steps[lanes], PHASE_STEP_WIDTH),

@@ -103,7 +103,7 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
             type=SEED,
             default=1,
             show_default=True,
-            help="Seed of what compare and report draw at random; the others draw nothing.",
+            help="Seed of the random draws of compare and report; the other commands draw nothing.",
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
         json_option,

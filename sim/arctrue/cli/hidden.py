@@ -58,8 +58,8 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 @click.option(
     "--follow",
     is_flag=True,
-    help="Then warm the table and show order 1 of the corrected output turn by turn. Only with "
-    f"EFFECT {_FOLLOWED}.",
+    help="After that, warm the table and show order 1 of the corrected output turn by turn. Only "
+    f"with EFFECT {_FOLLOWED}.",
 )
 @click.option(
     "--out",

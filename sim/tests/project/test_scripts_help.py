@@ -26,7 +26,7 @@ CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
 
 
 class Watch:
-    """Notes what the interpreter tells its audit hooks of files that change, and of programs."""
+    """Notes, by an audit hook, the files that are changed and the programs that are started."""
 
     def __init__(self) -> None:
         self.on = False
