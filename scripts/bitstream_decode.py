@@ -61,7 +61,7 @@ class Decoder:
     ) -> None:
         """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7.
 
-        ``wires``: ports that both sides may pull low and nobody drives high.
+        ``wires``: ports that both sides may pull low and no side drives high.
         """
         self.routes = routes
         self.features = routes.features
@@ -107,7 +107,7 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Whether it is a pin of a DSP that is not in use, whose levels nobody knows."""
+        """Whether it is a pin of a DSP that is not in use, whose levels are not known."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]

@@ -1,7 +1,7 @@
-"""A configured slice in Verilog: look-up tables, carry chain, wide multiplexers, registers.
+"""Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
-What the features of a slice do is told by the 7 Series Configurable Logic Block User Guide (UG474,
-figures 2-3 to 2-5, and "Shift Registers"); look-up tables as RAM: scripts/bitstream_lut_rams.py.
+Source of what the features of a slice do: the 7 Series Configurable Logic Block User Guide (UG474,
+figures 2-3 to 2-5, and "Shift Registers"). Look-up tables as RAM: scripts/bitstream_lut_rams.py.
 Latches and asynchronous resets are refused: the gateware has none.
 """
 

@@ -40,7 +40,6 @@ from scripts.timing_paths import Netlist, longest_paths
 
 WORK = ROOT / "build" / "cordic-comparison"
 DOCUMENT = ROOT / "docs" / "cordic-comparison.md"
-PHASE_BITS = 24
 WIDTH = 18  # bits of the cosine
 ITERATIONS = 16
 SWEEP_BITS = 20  # phases of the sweep

@@ -84,7 +84,7 @@ class Frames:
     def add(self, lines: Iterable[str], name: str) -> None:
         """Features, one a line; ``name`` is what messages call their file.
 
-        Raises ToolError for a line that is no feature or that the database does not know.
+        Raises ToolError for a line that is not a feature or that the database does not know.
         """
         unknown = []
         for number, whole in enumerate(lines, start=1):

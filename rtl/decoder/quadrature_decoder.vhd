@@ -61,7 +61,7 @@
 -- **Faults.** `illegal`: A and B changed in one clock; nothing is counted, since the direction is
 -- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
 -- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
--- An illegal transition is no edge in this sense, nor in that of last_edge_time.
+-- An illegal transition is not an edge in this sense, nor in that of last_edge_time.
 -- Edges that the filter swallows are over-speed too: the levels before the filter are decoded as well, and
 -- `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
 -- after it, or have broken the order 4 times where the filter shows nothing. Once the pins have
