@@ -26,7 +26,7 @@
 -- count as one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while the idle bank is
+-- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while a swap waits or the idle bank is
 -- being filled, when that has ended: at most the largest delay + 4 * LANES + 5 clocks after the swap took place. Start
 -- no other write before. A swap takes over all acknowledged writes and no part of a pending one.
 -- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
