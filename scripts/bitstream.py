@@ -42,11 +42,11 @@ def fold_of(flow: str, lanes: int) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream", description=__doc__)
-    parser.add_argument("--flow", choices=FLOWS, default="vivado")
+    parser.add_argument("--flow", choices=FLOWS, default="vivado", help="Vivado, or the open tools")
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
-    parser.add_argument("--part", default=PART)
-    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
+    parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
+    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
     parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
     parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")

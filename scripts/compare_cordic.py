@@ -541,7 +541,7 @@ def main(arguments: list[str] | None = None) -> int:
         metavar="VERSION=PROGRAM",
         help="program of FloPoCo, and its version for the page; may be repeated",
     )
-    parser.add_argument("--output", type=Path, default=DOCUMENT)
+    parser.add_argument("--output", type=Path, default=DOCUMENT, help="page that is written")
     chosen = parser.parse_args(arguments)
     rows = []
     missing: list[str] = []

@@ -141,10 +141,10 @@ def frames_of(fasm: Path, chip: Chip) -> Frames:
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
-    parser.add_argument("--part", required=True)
+    parser.add_argument("--part", required=True, help="chip, package and speed grade")
     parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")
-    parser.add_argument("fasm", type=Path)
-    parser.add_argument("frames", type=Path)
+    parser.add_argument("fasm", type=Path, help="file of features")
+    parser.add_argument("frames", type=Path, help="file that is written")
     chosen = parser.parse_args(arguments)
     try:
         frames_of(chosen.fasm, Chip(chosen.db_root, chosen.part)).write(chosen.frames)

@@ -161,7 +161,7 @@ def main(arguments: list[str] | None = None) -> int:
         default=BENCHES,
         help="arguments of pytest (tb without the longest benches)",
     )
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=2, help="processes of pytest (2)")
     parser.add_argument("--add", action="store_true", help="keep the results that are there")
     parser.add_argument("--read", action="store_true", help="only add up what is there")
     chosen = parser.parse_args(arguments)

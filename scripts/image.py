@@ -154,10 +154,12 @@ def program_of(elf: Path) -> tuple[bytes, int]:
 
 @click.command(help=(__doc__ or "").splitlines()[0])
 @click.argument("elf", type=click.Path(path_type=Path))
-@click.option("--bitstream", type=click.Path(path_type=Path), help="a .bit or .bin to go with it")
-@click.option("--out", type=click.Path(path_type=Path), required=True)
+@click.option(
+    "--bitstream", type=click.Path(path_type=Path), help="bitstream (.bit or .bin) that is added"
+)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="file that is written")
 def main(elf: Path, bitstream: Path | None, out: Path) -> None:
-    """ELF, and the bitstream if there is one, into one file for the flash."""
+    """Write ELF, and the bitstream if one is given, into one file for the flash."""
     program, entry = program_of(elf)
     data = bitstream.read_bytes() if bitstream and bitstream.is_file() else None
     image = flash_image(program, entry, data, str(bitstream))

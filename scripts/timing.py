@@ -93,8 +93,15 @@ def report(
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--entity", default=TOP)
-    parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
+    parser.add_argument("--entity", default=TOP, help=f"entity that is mapped ({TOP})")
+    parser.add_argument(
+        "-g",
+        "--generic",
+        action="append",
+        default=[],
+        metavar="NAME=INTEGER",
+        help="value of a generic; may be repeated",
+    )
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")
     parser.add_argument("--limit", type=float, metavar="NS", help="longest path that is accepted")
     parser.add_argument("--shown", type=int, default=SHOWN, help=f"paths in the table ({SHOWN})")
