@@ -141,6 +141,7 @@ coverage-firmware: generate ## lines of the firmware's C that its host tests run
 	$(VENV)/python -m scripts.firmware_coverage
 
 mutate: generate ## break VHDL, C and guards of the diagnosis, one a time, and see each caught by its test
+	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.mutate $(MUTATIONS)
 
 site: generate ## the documentation site: build/site/index.html

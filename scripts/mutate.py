@@ -35,6 +35,8 @@ COPIED = (
     "pyproject.toml",
     "conftest.py",
 )
+GHDL_OF_NETLISTS = ROOT / "build/ghdl5/bin/ghdl"
+"""What scripts/install_ghdl_netlist.sh unpacks; the copy has none."""
 TIMEOUT_S = 600
 BUILD_FAILED = ("in _built", "the firmware does not compile")
 """In the output: a function of tb/support/simulation.py, a message of firmware/library.py."""
@@ -89,6 +91,8 @@ def run_test(copy: Path, test: str) -> tuple[int, str]:
         test,
     ]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(copy), str(copy / "sim")])}
+    if GHDL_OF_NETLISTS.exists():
+        environment.setdefault("GHDL_NETLIST", str(GHDL_OF_NETLISTS))
     try:
         done = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S
