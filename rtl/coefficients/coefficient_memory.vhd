@@ -138,7 +138,7 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- No part changes its bank and the idle bank is filled, so that it may be written and a swap may begin.
+  -- No swap is taking effect and the idle bank is filled, but for a word that is written now.
   signal is_quiet : std_ulogic := '1';
 
   -- The word that is written into the idle bank: a bit for each kind of word of a lane that is built.
