@@ -1,4 +1,4 @@
-"""``make bitstream``: what a person loads into the chip, build/bitstream/<board>/arctrue.bit.
+"""``make bitstream``: makes the file for the chip, build/bitstream/<board>/arctrue.bit.
 
 Two flows, Vivado and the open tools, from the same VHDL and the same pin file; docs/device.md.
 Exit code 1 when the timing is not met, 2 when a tool or a file is missing or fails.

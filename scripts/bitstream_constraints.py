@@ -1,4 +1,4 @@
-"""Pin files: the XDC subset that every place-and-route tool reads, checked before a long run.
+"""Checks pin files (the XDC subset that every place-and-route tool reads) before a long run.
 
 A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with LOC, IOSTANDARD
 or PULLTYPE.

@@ -1,4 +1,4 @@
-"""A configured chip as a netlist in Verilog, found from what leaves it backwards.
+"""Writes a configured chip as a netlist in Verilog, from its outputs backwards.
 
 What leaves the chip are pads and the inputs of the PS7, what enters it pads and the PS7's outputs.
 From each output the wires are followed to the pin that drives them, that pin's cell is written, and

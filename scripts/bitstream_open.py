@@ -1,4 +1,4 @@
-"""The open flow: GHDL, Yosys, nextpnr, FASM, Project X-Ray's database and bitstream writer."""
+"""Makes a bitstream with open tools: GHDL, Yosys, nextpnr, and Project X-Ray's database and writer."""
 
 from __future__ import annotations
 

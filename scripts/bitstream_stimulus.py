@@ -1,4 +1,4 @@
-"""What the processor does to the core while a bitstream runs beside its VHDL, and what it reached.
+"""Lists bus accesses for a bitstream that runs beside its VHDL, and says what they did not reach.
 
 Random levels at the bus seldom make an access. Here are legal ones, with a few illegal ones between
 them: banks of the capture are filled and read; then, in each round, the settings come anew, every

@@ -1,4 +1,4 @@
-"""``make verify-bitstream``: does what is in the bitstream compute what the VHDL says?
+"""``make verify-bitstream``: checks that a bitstream computes what the VHDL says.
 
 The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
 netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the

@@ -1,4 +1,4 @@
-"""``python -m scripts.fasm_frames``: FASM of nextpnr to the chip's configuration frames.
+"""``python -m scripts.fasm_frames``: converts nextpnr's FASM to the chip's configuration frames.
 
 By Project X-Ray's database, whose own program for this, fasm2frames, is in no package. A feature of
 a tile is named in the database of the tile's type with the bits that it sets and clears; the tile

@@ -1,4 +1,4 @@
-"""Write the boot image of a board's QSPI flash: ``make image``.
+"""Writes the boot image of a board's QSPI flash: ``make image``.
 
 The boot ROM's header (UG585, chapter 6, table of the BootROM header), then the firmware as it lies
 in the on-chip memory. At an offset of its own follows the bitstream, which the firmware itself

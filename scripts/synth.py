@@ -1,4 +1,4 @@
-"""``make synth``: what the gateware takes of an XC7Z020, and whether that is within the budget.
+"""``make synth``: counts what the gateware takes of an XC7Z020 and checks it against the budget.
 
 GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget holds for, and
 unit by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md.

@@ -1,4 +1,4 @@
-"""``python -m scripts.timing``: an estimate of the longest paths of an entity.
+"""``python -m scripts.timing``: estimates the longest paths of an entity.
 
 It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest
 paths its delay, its levels of logic and what that leaves of 10 ns (100 MHz) and 5 ns (200 MHz).

@@ -1,4 +1,4 @@
-"""The longest paths between registers of a flat netlist, and how many adders lie on one.
+"""Finds the longest paths between registers of a flat netlist, and the adders on each.
 
 Two questions are asked of every bit that enters a register: how long is the longest path to it, and
 what is the largest number of wide adders and DSPs on any path to it.
