@@ -1,4 +1,4 @@
-"""Makes a bitstream with open tools: GHDL, Yosys, nextpnr, and Project X-Ray's database and writer."""
+"""Makes a bitstream with GHDL, Yosys, nextpnr, and Project X-Ray's database and writer."""
 
 from __future__ import annotations
 
