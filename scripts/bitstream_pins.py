@@ -60,7 +60,7 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """Of every slice with look-up tables as RAM: its tile, its place in the tile, its features."""
+    """Tile, place in the tile and features of every slice with look-up tables as RAM."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":
