@@ -3,12 +3,12 @@
 // AXI4-Lite rules (AMBA AXI, issue D, A3.1.2, A3.2.1, A3.3.1 and B1.1.1) at the core's port: answers
 // stay valid and unchanged until they are taken, none is valid after a reset, each belongs to an
 // access that was taken before it, and there is one for each. The master keeps to the same rules.
-// Behind the port: what is asked of a unit is legal and belongs to the access that was taken, a word
+// Inside the core: what is asked of a unit is legal and belongs to the access that was taken, a word
 // that is read is the one that the unit gave, and neither kind of access shuts the other out.
 //
 // Left out are the sampler, the compensation, all that calculates and the signals at the edge of
-// the core: what the registers read from them may be anything, and so may what each register holds
-// and what a wide word's second half keeps. Of the two that answer accesses themselves only this is
+// the core: what the registers read from them may be anything. So may the value of each register and
+// the kept half of a wide word. Of the two units that answer accesses themselves only this is
 // assumed: a bank's word follows its read by 4 clocks (proven: sampler_rules), and a coefficient's
 // acknowledge comes once for each write, later than it (proven: coefficient_memory_rules).
 

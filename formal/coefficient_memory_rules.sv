@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every angle meets the coefficients of one bank, that of the last swap before it: all writes that
-// were acknowledged by then and no part of another. Swaps, their waits, writes and resets come in any
-// clock, also while the idle bank is filled. The memory acknowledges a write, takes a swap and reads
-// back as the header of the entity states. The rules follow one bit of the coefficients, any of them.
+// were acknowledged by then and no part of another. Swaps, writes and resets come in any clock, also
+// while a swap waits or the idle bank is filled. The memory acknowledges a write, takes a swap and reads
+// back as the header of the entity states. The rules follow one bit of the coefficients, which may be
+// any of them.
 
 module coefficient_memory_rules #(
     parameter LANES = 2,
@@ -16,7 +17,7 @@ module coefficient_memory_rules #(
     input [31:0] write_data, input swap, input swap_allowed
 );
 
-    localparam BUILT = LANES / FOLD; // lanes of which the coefficients come out in a clock
+    localparam BUILT = LANES / FOLD; // lanes whose coefficients come out in one clock
     localparam LAST = OFFSET_DELAY;
     // Clocks after a swap: the last word of the idle bank is asked for; a word can be written; a
     // further swap can take place; a write that waited is acknowledged.
@@ -32,7 +33,7 @@ module coefficient_memory_rules #(
     wire [24:0] offset, idle_offset;
     wire [31:0] read_data;
 
-    // One bit of a bank, any: of a word by its address, or of the offset, which follows the words.
+    // The bit that is followed: of the word at an address, or of the offset, whose address comes next.
     (* anyconst *) reg [3:0] place;
     (* anyconst *) reg [31:0] one; // the only 1 is in the place of the bit
     localparam OFFSET_PLACE = 4 * LANES;
@@ -47,7 +48,7 @@ module coefficient_memory_rules #(
     reg [2:0] slot = 0;
     wire [2:0] slot_met = (slot + 8'd64 - age) % FOLD;
 
-    // What is read back goes nowhere else, so that reading one word, any, loses no case.
+    // What is read back goes nowhere else, so it is enough to read the word of that bit.
     coefficient_memory memory (
         .clock(clock), .reset(reset), .write_enable(write_enable), .write_offset(write_offset),
         .write_address(write_address), .write_data(write_data),
@@ -57,7 +58,7 @@ module coefficient_memory_rules #(
         .phase_offsets(phase_offsets), .amplitudes(amplitudes), .offset(offset)
     );
 
-    // Both banks: 128 bits a lane, the last 7 of the last lane left out.
+    // Both banks: 128 bits a lane, without the highest 7 of the last lane, which are not used.
     wire [128 * LANES - 8:0] probe_bank_0, probe_bank_1;
     wire probe_active, probe_phase_bank, probe_amplitude_bank;
     wire [2:0] probe_phase_slot, probe_amplitude_slot;
@@ -74,7 +75,7 @@ module coefficient_memory_rules #(
     wire [2:0] probe_selected_slot;
     wire [31:0] probe_written;
 
-    // The bit as it comes out and in both banks. A solver takes longer for an indexed part.
+    // The bit at the outputs and in both banks, by loops: a solver takes longer for an indexed part.
     wire [128 * BUILT - 1:0] active_words;
     genvar part;
     generate
@@ -106,8 +107,8 @@ module coefficient_memory_rules #(
     wire idle_stored = probe_active ? bit_0 : bit_1;
 
     reg running = 0;
-    // The reference: the bit as it was last acknowledged, and of the bank that an angle of so many
-    // clocks ago was entered with.
+    // The reference: the bit as it was last acknowledged, and the bit of the bank that was active when
+    // the angle of so many clocks ago entered.
     localparam OLDEST = LAST + FOLD - 1;
     reg idle = 0;
     reg [0:OLDEST] bank = 0;

@@ -26,7 +26,7 @@ module quadrature_decoder_rules (
 
     reg running = 0;
     reg was_reset = 1;
-    // The pins and the reset as they are behind the synchroniser.
+    // The pins and the reset as they are after the synchroniser.
     reg [1:0] pins [1:STAGES];
     reg [1:STAGES] settles = ~0;
     // Samples before this one, youngest in bit 0; what was before the reset counts as the level.

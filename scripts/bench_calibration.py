@@ -122,7 +122,9 @@ def gateware_difference_arcsec() -> tuple[float, float, float]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the rows; 1: the gateware leaves its bound."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--draws", type=int, default=4 * GROUP)
+    parser.add_argument(
+        "--draws", type=int, default=4 * GROUP, help=f"captures that are drawn ({4 * GROUP})"
+    )
     add_option(parser)
     given = parser.parse_args(arguments)
     bound = bound_arcsec()

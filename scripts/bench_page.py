@@ -115,9 +115,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path, help="the page to write, such as build/bench/page.md")
     parser.add_argument(
-        "--only", choices=[module.partition("bench_")[2] for module in BENCHES], action="append"
+        "--only",
+        choices=[module.partition("bench_")[2] for module in BENCHES],
+        action="append",
+        help="run this benchmark alone; may be repeated",
     )
-    parser.add_argument("--most-rows", help="of the workbench's sets: the longer ones take hours")
+    parser.add_argument(
+        "--most-rows", help="leave out sets of the workbench with more rows: they take hours"
+    )
     given = parser.parse_args(arguments)
     options = {"scripts.bench_workbench": ["--most-rows", given.most_rows]}
     folder: Path = given.file.parent / "rows"

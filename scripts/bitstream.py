@@ -1,4 +1,4 @@
-"""``make bitstream``: what a person loads into the chip, build/bitstream/<board>/arctrue.bit.
+"""``make bitstream``: makes the file for the chip, build/bitstream/<board>/arctrue.bit.
 
 Two flows, Vivado and the open tools, from the same VHDL and the same pin file; docs/device.md.
 Exit code 1 when the timing is not met, 2 when a tool or a file is missing or fails.
@@ -23,7 +23,7 @@ FLOWS = {"vivado": run_vivado, "open": run_open}
 FOLDS = (1, 2, 4, 8)
 PART = "xc7z020clg400-1"
 OPEN_PIPELINES = 16
-"""So many pipelines the open tools place and route at 100 MHz: docs/timing.md."""
+"""The largest number of pipelines that the open tools have routed at 100 MHz: docs/timing.md."""
 
 
 def boards() -> list[str]:
@@ -33,7 +33,7 @@ def boards() -> list[str]:
 
 
 def fold_of(flow: str, lanes: int) -> int:
-    """How many lanes share a pipeline where nobody asks: as few as the flow's tools can route."""
+    """How many lanes share a pipeline without --fold: as few as the tools of the flow can route."""
     folds = [fold for fold in FOLDS if lanes % fold == 0]
     if flow == "vivado":
         return folds[0]
@@ -42,16 +42,14 @@ def fold_of(flow: str, lanes: int) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream", description=__doc__)
-    parser.add_argument("--flow", choices=FLOWS, default="vivado")
+    parser.add_argument("--flow", choices=FLOWS, default="vivado", help="Vivado, or the open tools")
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
-    parser.add_argument("--part", default=PART)
-    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
+    parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
+    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
     parser.add_argument("--lanes", type=int, help="harmonics (the generic's default: all)")
-    parser.add_argument(
-        "--fold", type=int, choices=(1, 2, 4, 8), help="lanes that share a pipeline"
-    )
-    parser.add_argument("--seed", type=int, help="of nextpnr's placement, for another one")
+    parser.add_argument("--fold", type=int, choices=FOLDS, help="lanes that share a pipeline")
+    parser.add_argument("--seed", type=int, help="seed of nextpnr, which gives another placement")
     parser.add_argument("--capture-depth", type=int, help="samples a bank (the generic's default)")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/bitstream/<board>)")
     return parser

@@ -1,6 +1,6 @@
-"""Configured DSPs and block RAMs in Verilog: instances of scripts/bitstream_models.
+"""Writes configured DSPs and block RAMs as Verilog: instances of scripts/bitstream_models.
 
-What the features mean is told by the database's names and by UG479 and UG473; what the gateware
+Sources of what the features mean: their names in the database, UG479 and UG473. What the gateware
 does not use (the DSP's port D, SIMD, pattern detection; a block RAM as FIFO, with error correction
 or with its data cascaded) is refused. A cascaded address is a route.
 """

@@ -1,4 +1,4 @@
-"""Pin files: the XDC subset that every place-and-route tool reads, checked before a long run.
+"""Checks pin files (the XDC subset that every place-and-route tool reads) before a long run.
 
 A line is empty, a comment, or ``set_property PROPERTY value [get_ports name]`` with LOC, IOSTANDARD
 or PULLTYPE.
@@ -101,14 +101,13 @@ def check_pins(path: Path, ports: Iterable[str]) -> dict[str, str]:
             if standard not in STANDARDS:
                 known = ", ".join(sorted(STANDARDS))
                 faults.append(
-                    f"{path}:{line}: '{standard}' is no standard; expected one of {known}"
+                    f"{path}:{line}: '{standard}' is not an I/O standard; expected one of {known}"
                 )
         if "PULLTYPE" in given:
             pull, line = given["PULLTYPE"]
             if pull not in PULLS:
-                faults.append(
-                    f"{path}:{line}: '{pull}' is no pull; expected one of {', '.join(PULLS)}"
-                )
+                known = ", ".join(PULLS)
+                faults.append(f"{path}:{line}: '{pull}' is not a PULLTYPE; expected one of {known}")
     if faults:
         raise ConstraintError("\n".join(faults))
     return {port: pin for pin, port in owners.items()}

@@ -1,4 +1,4 @@
-"""A configured chip as a netlist in Verilog, found from what leaves it backwards.
+"""Writes a configured chip as a netlist in Verilog, from its outputs backwards.
 
 What leaves the chip are pads and the inputs of the PS7, what enters it pads and the PS7's outputs.
 From each output the wires are followed to the pin that drives them, that pin's cell is written, and
@@ -40,8 +40,8 @@ class Decoded:
     outputs: list[str] = field(default_factory=list)
     open_pins: list[str] = field(default_factory=list)
     activity: list[tuple[str, int, int]] = field(default_factory=list)
-    """Of every DSP, half of a block RAM and output of a look-up table that is RAM and that anything
-    reads: its name, its first bit of ``activity``, how many."""
+    """Name, first bit of ``activity`` and number of bits of every DSP, half of a block RAM and
+    output of a look-up table as RAM that something reads."""
 
 
 def bus_bits(count: int) -> int:
@@ -61,7 +61,7 @@ class Decoder:
     ) -> None:
         """``pads``: site of a pad to its port; ``inputs``: ports of pads and pins of the PS7.
 
-        ``wires``: ports that both sides may pull low and nobody drives high.
+        ``wires``: ports that both sides may pull low and no side drives high.
         """
         self.routes = routes
         self.features = routes.features
@@ -107,7 +107,7 @@ class Decoder:
         return self._nets[key]
 
     def _is_idle(self, source: Source) -> bool:
-        """Whether it is a pin of a DSP that is not in use, whose levels nobody knows."""
+        """Whether it is a pin of a DSP that is not in use, whose levels are not known."""
         if source.level is not None or self._site(source.tile, source.site)[0] != "DSP48E1":
             return False
         half = self.chip.type_of(source.tile).sites[source.site]["name"][-1]

@@ -2,7 +2,7 @@
 
 Verilator compiles both into one program: GHDL's netlist of the VHDL, before any mapping, and the
 decoded cells with the models of scripts/bitstream_models. Both get the same random levels at every
-pad and every output of the PS7, or at its bus accesses that somebody lists; a pin that nothing
+pad and every output of the PS7, or, at its bus, the accesses of a list. A pin that nothing
 drives in the bitstream gets random levels of its own. All outputs must be equal before and after
 every edge of the clock.
 """
@@ -65,7 +65,7 @@ class Port:
     """Into the design: from a pad, or an output of the PS7."""
     is_processor: bool
     is_wire: bool = False
-    """One of the two ports of a pad that both sides may pull low and nobody drives high: what the
+    """One of the two ports of a pad that both sides may pull low and no side drives high: what the
     outside does (0 pulls low), or the level."""
 
     def lines(self) -> list[str]:
@@ -188,7 +188,7 @@ def without_repeats(netlist: str) -> str:
 def direct_tristates(netlist: str) -> str:
     """GHDL puts two wires between an inout and what drives it or leaves it.
 
-    Verilator knows a level of nobody only where it is assigned to the port itself.
+    Verilator handles 1'bz only where it is assigned to the port itself.
     """
     ways = dict(re.findall(r"assign (\w+) = (\w+ \? 1'b0 : 1'bz);", netlist))
     inner = dict(re.findall(r"assign (\w+) = (\w+); // \(inout - port\)", netlist))
@@ -283,7 +283,7 @@ def _lines_header(ports: Sequence[Port], decoded: Decoded) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """What came of a run: differences told by line, and figures by name."""
+    """The result of a run: a sentence for each difference, and figures by name."""
 
     differences: list[str]
     still: list[str]

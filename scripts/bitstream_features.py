@@ -1,4 +1,4 @@
-"""Configuration frames back to features: what each tile of a chip is told to do."""
+"""Decodes configuration frames to features, which say how each tile of a chip is configured."""
 
 from __future__ import annotations
 

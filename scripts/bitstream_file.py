@@ -1,4 +1,4 @@
-"""Looks into a bitstream: is it whole, and is it for the chip? Source: UG470, chapter 5."""
+"""Checks that a bitstream is whole and made for the chip. Source: UG470, chapter 5."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Job:
     generics: Mapping[str, int]
     pins: Path
     folder: Path
-    seed: int | None = None  # of nextpnr's placement; its own where None
+    seed: int | None = None  # of nextpnr's placement; nextpnr's own where None
 
     @property
     def reports(self) -> Path:
@@ -110,7 +110,7 @@ class Tool:
         """One line: what was looked for, where, and what to do."""
         chosen = os.environ.get(self.variable)
         if chosen:
-            looked = f"{self.variable}={chosen} is no program that can be started"
+            looked = f"{self.variable}={chosen} is not a program that can be started"
         else:
             looked = f"{' or '.join(self.commands)} is not on PATH"
         return f"{looked}. {self.advice}"

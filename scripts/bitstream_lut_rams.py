@@ -1,11 +1,11 @@
-"""Look-up tables of a slice as RAM, in Verilog.
+"""Writes look-up tables of a slice that are RAM as Verilog.
 
-What the features do is told by the 7 Series Configurable Logic Block User Guide (UG474,
-"Distributed RAM") and by Project X-Ray's page on the configuration of distributed RAM. The inputs
-of table D are the write address of all tables. A table is 64 words deep and written from data
-input 1, or twice 32 words deep (``SMALL``): then O5 is what data input 1 wrote, O6 what data input
-2 wrote, and input 6 of the table and of table D must be 1. Where ``WA7USED`` and ``WA8USED`` make a
-deeper RAM of several tables, each is written where the wide multiplexers would choose it.
+Sources: the 7 Series Configurable Logic Block User Guide (UG474, "Distributed RAM") and Project
+X-Ray's page on the configuration of distributed RAM. The inputs of table D are the write address of
+all tables. A table is a RAM of 64 words, written from data input 1, or two RAMs of 32 words
+(``SMALL``): then O5 reads what data input 1 wrote, O6 what data input 2 wrote, and input 6 of the
+table and of table D must be 1. ``WA7USED`` and ``WA8USED`` make a deeper RAM of several tables; a
+table is then written at those addresses at which the wide multiplexers choose it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def is_ram(features: frozenset[str], letter: str) -> bool:
 
 
 def is_small(features: frozenset[str], letter: str) -> bool:
-    """Whether a RAM is two of 32 words."""
+    """Whether a table that is a RAM is two RAMs of 32 words."""
     return f"{letter}LUT.SMALL" in features
 
 
@@ -43,7 +43,9 @@ def check_rams(name: str, features: frozenset[str]) -> None:
     if not rams:
         return
     if "D" not in rams:
-        raise ToolError(f"{name}: {rams[0]}LUT is a RAM and DLUT, its write address, is none")
+        raise ToolError(
+            f"{name}: {rams[0]}LUT is a RAM, and DLUT, whose inputs are its write address, is not"
+        )
     if shifts:
         raise ToolError(
             f"{name}: {rams[0]}LUT is a RAM beside {shifts[0]}LUT, a shift register, "
@@ -107,7 +109,7 @@ class TableRam:
                 )
 
     def register(self, output: str) -> tuple[str, int, int]:
-        """Of an output (O5, O6): the register behind it, its words, what they are at the start.
+        """The register that an output (O5, O6) reads: name, number of words, initial contents.
 
         Raises ToolError for an output that is not decoded.
         """
@@ -127,12 +129,12 @@ class TableRam:
         return ", ".join(self._pin(f"{table}{place}") for place in reversed(places))
 
     def read(self, output: str) -> str:
-        """What is at an output."""
+        """The expression for the level at an output."""
         register, depth, _ = self.register(output)
         return f"1'b1 & ({register} >> {{{self._address(self._letter, depth)}}})"
 
     def write(self, output: str) -> str:
-        """The statement at the clock that writes what an output reads."""
+        """The statement that writes, at the clock, the register that an output reads."""
         register, depth, _ = self.register(output)
         is_second = is_small(self._features, self._letter) and output == "O6"
         data = self._pin(

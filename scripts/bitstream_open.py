@@ -1,4 +1,4 @@
-"""The open flow: GHDL, Yosys, nextpnr, FASM, Project X-Ray's database and bitstream writer."""
+"""Makes a bitstream with GHDL, Yosys, nextpnr, and Project X-Ray's database and writer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ FAMILY = "zynq7"
 WITHOUT_CONTENTS = ("RAM32M", "RAM64M")
 SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
-"""For a core, wires on long paths weigh more than nextpnr's 10 and 2: docs/timing.md."""
+"""With these nextpnr's placer weighs wires on long paths of a core more than by its own settings,
+10 and 2: docs/timing.md."""
 
 OTHER_SEEDS = (2, 3)
 """Of the placements that are tried when the first one is too slow."""
@@ -143,7 +144,7 @@ def check_primitives(netlist: Path, top: Top) -> None:
 def check_contents(netlist: Path, top: Top) -> None:
     """Raise ToolError when look-up tables as RAM hold ones at power-up, which nextpnr loses.
 
-    It reads the contents of a RAM32M or RAM64M from ``INITA``; the cell has ``INIT_A``.
+    nextpnr looks for the contents of a RAM32M or RAM64M in ``INITA``; the cell has ``INIT_A``.
     """
     modules = json.loads(netlist.read_text(encoding="utf-8"))["modules"]
     for name, cell in modules[top.name]["cells"].items():
@@ -237,7 +238,7 @@ def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path)
 
 @dataclass(frozen=True)
 class OpenTools:
-    """What comes behind Yosys; ``fasm2frames`` only where it is named."""
+    """The programs that are called after Yosys; ``fasm2frames`` only where it is named."""
 
     nextpnr: str
     chipdb: str | None

@@ -1,4 +1,4 @@
-"""Checks that every input pin of every DSP, block RAM and look-up table as RAM is driven.
+"""Checks that every input pin of DSPs, block RAMs and look-up tables as RAM is driven.
 
 A pin has a route from another pin, a constant by a route or a tie-off, or a default that the
 database documents (interconnect without a driver is 1). What else may stay open is named here with
@@ -29,7 +29,7 @@ OUTPUT_REGISTERS: Final = {
 }
 """Clocks of a block RAM's output registers, open where the register is not used (UG473)."""
 CASCADE_INPUTS: Final = ("ACIN", "BCIN", "PCIN", "CARRYCASCIN", "MULTSIGNIN")
-"""Inputs of a DSP that only the DSP below it can drive (UG479); with numbers behind for buses."""
+"""Inputs of a DSP that only the DSP below it can drive (UG479); those of a bus end in a number."""
 
 
 @cache
@@ -60,7 +60,7 @@ def blocks_in_use(features: Features) -> Iterator[tuple[str, int, str]]:
 
 
 def slices_with_ram(features: Features) -> Iterator[tuple[str, int, frozenset[str]]]:
-    """Tile, place in its type's sites and features of every slice with look-up tables as RAM."""
+    """Tile, place in the tile and features of every slice with look-up tables as RAM."""
     for tile in features.tiles:
         for place, site in enumerate(features.chip.type_of(tile).sites):
             if site["type"] != "SLICEM":
@@ -86,9 +86,9 @@ def open_ram_pins(routes: Routes) -> list[str]:
 
 
 def has_no_source(tile: str, name: str, pin: str) -> bool:
-    """Whether the chip has no wire into a pin: a cascade input of the lowest DSP of a column.
+    """Whether the chip has no wire to a pin: it is a cascade input of the lowest DSP of a column.
 
-    What it reads there must not matter: the decoded netlist has random levels at it.
+    The DSP must not depend on it: the decoded netlist has random levels there.
     """
     is_lowest = name == "DSP48.DSP_0" and tile.endswith("Y0")
     return is_lowest and pin.rstrip("0123456789") in CASCADE_INPUTS
@@ -122,7 +122,7 @@ def open_pins(routes: Routes) -> list[str]:
 
 @dataclass(frozen=True)
 class Driven:
-    """How many blocks there are with all their pins driven."""
+    """Counts of the blocks whose pins are all driven."""
 
     blocks: int
     """DSPs and halves of block RAMs."""
@@ -130,7 +130,7 @@ class Driven:
     """Slices with look-up tables as RAM."""
 
     def __str__(self) -> str:
-        """For a message."""
+        """The counts as a part of a message."""
         return (
             f"{self.blocks} DSPs and halves of block RAMs and {self.slices} slices with look-up "
             "tables as RAM, every pin driven"
@@ -138,7 +138,7 @@ class Driven:
 
 
 def check_pins_driven(routes: Routes) -> Driven:
-    """Raises ToolError that names the pins that are not driven."""
+    """Count the blocks; raises ToolError with the names of the pins that are not driven."""
     faults = open_pins(routes)
     if faults:
         shown = "\n".join(f"  - {fault}" for fault in faults[:SHOWN])

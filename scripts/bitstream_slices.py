@@ -1,7 +1,7 @@
-"""A configured slice in Verilog: look-up tables, carry chain, wide multiplexers, registers.
+"""Writes a configured slice as Verilog: look-up tables, carry chain, wide multiplexers, registers.
 
-What the features of a slice do is told by the 7 Series Configurable Logic Block User Guide (UG474,
-figures 2-3 to 2-5, and "Shift Registers"); look-up tables as RAM: scripts/bitstream_lut_rams.py.
+Source of what the features of a slice do: the 7 Series Configurable Logic Block User Guide (UG474,
+figures 2-3 to 2-5, and "Shift Registers"). Look-up tables as RAM: scripts/bitstream_lut_rams.py.
 Latches and asynchronous resets are refused: the gateware has none.
 """
 
@@ -192,7 +192,9 @@ class Slice:
 
     def _shift_end(self, letter: str) -> str:
         if not self._is_shift(letter):
-            raise ToolError(f"{self.name}: MC31 of {letter}LUT, no shift register, is not decoded")
+            raise ToolError(
+                f"{self.name}: MC31 of {letter}LUT is used, which is not a shift register"
+            )
         return f"{self._long_shift(letter)}[31]"
 
     def _shift(self, letter: str, part: str, length: int, data: str) -> str:

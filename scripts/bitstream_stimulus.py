@@ -1,9 +1,9 @@
-"""What the processor does to the core while a bitstream runs beside its VHDL, and what it reached.
+"""Lists bus accesses for a bitstream that runs beside its VHDL, and says what they did not reach.
 
 Random levels at the bus seldom make an access. Here are legal ones, with a few illegal ones between
 them: banks of the capture are filled and read; then, in each round, the settings come anew, every
 word of coefficients is written, read and swapped in, and a mixture of snapshots, captured samples,
-commands and words follows. Each round has another turn, so that the angles behind a zero that was
+commands and words follows. Each round has another turn, so that the angles after a zero that was
 passed backwards have other upper bits. ``shortfalls`` tells from the answers what was not reached.
 """
 

@@ -1,4 +1,4 @@
-"""``make verify-bitstream``: does what is in the bitstream compute what the VHDL says?
+"""``make verify-bitstream``: checks that a bitstream computes what the VHDL says.
 
 The finished bitstream is decoded back into a netlist, all of it but the PS7, and run beside GHDL's
 netlist of the VHDL that it was made of, with the same random levels and, where there is a core, the
@@ -129,11 +129,17 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bitstream_verify", description=__doc__)
     parser.add_argument("--board", default="pynq_z2", help=f"{', '.join(boards())}, or an own name")
     parser.add_argument("--pins", type=Path, help="pin file (constraints/<board>.xdc)")
-    parser.add_argument("--part", default=PART)
-    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top")
-    parser.add_argument("--folder", type=Path, help="of the bitstream (build/bitstream/<board>)")
-    parser.add_argument("--clocks", type=int, default=CLOCKS)
-    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--part", default=PART, help=f"chip, package and speed grade ({PART})")
+    parser.add_argument("--top", choices=TOPS, default="arctrue_zynq_top", help="top level")
+    parser.add_argument(
+        "--folder", type=Path, help="folder of the bitstream (build/bitstream/<board>)"
+    )
+    parser.add_argument(
+        "--clocks", type=int, default=CLOCKS, help=f"least number of clocks ({CLOCKS:,})"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=SEED, help=f"seed of levels and accesses ({SEED})"
+    )
     return parser
 
 

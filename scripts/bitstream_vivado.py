@@ -1,4 +1,4 @@
-"""The Vivado flow: one batch run of scripts/bitstream_vivado.tcl."""
+"""Makes a bitstream with Vivado: one batch run of scripts/bitstream_vivado.tcl."""
 
 from __future__ import annotations
 

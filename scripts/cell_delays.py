@@ -1,4 +1,4 @@
-"""How long a cell of the 7 series takes, and which of its pins begin and end a path.
+"""Delays of the cells of the 7 series, and the pins at which a path begins and ends.
 
 The delays are those that Yosys states for its cells (``share/yosys/xilinx/cells_sim.v``), which
 come from the Artix-7 data of Project X-Ray; where they differ from pin to pin, a mean or the larger
@@ -69,7 +69,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class Pin:
-    """Where a path begins (``delay_ns`` behind the clock) or ends (that much before it)."""
+    """Where a path begins (``delay_ns`` after the clock) or ends (that much before it)."""
 
     bit: int
     delay_ns: float

@@ -1,4 +1,4 @@
-"""Our CORDIC lane beside public cores: ``python -m scripts.compare_cordic --zipcpu FOLDER ...``.
+"""Compares our CORDIC lane with others: ``python -m scripts.compare_cordic --zipcpu FOLDER ...``.
 
 Each folder is a clone that the caller makes; nothing of it comes into this tree:
 
@@ -40,7 +40,6 @@ from scripts.timing_paths import Netlist, longest_paths
 
 WORK = ROOT / "build" / "cordic-comparison"
 DOCUMENT = ROOT / "docs" / "cordic-comparison.md"
-PHASE_BITS = 24
 WIDTH = 18  # bits of the cosine
 ITERATIONS = 16
 SWEEP_BITS = 20  # phases of the sweep
@@ -86,7 +85,7 @@ class Core:
     angle_bits: int
     remark: str
     promised_error: float = 0.01
-    """A larger error is none of a cosine."""
+    """With a larger error the output is refused: it is not the cosine that the core promises."""
 
 
 @dataclass(frozen=True)
@@ -236,16 +235,14 @@ def flopoco_cores(
 ) -> Iterator[Core]:
     """The same operator for one frequency after the other. Cosine 1 comes out as 1 - 2**lsb."""
     for frequency_mhz in frequencies_mhz:
-        kind, *options = operator.words
-        words = " ".join((kind, f"lsb={operator.lsb}", *options))
         yield Core(
-            f"FloPoCo {words}: {operator.name}",
+            f"FloPoCo {' '.join(operator.call)}: {operator.name}",
             "flopoco_lane",
             "https://www.flopoco.org",
             partial(_flopoco, program, operator, frequency_mhz),
             2.0**-operator.lsb - 1.0,
             1 - operator.lsb,
-            f"target={operator.target} frequency={frequency_mhz}; one register behind it",
+            f"target={operator.target} frequency={frequency_mhz}; one register after it",
             promised_error=2.0 * 2.0**operator.lsb,
         )
 
@@ -259,7 +256,7 @@ CORES = {
     "ours": Core(
         "ArcTrue quadrant_fold + cordic_rotation",
         "arctrue_lane",
-        "this tree",
+        "rtl/harmonic",
         _ours,
         2.0**16,
         24,
@@ -330,10 +327,10 @@ def measure(core: Core, clones: Sequence[Path], folder: Path) -> Measured:
 
 
 def measure_fastest(cores: Iterator[Core], folder: Path) -> tuple[Core, Measured]:
-    """Of the same core made for rising frequencies, the first whose path is within 5 ns.
+    """Of the same core made for rising frequencies, the first whose longest path is at most 5 ns.
 
-    Where none is, the last that could be made. When none could, the first NotMadeError or
-    WrongOutputError is raised. Raises ToolError.
+    If none is so short, the last that could be made. If none could be made, raises the first
+    NotMadeError or WrongOutputError. Raises ToolError where a tool fails.
     """
     best = None
     refusals: list[ToolError] = []
@@ -471,9 +468,10 @@ def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str])
         "[timing](timing.md#the-lane-beside-published-operators).",
         "",
         f"FloPoCo is asked for {', '.join(map(str, flopoco_lanes.FREQUENCIES_MHZ))} MHz in turn,",
-        f"until the estimate is within {PERIOD_NS:g} ns; the row is that or, where none is, the",
-        "last that it could make. One that errs by more than two of its last bits is left out: it",
-        "promises less than one. Its own estimate of a path is shorter than ours.",
+        f"until the longest path is at most {PERIOD_NS:g} ns by our estimate; the row is that",
+        "operator, or the last that it could make. FloPoCo's own estimate of a path is shorter",
+        "than ours. An operator with an error of more than two of its last bits is left out:",
+        "FloPoCo promises less than one.",
         "",
         "Remarks:",
         "",
@@ -502,7 +500,7 @@ def _measured_cores(
         "extras": [chosen.extras],
         "olo": [chosen.olo, chosen.en_cl_fix],
     }
-    # A program that is missing shall be told before the others are measured.
+    # First, so that a program that is missing is reported before the others are measured.
     asked = []
     for index, (version, program) in enumerate(chosen.flopoco):
         folder = WORK / "flopoco" / str(index)
@@ -523,8 +521,7 @@ def _measured_cores(
         try:
             core, result = measure_fastest(cores, folder)
         except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
-            words = " ".join((*operator.words, f"lsb={operator.lsb}"))
-            missing.append(f"FloPoCo {version}, {words}: {error}")
+            missing.append(f"FloPoCo {version}, {' '.join(operator.call)}: {error}")
             continue
         yield core, version, result
 
@@ -542,9 +539,9 @@ def main(arguments: list[str] | None = None) -> int:
         action="append",
         default=[],
         metavar="VERSION=PROGRAM",
-        help="FloPoCo's program, and what the page shall call it",
+        help="program of FloPoCo, and its version for the page; may be repeated",
     )
-    parser.add_argument("--output", type=Path, default=DOCUMENT)
+    parser.add_argument("--output", type=Path, default=DOCUMENT, help="page that is written")
     chosen = parser.parse_args(arguments)
     rows = []
     missing: list[str] = []

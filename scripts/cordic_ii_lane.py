@@ -1,21 +1,21 @@
-"""The rotations of CORDIC II for one cosine, as Verilog: for scripts/compare_cordic.py alone.
+"""Writes the rotations of CORDIC II for one cosine as Verilog, for scripts/compare_cordic.py alone.
 
 CORDIC II is M. Garrido, P. Källström, M. Kumm, O. Gustafsson, IEEE TCAS-II 63, 2016, 186. It is
-rebuilt here from its angles; it is no part of the core. Like cordic_rotation it is made for a
-vector of constant size and for the cosine alone: a table holds what the first rotations make of the
-vector, z is as wide as it can still be, and the last rotations leave y as it is.
+rebuilt here from its angles and is not a part of the core. Like cordic_rotation it is made for a
+vector of constant size and for the cosine alone: a table holds the vector after the first
+rotations, z is only as wide as the angle that can be left, and the last rotations do not change y.
 
 | rotation | angles | left over, at most |
 |---|---|---:|
-| trivial: fold, and an eighth of a turn off | 45 degrees | 45 degrees |
+| trivial: fold into a quadrant, less an eighth of a turn | 45 degrees | 45 degrees |
 | friend angles 25, 24 + 7j, 20 + 15j | 0, 16.26, 36.87 degrees | 10.5 |
 | uniformly scaled redundant CORDIC 129, 128 + 16j | 0, 7.13 degrees | 3.61 |
 | CORDIC 32 + j, 64 + j, 128 + j | 1.79, 0.90, 0.45 degrees | 0.47 |
 | nano-rotations 1024 + jk, k = 0 to 8 | k times 0.056 degrees | 0.031 |
 | nano-rotations 16384 + jk, k = 0 to 8 | k times 0.0035 degrees | 3.6e-5 rad |
 
-The last row carries the publication's last rotation on with the same principle: its seven rotations
-end at 0.03 degrees, which are 5e-4, and a cosine of 18 bits needs a tenth of that.
+The last row is not the publication's; it is built like the row before. The publication's seven
+rotations leave 0.03 degrees, which is 5e-4 rad; a cosine of 18 bits needs a tenth of that.
 """
 
 from __future__ import annotations
@@ -36,15 +36,16 @@ FRACTION: Final = 18
 Z_FRACTION: Final = 21
 UNITS_A_RADIAN: Final = 2.0**Z_FRACTION / (2.0 * math.pi)
 FRIENDS: Final = (0.0, math.atan2(7, 24), math.atan2(15, 20))
-"""25, 24 + 7j and 20 + 15j are equally long: friend angles, in rad."""
+"""Friend angles in rad: 25, 24 + 7j and 20 + 15j are equally long."""
 REDUNDANT: Final = math.atan2(16, 128)
-"""129 and 128 + 16j are equally long within 3.1e-5: uniformly scaled redundant CORDIC, in rad."""
+"""Angle of uniformly scaled redundant CORDIC in rad: 129 and 128 + 16j are equally long within
+3.1e-5."""
 CORDIC_SHIFTS: Final = (5, 6, 7)
 NANO_SHIFTS: Final = (10, 14)
 """A nano-rotation multiplies by 2**shift + jk, k = -8 to 8."""
 LARGEST_NANO: Final = 8
 
-# Bits of z: of an eighth of a turn, in front of the nano-rotations, in front of the last of them.
+# Bits of z: at the start, before the nano-rotations, before the last of them.
 Z_BITS: Final = 19
 NANO_BITS: Final = 13
 FINE_BITS: Final = 9
@@ -52,7 +53,7 @@ FINE_BITS: Final = 9
 FRIEND_BITS: Final = 6
 REDUNDANT_BITS: Final = 8
 COARSE_BITS: Final = 9
-# Friend angles change where few bits of z tell it; the next rotation reaches so far.
+# Where the friend angle changes: few bits of z tell it, and the next rotation reaches the rest.
 FRIEND_LIMITS: Final = (6 / 32 * math.pi / 4, 19 / 32 * math.pi / 4)
 
 
@@ -61,14 +62,14 @@ def _signed(index: Integers, bits: int) -> Integers:
 
 
 def _middles(bits: int) -> NDArray[np.float64]:
-    """Where signed numbers of so many bits stand, -1 to 1, with half a unit in addition."""
+    """The middles of the intervals that signed numbers of so many bits stand for, -1 to 1."""
     index = np.arange(1 << bits, dtype=np.int64)
     middles: NDArray[np.float64] = (_signed(index, bits) + 0.5) / (1 << (bits - 1))
     return middles
 
 
 def friend_choices() -> Integers:
-    """Which friend angle, -2 to 2, by the highest 6 bits of z, of an eighth of a turn."""
+    """Which friend angle, -2 to 2, is taken, by the highest 6 bits of z (an eighth of a turn)."""
     at = _middles(FRIEND_BITS) * math.pi / 4
     size = np.sum([np.abs(at) > limit for limit in FRIEND_LIMITS], axis=0)
     choices: Integers = (np.sign(at) * size).astype(np.int64)
@@ -76,14 +77,14 @@ def friend_choices() -> Integers:
 
 
 def redundant_choices() -> Integers:
-    """Which angle, -1 to 1, by the highest 8 bits of z, of a 32nd of a turn."""
+    """Which angle, -1 to 1, is taken, by the highest 8 bits of z (a 32nd of a turn)."""
     at = _middles(REDUNDANT_BITS) * math.pi / 16
     choices: Integers = np.where(np.abs(at) > REDUNDANT / 2, np.sign(at), 0).astype(np.int64)
     return choices
 
 
 def nano_choices(bits: int, unit: float, shift: int) -> Integers:
-    """Which k, -8 to 8, by a signed z of so many bits whose last one is ``unit`` units of z."""
+    """Which k, -8 to 8, is taken, by a signed z of so many bits, the last worth ``unit`` units."""
     z = (_signed(np.arange(1 << bits, dtype=np.int64), bits) + 0.5) * unit
     k = np.round(z / (math.atan(2.0**-shift) * UNITS_A_RADIAN))
     choices: Integers = np.clip(k, -LARGEST_NANO, LARGEST_NANO).astype(np.int64)
@@ -91,7 +92,7 @@ def nano_choices(bits: int, unit: float, shift: int) -> Integers:
 
 
 def coarse_units() -> Integers:
-    """Angle of the first nano-rotation in units of z by its size, and 16 more to the right."""
+    """Angle of the first nano-rotation in units of z; index: its size, to the right 16 more."""
     size = np.minimum(np.arange(32) & 15, LARGEST_NANO)
     units = np.round(size * math.atan(2.0 ** -NANO_SHIFTS[0]) * UNITS_A_RADIAN).astype(np.int64)
     angles: Integers = np.where(np.arange(32) < 16, units, -units)
@@ -104,7 +105,7 @@ def friend_angle(choice: int) -> float:
 
 
 def start_radius() -> float:
-    """One over the gain of the rotations that adders do; the first nano-rotation's middle gain."""
+    """One over the gain of the rotations by adders; of the first nano-rotation its middle gain."""
     gain = math.prod(math.sqrt(1.0 + 4.0**-shift) for shift in CORDIC_SHIFTS[1:])
     gain *= 0.5 * (1.0 + math.sqrt(1.0 + (LARGEST_NANO / 2.0 ** NANO_SHIFTS[0]) ** 2))
     return 1.0 / gain
@@ -115,7 +116,7 @@ def _units(angle_rad: float) -> int:
 
 
 def _start_table(component: Callable[[float], float]) -> Integers:
-    """x or y behind the first CORDIC rotation; index: to the right, redundant, friend choice."""
+    """x or y after the first CORDIC rotation; index: to the right, redundant, friend choice."""
     table = np.zeros(64, dtype=np.int64)
     for friend in range(-2, 3):
         for redundant in range(-1, 2):

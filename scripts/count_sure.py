@@ -1,7 +1,8 @@
 """Counts how often a sure answer of a benchmark run is wrong: python -m scripts.count_sure FOLDER.
 
-An answer is sure where its largest probability is above 0.8. By what that is given to: a name,
-``unknown``, ``none``. ``workbench/diagnose/probabilities.py`` has two of these counts.
+An answer is sure where its largest probability is above 0.8. Answers are counted by what has this
+probability: the name of an effect, ``unknown`` or ``none``. Two of these counts are constants of
+``workbench/diagnose/probabilities.py``.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ KINDS = ("name", "unknown", "none")
 
 
 def sure_answers(sets: Iterable[Judged]) -> dict[str, tuple[int, int]]:
-    """By kind: wrong answers, and all, of those whose largest probability is above SURE."""
+    """Numbers of wrong and of all sure answers, by kind."""
     right: dict[str, list[bool]] = {kind: [] for kind in KINDS}
     for item in sets:
         stated, kind = item.first_probability(), item.first_kind()
@@ -30,7 +31,7 @@ def sure_answers(sets: Iterable[Judged]) -> dict[str, tuple[int, int]]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print a line for each kind."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="of the run")
+    parser.add_argument("folder", type=Path, help="folder of the run")
     parser.add_argument("--subject", default="arctrue", help="whose answers")
     given = parser.parse_args(arguments)
     for kind, (wrong, all_) in sure_answers(

@@ -1,4 +1,4 @@
-"""``python -m scripts.fasm_frames``: FASM of nextpnr to the chip's configuration frames.
+"""``python -m scripts.fasm_frames``: converts nextpnr's FASM to the chip's configuration frames.
 
 By Project X-Ray's database, whose own program for this, fasm2frames, is in no package. A feature of
 a tile is named in the database of the tile's type with the bits that it sets and clears; the tile
@@ -84,7 +84,7 @@ class Frames:
     def add(self, lines: Iterable[str], name: str) -> None:
         """Features, one a line; ``name`` is what messages call their file.
 
-        Raises ToolError for a line that is no feature or that the database does not know.
+        Raises ToolError for a line that is not a feature or that the database does not know.
         """
         unknown = []
         for number, whole in enumerate(lines, start=1):
@@ -141,10 +141,10 @@ def frames_of(fasm: Path, chip: Chip) -> Frames:
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(prog="fasm_frames", description=__doc__)
-    parser.add_argument("--part", required=True)
+    parser.add_argument("--part", required=True, help="chip, package and speed grade")
     parser.add_argument("--db-root", type=Path, required=True, help="the family's folder")
-    parser.add_argument("fasm", type=Path)
-    parser.add_argument("frames", type=Path)
+    parser.add_argument("fasm", type=Path, help="file of features")
+    parser.add_argument("frames", type=Path, help="file that is written")
     chosen = parser.parse_args(arguments)
     try:
         frames_of(chosen.fasm, Chip(chosen.db_root, chosen.part)).write(chosen.frames)

@@ -1,4 +1,4 @@
-"""Load firmware or bitstream into the chip over JTAG: ``make flash``, ``make flash-bitstream``.
+"""Loads firmware or bitstream into the chip over JTAG: ``make flash``, ``make flash-bitstream``.
 
 The firmware goes into the on-chip memory by gdb, is read back, compared and started; gdb speaks to
 OpenOCD, or to any server that ``--remote`` names. The bitstream goes into the fabric by OpenOCD.

@@ -1,6 +1,6 @@
-"""Sine and cosine operators of FloPoCo for scripts/compare_cordic.py: what to ask, what comes back.
+"""Calls FloPoCo for operators of sine and cosine, and reads them: for scripts/compare_cordic.py.
 
-FloPoCo (https://www.flopoco.org, AGPL, as what it generates) is a program that the caller builds;
+FloPoCo is a program that the caller builds (https://www.flopoco.org, AGPL, like what it generates);
 nothing of it and nothing that it writes comes into this tree. Versions differ in their operators:
 up to 4 there are FixSinCos (table and products) and CordicSinCos; from 5 on FixSinCos has a method.
 """
@@ -16,15 +16,15 @@ from typing import Final
 from scripts.netlist import ToolError
 
 TARGETS: Final = ("Zynq7000", "Kintex7", "Virtex6")
-"""The nearest to a Zynq of those that the program has."""
+"""The first of these that the program has is taken: the nearest to a Zynq."""
 FREQUENCIES_MHZ: Final = (400, 600, 800, 1000)
-"""What the program is asked for, in turn: its estimate of a path is shorter than ours."""
+"""The program is asked for one after the other: its estimate of a path is shorter than ours."""
 LSBS: Final = (-16, -15)
-"""Last bit of the result, and of the angle in half turns. With 2**-16 the error at any angle is
-below our lane's; 2**-15 is the coarsest whose error at its own angles is."""
+"""Exponent of the last bit of the result, and of the angle in half turns. With -16 the error at any
+angle is smaller than our lane's; -15 is the coarsest with a smaller error at its own angles."""
 LARGEST_SELECT: Final = 512
-"""Words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys did not
-map one of 1,024 words of 40 bits in 15 minutes beside other work."""
+"""The most words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys
+did not map one of 1,024 words of 40 bits in 15 minutes beside other work."""
 TIMEOUT_S: Final = 300
 COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 ENTITY: Final = re.compile(
@@ -48,10 +48,16 @@ class Operator:
     target: str
     lsb: int
 
+    @property
+    def call(self) -> tuple[str, ...]:
+        """The words with the last bit, as the program wants them."""
+        kind, *options = self.words
+        return kind, f"lsb={self.lsb}", *options
+
 
 @dataclass(frozen=True)
 class Generated:
-    """VHDL that FloPoCo wrote: its entity, its ports for clock and reset, bits of X and C."""
+    """VHDL that FloPoCo wrote: its entity, its ports for clock and reset, widths of X and C."""
 
     file: Path
     entity: str
@@ -84,9 +90,9 @@ def _ask(program: Path, words: tuple[str, ...], folder: Path) -> str:
 
 
 def operators(program: Path, folder: Path) -> list[Operator]:
-    """The operators for sine and cosine that a program offers, told by its help.
+    """The operators for sine and cosine that a program offers, by the help that it prints.
 
-    Raises ToolError when it is no FloPoCo, or one without them.
+    Raises ToolError when the program is not FloPoCo, or does not offer them.
     """
     told = _ask(program, (), folder)
     if not re.search(r"^FixSinCos:", told, re.M):
@@ -111,9 +117,9 @@ def operators(program: Path, folder: Path) -> list[Operator]:
 
 
 def read_generated(file: Path) -> Generated:
-    """The operator in a file that FloPoCo wrote: its last entity, with the ports X and C.
+    """Find the operator in a file that FloPoCo wrote: the last entity, with the ports X and C.
 
-    Raises ToolError when there is none, and NotMadeError for a table that is too large.
+    Raises ToolError without such an entity, and NotMadeError for a table that is too large.
     """
     text = file.read_text(encoding="utf-8", errors="replace")
     selects = re.findall(r"\bselect\b[^;]*;", text, re.I)
@@ -137,17 +143,14 @@ def read_generated(file: Path) -> Generated:
 
 
 def generate(program: Path, operator: Operator, frequency_mhz: int, folder: Path) -> Generated:
-    """Have an operator written to ``folder``. Raises ToolError with what the program said."""
+    """Let FloPoCo write an operator to ``folder``. Raises ToolError with what the program said."""
     file = folder / "operator.vhdl"
     file.unlink(missing_ok=True)
-    kind, *options = operator.words
     words = (
         f"target={operator.target}",
         f"frequency={frequency_mhz}",
         f"outputFile={file.name}",
-        kind,
-        f"lsb={operator.lsb}",
-        *options,
+        *operator.call,
     )
     told = _ask(program, words, folder)
     if not file.exists() or re.search(r"^\s*Error\b", told, re.M | re.I):
@@ -160,7 +163,7 @@ def generate(program: Path, operator: Operator, frequency_mhz: int, folder: Path
 
 
 def wrapper(generated: Generated, width: int) -> str:
-    """Verilog with the ports of the other lanes and a register behind the cosine.
+    """Verilog with the ports of the other lanes and a register after the cosine.
 
     An angle in half turns, two's complement, is a phase in turns with the same bits.
     """

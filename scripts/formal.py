@@ -62,7 +62,7 @@ def find_sby() -> list[str]:
 
 @functools.cache
 def translate_yosys(command: str) -> None:
-    """Let its first start on this machine be over: it translates WebAssembly into the user's cache.
+    """Start Yosys once: its first start on a machine translates WebAssembly into the user's cache.
 
     That takes minutes on a busy machine and leaves 220 MB. Two at once would write over the file
     that one of them already runs from.
@@ -92,9 +92,9 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
         f"read_verilog -sv -formal {rules}.sv",
         *(f"chparam -set {name} {value} {rules}" for name, value in generics.items()),
         f"hierarchy -check -top {rules}",
-        # A pattern that fits nothing any more would make the proof slow, not wrong, and silently.
+        # Fails where a pattern matches nothing: the proof would stay right and become slow.
         *(f"select -assert-any {pattern}" for pattern in (*proof.cut, *proof.cut_signals)),
-        # Before the processes become logic: most of the core would be translated for nothing.
+        # Before proc makes logic of processes: that of a module that is cut is not needed.
         *(f"delete {module}/p:*" for module in proof.cut),
         *(f"cutpoint {module}" for module in proof.cut),
         # No alias may take the place of a wire before it is joined; a ROM's content would be
@@ -115,8 +115,8 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
             "[options]",
             f"mode {mode}",
             f"depth {depth}",
-            # z3 takes longer to tell every wire of a trace than to find it. One is read where a
-            # proof fails.
+            # z3 takes longer to write every wire of a trace than to find it; only the trace of a
+            # proof that fails is read.
             f"vcd {'on' if mode == 'prove' else 'off'}",
             "[engines]",
             ENGINE,
@@ -213,7 +213,10 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
 
 
 def sources_of_proof(proof: Proof, folder: Path) -> tuple[Path, ...]:
-    """Source folders with the proof's own constants; raises ValueError for an unknown one."""
+    """Source folders, with the constants of the proof in place of those of the tree.
+
+    Raises ValueError for a constant that number_formats_pkg does not have.
+    """
     if not proof.constants:
         return SOURCE_FOLDERS
     (package,) = (path for top in SOURCE_FOLDERS for path in top.rglob("number_formats_pkg.vhd"))

@@ -42,7 +42,7 @@ class Proof:
     # Signals (module/w:name) that may have any value in any clock, whatever drives them.
     cut_signals: tuple[str, ...] = ()
     quick: bool = True  # part of `make test`
-    rules_of: str = ""  # the proof whose rules this one has too, for other generics; own when empty
+    rules_of: str = ""  # name of the proof whose rules this one uses; its own when empty
 
     @property
     def rules(self) -> str:
@@ -51,7 +51,7 @@ class Proof:
 
 
 def _both_banks(lanes: int, fold: int) -> dict[str, str]:
-    """Joins all words of a bank of coefficient_memory, 128 bits a lane, last lane first."""
+    """Probes of both banks of coefficient_memory: all words, 128 bits a lane, last lane first."""
     built = lanes // fold
 
     def words(bank: int) -> str:

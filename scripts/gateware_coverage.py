@@ -4,8 +4,8 @@ The benches of ``tb/`` run in GHDL 5, which counts the lines of statements that 
 (``--coverage`` of its mcode back-end); each simulation leaves a file of JSON. The files are added
 up: a line counts as executed when any simulation executed it. Result: coverage.md and lines that
 nothing executes, in build/coverage_gateware. GHDL 5 simulates slower than the GHDL that the tests
-use, so those that run the same lines for longest are left out (``BENCHES``): they could only raise
-the share.
+use, so the longest benches, whose lines others execute too, are left out (``BENCHES``): they could
+only raise the share.
 
 Exit code 1 when a bench fails, a file of ``rtl/`` is in no simulation, or the budget is missed; 2
 when a tool is missing.
@@ -42,7 +42,7 @@ BENCHES: Final = (
         )
     ),
 )
-"""What pytest runs."""
+"""Arguments of pytest: the benches whose lines are counted."""
 VARIABLE: Final = "ARCTRUE_COVERAGE"
 """Names the folder of the results to tb/support/simulation.py."""
 RUN_LIMIT_S: Final = 4 * 3600
@@ -156,9 +156,12 @@ def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "tests", nargs="*", default=BENCHES, help="what pytest runs (tb, but for the longest)"
+        "tests",
+        nargs="*",
+        default=BENCHES,
+        help="arguments of pytest (tb without the longest benches)",
     )
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=2, help="processes of pytest (2)")
     parser.add_argument("--add", action="store_true", help="keep the results that are there")
     parser.add_argument("--read", action="store_true", help="only add up what is there")
     chosen = parser.parse_args(arguments)

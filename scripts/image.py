@@ -1,4 +1,4 @@
-"""Write the boot image of a board's QSPI flash: ``make image``.
+"""Writes the boot image of a board's QSPI flash: ``make image``.
 
 The boot ROM's header (UG585, chapter 6, table of the BootROM header), then the firmware as it lies
 in the on-chip memory. At an offset of its own follows the bitstream, which the firmware itself
@@ -32,7 +32,7 @@ RESERVED = 0  # mkimage of U-Boot, whose images boot from QSPI too, takes nothin
 FIRST_CHECKED, CHECKSUM = 0x20, 0x48
 REGISTER_TABLE, REGISTER_PAIRS = 0xA0, 256
 NO_REGISTER = 0xFFFF_FFFF
-PROGRAM_OFFSET = 0x8C0  # the first that the boot ROM takes: behind the table, a multiple of 64
+PROGRAM_OFFSET = 0x8C0  # the first that the boot ROM takes: after the table, a multiple of 64
 PROGRAM_ALIGNMENT = 64
 ENTRY_ALIGNMENT = 64
 ERASED = b"\xff"
@@ -154,10 +154,12 @@ def program_of(elf: Path) -> tuple[bytes, int]:
 
 @click.command(help=(__doc__ or "").splitlines()[0])
 @click.argument("elf", type=click.Path(path_type=Path))
-@click.option("--bitstream", type=click.Path(path_type=Path), help="a .bit or .bin to go with it")
-@click.option("--out", type=click.Path(path_type=Path), required=True)
+@click.option(
+    "--bitstream", type=click.Path(path_type=Path), help="bitstream (.bit or .bin) that is added"
+)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="file that is written")
 def main(elf: Path, bitstream: Path | None, out: Path) -> None:
-    """ELF, and the bitstream if there is one, into one file for the flash."""
+    """Write ELF, and the bitstream if one is given, into one file for the flash."""
     program, entry = program_of(elf)
     data = bitstream.read_bytes() if bitstream and bitstream.is_file() else None
     image = flash_image(program, entry, data, str(bitstream))

@@ -16,7 +16,7 @@ from arctrue.studies.campaign.store import COMMIT, read_header
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Add those that are no cases yet."""
+    """Add those that are not cases yet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="of the run")
     parser.add_argument("--subject", default="arctrue", help="whose answers")

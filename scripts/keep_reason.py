@@ -26,11 +26,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--world", choices=list(WORLDS), required=True)
-    parser.add_argument("--content", choices=CONTENTS, required=True)
-    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--world", choices=list(WORLDS), required=True, help="world of the set")
+    parser.add_argument(
+        "--content", choices=CONTENTS, required=True, help="what is hidden in the set"
+    )
+    parser.add_argument("--seed", type=int, required=True, help="seed of the set")
     parser.add_argument("--said", help="the answer that is explained")
-    parser.add_argument("why", help="in one or two sentences")
+    parser.add_argument("why", help="the reason, in one or two sentences")
     given = parser.parse_args(arguments)
     said = given.said or next(
         (case["found"]["said"] for case in kept_cases() if case["seed"] == given.seed), ""

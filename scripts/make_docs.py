@@ -103,7 +103,7 @@ def _clause(text: str, keyword: str) -> str | None:
 
 
 def read_items(clause: str, source: Path) -> tuple[Item, ...]:
-    """The declarations of a generic or port clause: one a line, its comment behind it."""
+    """The declarations of a generic or port clause: one a line, its comment after it."""
     items: list[Item] = []
     heading = ""
     for line in clause.splitlines():

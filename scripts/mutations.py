@@ -12,7 +12,7 @@ from scripts.mutation import Mutation
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_before_step",
-        "the index passed downwards is latched behind the step instead of before it",
+        "the index passed downwards is latched after the step instead of before it",
         "rtl/decoder/quadrature_decoder.vhd",
         "(position'range => leaves_inside), not meets_up);",
         "(position'range => leaves_inside), '0');",
@@ -124,7 +124,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "witness_of_another_clock",
-        "the other head's counts at a mark are those of the clock behind it",
+        "the other head's counts at a mark are those of the clock after it",
         "rtl/decoder/zero_witness.vhd",
         "        at_mark := position_then;\n",
         "        at_mark := position;\n",
@@ -219,8 +219,8 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/instrument/test_equal.py::test_core",
     ),
     Mutation(
-        "write_during_copy",
-        "a write reaches the idle bank while it is being copied",
+        "write_during_fill",
+        "a write reaches the idle bank while parts change their bank or it is being filled",
         "rtl/coefficients/coefficient_memory.vhd",
         "and not swap and is_quiet and not reset;",
         "and not reset;",
@@ -268,7 +268,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "z_after_one_turn",
-        "Z is not found again behind the end of the turn",
+        "Z is not found again after the end of the turn",
         "rtl/quadrature_output/quadrature_output.vhd",
         "angles_ahead(-1)  := angle_ahead - signed('0' & counts_per_rev);",
         "angles_ahead(-1)  := angle_ahead;",

@@ -1,4 +1,4 @@
-"""VHDL of this tree to a Verilog netlist (GHDL) and to cells of the 7 series (Yosys).
+"""Makes a Verilog netlist of VHDL (GHDL) and maps it to cells of the 7 series (Yosys).
 
 Simulation keeps the system's GHDL; a netlist needs GHDL 5 or newer, because older ones write wrong
 Verilog: 2.0 loses `when others` (its issue 2041), 4.1 shifts signed numbers to the right without

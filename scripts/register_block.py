@@ -1,7 +1,7 @@
 """Generates the register block with a port that says which word is accessed, a bit for each word.
 
 The generator's own block decodes the address in the clock of the access, and chooses the word that
-is read behind that decoder. Here the bits ``s_cpuif_word`` come decoded, and the word that is read
+is read after that decoder. Here the bits ``s_cpuif_word`` come decoded, and the word that is read
 has a register: only an OR of words lies between two registers. register_access.vhd makes these bits
 while it judges the access, so a read takes no clock more. All else stays the generator's.
 """

@@ -95,7 +95,7 @@ check_tools() {
 raise SystemExit(not sysconfig.get_config_var("Py_ENABLE_SHARED"))' 2>/dev/null ||
         missing+=("Python 3.11 or newer with venv and a shared libpython, as $PYTHON or PYTHON=...")
     [ ${#missing[@]} -eq 0 ] && return
-    give_up "This system ($(system_name)) is none of Debian 12, Debian 13 and Ubuntu 24.04." \
+    give_up "This system ($(system_name)) is not one of Debian 12, Debian 13 and Ubuntu 24.04." \
         "Install these, then start again:" "" "${missing[@]/#/- }" "" \
         "(Debian's names of the packages: ${PACKAGES[*]})"
 }

@@ -1,4 +1,4 @@
-"""``make synth``: what the gateware takes of an XC7Z020, and whether that is within the budget.
+"""``make synth``: counts what the gateware takes of an XC7Z020 and checks it against the budget.
 
 GHDL makes a netlist, Yosys maps it twice: flattened, for the sum that the budget holds for, and
 unit by unit, for the table. Results: build/synth/<entity>/resources.json and resources.md.
@@ -194,9 +194,23 @@ def report_folds(
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--entity", default=TOP)
-    parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
-    parser.add_argument("--folds", nargs="*", type=int, default=[], choices=(2, 4, 8))
+    parser.add_argument("--entity", default=TOP, help=f"entity that is mapped ({TOP})")
+    parser.add_argument(
+        "-g",
+        "--generic",
+        action="append",
+        default=[],
+        metavar="NAME=INTEGER",
+        help="value of a generic; may be repeated",
+    )
+    parser.add_argument(
+        "--folds",
+        nargs="*",
+        type=int,
+        default=[],
+        choices=(2, 4, 8),
+        help="map the core with these folds too",
+    )
     parser.add_argument("--output", type=Path, help="folder, made anew (build/synth/<entity>)")
     chosen = parser.parse_args(arguments)
     try:

@@ -1,9 +1,9 @@
-"""Lanes that take the cosine from a table and one product, as Verilog.
+"""Writes lanes that take the cosine from a table and one product, as Verilog.
 
-They are for scripts/compare_cordic.py and no part of the core. The first quadrant is cut into 128
-intervals; a table in LUTs gives the cosine where one begins and its slope in the middle:
-cos(a + z) = cos a - z sin a, less z**2/2, which is left out. z is 2**-10 turn at the most, so that
-is 1.9e-5 at the most, and half of it is in the table.
+They are for scripts/compare_cordic.py and not a part of the core. The first quadrant is cut into
+128 intervals; a table in LUTs gives a tangent to the cosine in the middle of each, by its value
+where the interval begins and its slope: cos(a + z) = cos a - z sin a. The term z**2/2, which is
+left out, is at most 1.9e-5, because z is at most 2**-10 turn; half of that is taken off the table.
 
 - ``table_product_lane``: the product in a DSP;
 - ``table_rows_lane``: the product in rows of adders.
@@ -50,10 +50,10 @@ def table_slopes() -> Integers:
 
 
 def table_values(offset_bits: int) -> Integers:
-    """The tangent to the cosine where an interval begins, and the half that rounds, s1.20.
+    """The tangents to the cosine where their intervals begin, and the half that rounds, s1.20.
 
-    The rows take the offset from an interval's beginning, cut to ``offset_bits``: half a unit is
-    meant in addition. Half of the largest z**2/2, which a tangent leaves out, is taken off.
+    ``offset_bits``: bits of the offset in the interval that are multiplied; the others count as
+    their mean, half a unit of the last. Half of the largest z**2/2 is taken off.
     """
     middles = table_middles()
     reach_turn = 2.0 ** (OFFSET_BITS - 1 - PHASE_FRACTION)
@@ -99,7 +99,7 @@ endmodule
 
 
 def _row(index: int) -> str:
-    """One base-4 digit: the rows before it a digit lower, and 0, 1, 2 or 3 slopes."""
+    """One base-4 digit of the offset: adds 0, 1, 2 or 3 slopes to a quarter of the row before."""
     before = f"(row{index - 1} >> 2)" if index else "0"
     return f"""
         row{index} <= {before} + (digits{index}[1:0] == 0 ? 0 : digits{index}[1:0] == 1 ?

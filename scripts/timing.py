@@ -1,4 +1,4 @@
-"""``python -m scripts.timing``: an estimate of the longest paths of an entity.
+"""``python -m scripts.timing``: estimates the longest paths of an entity.
 
 It reads the flat netlist of scripts/synth.py, or makes one, and gives for each of the longest
 paths its delay, its levels of logic and what that leaves of 10 ns (100 MHz) and 5 ns (200 MHz).
@@ -93,8 +93,15 @@ def report(
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--entity", default=TOP)
-    parser.add_argument("-g", "--generic", action="append", default=[], metavar="NAME=INTEGER")
+    parser.add_argument("--entity", default=TOP, help=f"entity that is mapped ({TOP})")
+    parser.add_argument(
+        "-g",
+        "--generic",
+        action="append",
+        default=[],
+        metavar="NAME=INTEGER",
+        help="value of a generic; may be repeated",
+    )
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")
     parser.add_argument("--limit", type=float, metavar="NS", help="longest path that is accepted")
     parser.add_argument("--shown", type=int, default=SHOWN, help=f"paths in the table ({SHOWN})")

@@ -1,4 +1,4 @@
-"""The longest paths between registers of a flat netlist, and how many adders lie on one.
+"""Finds the longest paths between registers of a flat netlist, and the adders on each.
 
 Two questions are asked of every bit that enters a register: how long is the longest path to it, and
 what is the largest number of wide adders and DSPs on any path to it.
@@ -18,7 +18,7 @@ from scripts.cell_delays import Arc, timing_of, wire_ns
 # A carry chain of so many CARRY4 is that of a wide adder: 16 bits and more.
 WIDE_CARRY4: Final = 4
 
-# Names that tools gave stand behind those of the source.
+# Names that tools gave to a net; names of the source are preferred.
 GIVEN_BY_TOOL: Final = re.compile(r"(^|\.)(n\d+(_\w)?$|\$)|\$(auto|abc|iopadmap|techmap)")
 
 

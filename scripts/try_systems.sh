@@ -85,7 +85,7 @@ while [ $# -gt 0 ]; do
         elif [[ " ${TARGETS[*]} " == *" $1 "* ]]; then
             targets+=("$1")
         else
-            give_up "'$1' is no system (${SYSTEMS[*]}) and no target (${TARGETS[*]})." "$0 --help"
+            give_up "'$1' is neither a system (${SYSTEMS[*]}) nor a target (${TARGETS[*]})." "$0 --help"
         fi
         ;;
     esac

@@ -1,4 +1,4 @@
-"""A table of constants as Verilog."""
+"""Writes a table of constants as Verilog."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def verilog_table(
 ) -> str:
     """A Verilog function of ``inputs`` bits; its values have ``outputs`` bits, two's complement.
 
-    Values that are not given are 0.
+    From the end of ``values`` on it is 0.
     """
     mask = (1 << outputs) - 1
     cases = "\n".join(

@@ -89,7 +89,11 @@ def page(text: str, stored: dict[str, Any]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure or compare; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=[*SCALES, "page", "check"])
+    parser.add_argument(
+        "what",
+        choices=[*SCALES, "page", "check"],
+        help="scale that is measured; or only write the page, or compare it",
+    )
     wanted = parser.parse_args(arguments).what
     measured = {wanted: measure(wanted)} if wanted in SCALES else {}
     # Read after the measurement: the other scale's may have come meanwhile.

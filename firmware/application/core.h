@@ -122,7 +122,7 @@ bool core_resume(const struct core_access *core, const struct core_setup *setup)
 void core_set_pins(const struct core_access *core, const struct core_setup *setup);
 struct core_probe core_probe(const struct core_access *core);
 struct core_places {
-    /* Behind the index, and from one to the next; counts. Interval 0: once. */
+    /* After the index, and from one to the next; counts. Interval 0: once. */
     uint32_t first;
     uint32_t interval;
     uint32_t counts_per_rev;
@@ -165,7 +165,7 @@ void core_acknowledge_interrupt(const struct core_access *core);
 /* Of both heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
 /* End the fault of the output: it follows from the present position. Only the operator knows
-   whether what is behind the output may move. */
+   whether what the output drives may move. */
 void core_clear_output(const struct core_access *core);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);

@@ -4,7 +4,7 @@
 
    The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the beginning
    on (UG585, chapter 6, "BootROM header search"), and leaves where it found it in MULTIBOOT_ADDR. The first place is the image
-   that is updated; behind it lies the golden one, which is never written again once it is whole. Where the
+   that is updated; after it lies the golden one, which is never written again once it is whole. Where the
    signature of the first image is overwritten before its sectors are erased, and its header is written last,
    power may be lost at any moment, in the middle of an erase too. */
 
@@ -25,7 +25,7 @@ enum { IMAGE_WORDS_MOST = 6 };
 struct image_map {
     uint32_t golden;
     uint32_t golden_bytes;
-    /* What is behind is not for images. */
+    /* From here on the flash is not for images. */
     uint32_t end;
 };
 

@@ -98,7 +98,7 @@ void load_again(struct load *load, uint32_t counts_per_rev);
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
-/* `candidate`: the lanes of `set`, at a temperature where `thermal` is not NULL, and behind them those of `own` whose orders it has not, as many
+/* `candidate`: the lanes of `set`, at a temperature where `thermal` is not NULL, and after them those of `own` whose orders it has not, as many
    as fit. */
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);

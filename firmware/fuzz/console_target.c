@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Any bytes at the console, with a core behind it that hands over a turn after every line. What
+/* Any bytes at the console, with a core at the bus that hands over a turn after every line. What
    is said must be text in whole lines, at most a line of error for each line heard. */
 
 #include <stdlib.h>

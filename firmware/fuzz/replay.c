@@ -19,7 +19,7 @@ int main(int number, char **names) {
         }
         size_t size = fread(buffer, 1, sizeof buffer, file);
         fclose(file);
-        /* Of exactly its size, so that AddressSanitizer sees a read behind its end. */
+        /* Of exactly its size, so that AddressSanitizer sees a read beyond its end. */
         uint8_t *input = malloc(size ? size : 1);
         for (size_t byte = 0; byte < size; byte++) {
             input[byte] = buffer[byte];

@@ -5,11 +5,11 @@
 #ifndef ARCTRUE_FLASH_MAP_H
 #define ARCTRUE_FLASH_MAP_H
 
-/* The boot image that is updated, at the beginning; the golden one behind it, which stays: the boot ROM
+/* The boot image that is updated, at the beginning; the golden one after it, which stays: the boot ROM
    looks for one every 32 KB. Each has 256 KB, the largest sector of the flashes that are known. */
 #define FLASH_MAP_GOLDEN 0x00040000U
 #define FLASH_MAP_GOLDEN_BYTES 0x00040000U
-/* Behind both the bitstream; fabric_image.h. */
+/* The bitstream is after both; fabric_image.h. */
 #define FLASH_MAP_BITSTREAM 0x00100000U
 #define FLASH_MAP_BITSTREAM_BYTES 0x00E00000U
 /* Two records of what was saved. Each has 256 KB, the largest sector of the flashes that are known,

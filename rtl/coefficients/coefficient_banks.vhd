@@ -2,9 +2,9 @@
 --
 -- # coefficient_banks
 --
--- Two banks of one kind of word, for the FOLD lanes that share a pipeline: a word for each slot. A small
--- memory, which tools build from look-up tables. Which bank is read and which is written is up to
--- coefficient_memory.
+-- Stores two banks of one kind of coefficient word, for the FOLD lanes that share a pipeline: a word for each slot.
+-- It is a small memory, which tools build from look-up tables. coefficient_memory decides which bank is read and
+-- which is written.
 --
 -- **Latency.** 1 clock from `read_bank` and `read_slot` to `read_word`; a word that is written in a clock
 -- can be read in the next.

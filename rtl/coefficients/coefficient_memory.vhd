@@ -2,9 +2,9 @@
 --
 -- # coefficient_memory
 --
--- Two banks of coefficients for every lane of equation (9): the pipeline reads the active bank,
+-- Stores two banks of coefficients for every lane of equation (9): the pipeline reads the active bank,
 -- the processor writes the idle one. A pulse of `swap` makes the idle bank the active one for all
--- lanes at once. Then the idle bank is filled with the same values, from the block RAM
+-- lanes at once. Then the new idle bank is filled with the same values, from the block RAM
 -- that also serves the read-back, so that single words can be changed and swapped in again.
 --
 -- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase
@@ -17,15 +17,16 @@
 -- offset PHASE_OFFSET_DELAY clocks later, its amplitude AMPLITUDE_DELAY clocks later and the
 -- offset OFFSET_DELAY clocks later. Each part changes its bank with exactly that delay, so
 -- that every angle meets the coefficients of one bank. `swap_marker` is high in the clock of the
--- first angle that meets the new bank: the clock after `swap`.
+-- first angle that meets the new bank: the clock after a `swap` that need not wait.
 --
--- **Folding.** FOLD lanes share one pipeline: of each kind of word the block of LANES / FOLD neighbouring
--- lanes comes out that the angle meets in this clock, block s for the phase step where `slot` is s, for the
--- other words as much later as above. A folded pipeline takes FOLD clocks for an angle. It holds `swap_allowed`
--- high in the clock before each new angle only; a swap waits for it, and swaps that wait together are one.
+-- **Folding.** FOLD lanes share one pipeline, and each output carries the words of LANES / FOLD neighbouring lanes,
+-- a block, at a time. The phase steps are those of block s in the clock in which `slot` is s; the phase offsets and
+-- amplitudes of that block come with the delays above. A folded pipeline takes FOLD clocks for an angle. It holds
+-- `swap_allowed` high in the clock before each new angle only; a swap waits for it, and swaps that wait together
+-- count as one.
 --
 -- **Writing.** Pulse `write_enable` or `write_offset` (never both) with address and data; the
--- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while the idle bank is
+-- write is finished with the pulse of `write_acknowledge`, 3 clocks later or, while a swap waits or the idle bank is
 -- being filled, when that has ended: at most the largest delay + 4 * LANES + 5 clocks after the swap took place. Start
 -- no other write before. A swap takes over all acknowledged writes and no part of a pending one.
 -- `swap_busy` is high from the clock after `swap` until the idle bank is filled; a further `swap` is
@@ -38,7 +39,7 @@
 -- offset s13.11 counts. Flat outputs carry the first lane of the block in the low bits.
 --
 -- **Reset.** `reset` drops a pending write; one that is being written ends, without an acknowledge. It keeps both
--- banks and lets a swap end, else a mixed bank would stay; at power-up both banks are zero.
+-- banks and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -91,7 +92,7 @@ architecture rtl of coefficient_memory is
 
   type words is array (0 to 4 * LANES_MAX - 1) of word;
 
-  -- The slot that is `ahead` clocks further on.
+  -- The slot `ahead` clocks after that of `now`.
   function later (now : slot_number; ahead : integer) return slot_number is
   begin
 
@@ -128,7 +129,7 @@ architecture rtl of coefficient_memory is
   signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
 
-  -- The idle bank is filled: the word that is asked for, and the two that are on their way.
+  -- The idle bank is filled: the word that is asked for, and the two that were asked for in the clocks before.
   signal filling        : std_ulogic   := '0';
   signal fill_address   : word_address := (others => '0');
   signal fill_under_way : std_ulogic_vector(1 to 2) := (others => '0');
@@ -137,7 +138,7 @@ architecture rtl of coefficient_memory is
   signal fill_stored    : word         := (others => '0');
   signal fill_word      : word         := (others => '0');
 
-  -- Both banks are alike but for what is written now.
+  -- No swap is taking effect and the idle bank is filled, but for a word that is written now.
   signal is_quiet : std_ulogic := '1';
 
   -- The word that is written into the idle bank: a bit for each kind of word of a lane that is built.

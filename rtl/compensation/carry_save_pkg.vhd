@@ -46,7 +46,7 @@ package carry_save_pkg is
     width, left : positive
   ) return u_signed;
 
-  -- Sum of such numbers on one carry chain, behind the levels to 2 numbers.
+  -- Sum of such numbers on one carry chain, after the levels that leave 2 numbers.
   function sum_of_all (
     numbers : u_signed;
     width   : positive

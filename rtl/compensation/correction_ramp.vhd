@@ -3,7 +3,7 @@
 -- # correction_ramp
 --
 -- Makes the correction go on without a step when the coefficients are swapped or the
--- compensation is switched on or off, so that a servo behind the output sees no jump. The
+-- compensation is switched on or off, so that a servo that reads the output sees no jump. The
 -- correction that is used is total = ε + r. In the clock of a `marker` the total is held and the
 -- remainder r = held total − ε is caught; from then on |r| decays to 0 while ε is followed at
 -- once. ε itself is never limited in its rate: that would clip a correction that is rightly fast.

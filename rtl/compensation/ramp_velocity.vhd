@@ -65,12 +65,12 @@ architecture rtl of ramp_velocity is
   constant CHOOSE  : natural := 243;
   constant DECIDE  : natural := 255;
 
-  -- What is done in a clock; found out a clock before, since many bits wait for it.
+  -- What is done in a clock. It is decided a clock earlier and kept in a register, since many bits depend on it.
   type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
-  -- Of the clock behind this one.
+  -- What is done in the clock after the one of this tick.
   function moment_after (
     tick : natural range 0 to 255
   ) return moment_of_tick is

@@ -7,8 +7,8 @@
 -- reaches it over AXI4-Lite, see the register map, and gets one interrupt line.
 -- Source: figures 3 and 5 to 7 and section 3 of the paper.
 --
--- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, and the decoder before
--- it and the output behind it (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
+-- **Latency.** 29 clocks from the angle of head 1 to the corrected angle; the decoder before them and the
+-- output after them have their own (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
 -- every FOLD clocks: see compensation_pipeline.
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.

@@ -2,7 +2,7 @@
 --
 -- # compensation_pipeline
 --
--- From the reading of the reference head to the compensated reading of equations (8) and (9):
+-- Computes the compensated reading of equations (8) and (9) from the reading of the reference head:
 -- coefficient_memory, phase_unit, harmonic_unit, beside them the delay_line for the reading, and
 -- error_compensation with the correction_ramp. Section 3.3 and figure 7 of the
 -- paper.
@@ -35,7 +35,8 @@
 -- first angle from another zero; both travel with the angle, and what changed by it decays at the ramp rate.
 --
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
--- from the angle in the clock after `swap`, or the next accepted one.
+-- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
+-- filled after the one before, and for the end of a write that is under way.
 --
 -- **Number formats.** angle u24.0 counts below counts_per_rev; position s31.0 counts, wraps
 -- modulo 2³²; correction s19.11 counts; ramp_rate u8.24 in 2⁻¹¹ count a clock.

@@ -26,12 +26,12 @@
 -- turn_position modulo counts_per_rev in every clock, before the first index too.
 --
 -- **Phase.** `phase_of_zero` is the place of (A, B) in 00, 10, 11, 01 at position 0 and every fourth count from
--- there. It is 2 clocks behind the position and changes by illegal transitions only, after the reset.
+-- there. It comes 2 clocks after the position and changes by illegal transitions only, after the reset.
 --
 -- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
 -- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
 -- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
--- the next one, and compared with that of the step before. Up, the position behind the step is
+-- the next one, and compared with that of the step before. Up, the position after the step is
 -- latched, down the one before it, so both directions give the same count. Where Z changes within a
 -- count, further from both its edges, the step that leaves the count decides the direction, and that
 -- count is latched; a reversal within it leaves no trace. Hence the direction is never that of a motion long past, and
@@ -44,9 +44,9 @@
 -- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
 -- than two.
 -- With `zero_again` high the zero moves when it is proven wrong, 5 clocks after the mark that proves it is told: a mark
--- in the wrong place for which `other_head_agrees` (see zero_witness; the first mark behind lost counts), or
+-- in the wrong place for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
 -- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
--- mark behind lost counts).
+-- mark after lost counts).
 -- One false mark does not move the zero to its place: no other lies a turn from it. `index_seen` stays, so the
 -- correction goes on. A turn of less than 9 counts keeps its zero. Where the zero moves to another count,
 -- `zero_slip` is the angle that the mark had (the counts lost, with a minus), `zero_moved` turns over and `zero_moves`
@@ -61,10 +61,10 @@
 -- **Faults.** `illegal`: A and B changed in one clock; nothing is counted, since the direction is
 -- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
 -- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
--- An illegal transition is no edge in this sense, nor in that of last_edge_time.
+-- An illegal transition is not an edge in this sense, nor in that of last_edge_time.
 -- Edges that the filter swallows are over-speed too: the levels before the filter are decoded as well, and
 -- `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
--- behind it, or have broken the order 4 times where the filter shows nothing. Once the pins have
+-- after it, or have broken the order 4 times where the filter shows nothing. Once the pins have
 -- been quiet for filter_length clocks this starts anew. A pulse on one pin that is shorter than the
 -- filter leaves no trace here either, unless another pin changes within it: then it
 -- cannot be told from a period that was lost. Latency SYNCHRONISER_STAGES + 4 clocks from the pins.
@@ -243,7 +243,7 @@ architecture rtl of quadrature_decoder is
   constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
 
   -- A place, a step later; where an index is told, the one that is `from_zero` (-2 to 2) counts from 0. The choices
-  -- exclude each other, so that a bit takes one look-up table behind the carry chains of the two neighbours.
+  -- exclude each other, so that a bit takes one look-up table after the carry chains of the two neighbours.
   function next_place (
     place             : turn_place;
     last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
@@ -451,7 +451,7 @@ begin
     variable place           : u_unsigned(1 downto 0)                  := "00";
     variable passed_index    : std_ulogic                              := '0';
     variable passed_up       : std_ulogic                              := '1';
-    -- Where an index told in this clock lies: behind its step up, before its step down
+    -- Where an index told in this clock lies: after its step up, before its step down
     variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
     -- Stage 3: index
     variable index_before    : std_ulogic                              := '0';
@@ -611,7 +611,7 @@ begin
         end if;
       end if;
 
-      -- What the filter swallows: steps of the clock before, before it and behind it.
+      -- What the filter swallows: steps of the clock before, at its input and at its output.
       edges_lost := '0';
       if (settling(settling'high - 1) = '1' or is_quiet = '1') then
         ahead         := "000";

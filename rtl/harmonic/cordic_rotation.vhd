@@ -21,7 +21,7 @@
 -- rounded by the carry into it. y is not rotated any further when less than half a unit of x
 -- depends on it: after iteration 9, where the square of the angle left over is below 2⁻¹⁸.
 --
--- **Error.** Swept, with the rounding to s1.16 behind it: at most 5.2·10⁻⁵ over all phases of 20
+-- **Error.** Swept, with the rounding to s1.16 that follows: at most 5.2·10⁻⁵ over all phases of 20
 -- bits and 5.5·10⁻⁵ over all of 24 bits, where (A.1) + (A.5) as printed give 1.18·10⁻⁴.
 --
 -- There is no reset: it would only touch angles on their way.

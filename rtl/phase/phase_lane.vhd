@@ -19,8 +19,8 @@
 -- **Multipliers.** Three DSP48E1 in a cascade, for 17, 17 and 14 bits of K. The lowest 17 bits of
 -- every partial sum belong to the result, the others go on to the next multiplier's adder. Bits of a
 -- full turn and above are never formed. The first adder takes the phase offset and the half unit that
--- rounds. Each multiplier has its registers before, between and behind its multiplication and
--- addition, and each starts one clock after the one before it: five clocks, without an adder elsewhere.
+-- rounds. Each multiplier has registers at its inputs, at its product and at its sum, and each starts
+-- one clock after the one before it: five clocks, without an adder elsewhere.
 --
 -- There is no reset: it would only touch angles on their way.
 

@@ -8,7 +8,7 @@
 -- compensated signal) and figure 4 (order of the levels).
 --
 -- **Latency.** 6 clocks from `corrected_position` to the edge, when nothing holds the edge back.
--- `following_error` is 2 clocks behind the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
+-- `following_error` comes 2 clocks after the position, `cannot_keep_up` 3; the last edge comes 5 clocks after
 -- that. `enable` and a change of `following_limit` or `counts_per_rev` act on them 1 to 3 clocks late, `phase_of_zero`
 -- and the settings of a gated Z 1 clock.
 --
@@ -30,7 +30,7 @@
 -- **Z** shows the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A
 -- and B). With `z_gated` low it begins at the zero. With `z_gated` high it begins in the state `z_state` (place in
--- 00, 10, 11, 01) of A and B, at that of the four counts from 2 before the zero to 1 behind it which has this
+-- 00, 10, 11, 01) of A and B, at that of the four counts from 2 before the zero to 1 after it which has this
 -- state. It changes together with an edge of A or B. When corrected_angle jumps against corrected_position
 -- (first index), Z follows the new angle 3 clocks later, and A and B make no edge. While `referenced` is low
 -- the angle has no zero on the table, and Z is low: before the first index of the head, and from a re-arm
@@ -106,7 +106,7 @@ architecture rtl of quadrature_output is
   -- Wide enough for -2 to +2 turns.
   constant LIMIT_WIDTH : positive := COUNTS_PER_REV_WIDTH + 2;
 
-  -- A number for each turn from 2 before to 1 behind the one of the corrected angle.
+  -- A number for each turn from 2 before to 1 after the one of the corrected angle.
   type of_turns is array (-2 to 1) of u_signed(POSITION_WIDTH - 1 downto 0);
 
   function counts_of (width : u_unsigned(1 downto 0)) return positive is
@@ -121,8 +121,8 @@ architecture rtl of quadrature_output is
 
   end function counts_of;
 
-  -- Whether Z is high so many counts behind the zero: ungated, and gated, where the place of (A, B) is so much
-  -- behind z_state.
+  -- Whether Z is high so many counts after the zero: ungated, and gated, where the place of (A, B) is so much
+  -- after z_state.
   function is_high_ungated (behind_zero : u_signed(3 downto 0); width : u_unsigned(1 downto 0)) return std_ulogic is
   begin
 
@@ -135,7 +135,7 @@ architecture rtl of quadrature_output is
 
   type gate_table is array (0 to 63) of std_ulogic;
 
-  -- High from 2 counts before z_state's place to 1 behind it: behind_zero and behind_state, 4 and 2 bits. A table,
+  -- High from 2 counts before z_state's place to 1 after it: behind_zero and behind_state, 4 and 2 bits. A table,
   -- since a difference would make a carry chain.
   function gate_of_place return gate_table is
 
@@ -237,7 +237,7 @@ begin
     variable beyond      : u_signed(POSITION_WIDTH - 1 downto 3);
     variable near        : u_signed(3 downto 0);
     variable gated       : std_ulogic;
-    -- Of phase_then: how far it is behind z_state, and whether a gated Z is as wide
+    -- Of phase_then: how many places it comes after z_state, and whether a gated Z is as wide
     variable behind_state  : u_unsigned(1 downto 0)                 := "00";
     variable is_state_high : std_ulogic                             := '0';
     -- following_limit, or what is less: two turns without a count
@@ -355,7 +355,7 @@ begin
       referenced_then := referenced_then(1 downto 0) & referenced;
 
       lag := corrected_position - output;
-      -- While it does not follow: the count nearest to the position which has the phase, from 2 before it to 1 behind
+      -- While it does not follow: the count nearest to the position which has the phase, from 2 before it to 1 after
       -- it. It is the last one up to position + 1: place + 4 * floor((position + 1 - place) / 4). 1 - place is -2 to 1.
       less_place := (0 => not place_of_output(0), others => place_of_output(1));
       started    := corrected_position + less_place;

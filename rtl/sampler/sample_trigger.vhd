@@ -178,7 +178,7 @@ begin
       stood         := moved ?= multiple;
       arrives       := (up and (moved ?= below)) or (down and (moved ?= above));
 
-      -- The choices exclude each other: one look-up table a bit behind the carry chains.
+      -- The choices exclude each other: a bit takes one look-up table after the carry chains.
       rises      := up and not is_last;
       falls      := down and not is_zero;
       wraps_down := down and is_zero;

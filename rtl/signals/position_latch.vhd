@@ -7,7 +7,7 @@
 --
 -- **Latency.** The values are those of the clock DELAY clocks after `strobe`. With the DELAY of the core they belong to
 -- the pins of head 1 at the probe's own edge, as far as both have the same input filter: the corrected position is
--- as many clocks behind its pins. `latched` is a strobe and comes 1 clock after the values' clock, with the new values.
+-- as many clocks later than its pins. `latched` is a strobe and comes 1 clock after the values' clock, with the new values.
 --
 -- **Number formats.** position s31.0 counts; angle u24.0 counts; timestamp u64.0 clocks, of the latched clock less DELAY;
 -- count u16.0, wraps.

@@ -2,7 +2,7 @@
 --
 -- # pulse_output
 --
--- Makes a pulse of `width` clocks of each strobe, long enough for the instrument behind the pin.
+-- Makes a pulse of `width` clocks of each strobe, long enough for the instrument that is connected to the pin.
 --
 -- **Latency.** 1 clock from `strobe` to the pulse. A strobe while the pulse lasts begins its time anew: it is
 -- seen as one longer pulse.

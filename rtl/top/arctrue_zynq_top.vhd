@@ -3,7 +3,7 @@
 -- # arctrue_zynq_top
 --
 -- The whole device on a Zynq-7000: the processor side, the core, and four LEDs. Encoder pins are single
--- ended, as behind RS-422 receivers; arctrue_zynq_differential_top puts buffers for pairs round it.
+-- ended, as RS-422 receivers give them; arctrue_zynq_differential_top puts buffers for pairs round it.
 -- Of the processor's side only its I2C controller has pins here, all others are the chip's own.
 --
 -- **Latency.** That of arctrue_core; no register stands between it and the pins.

@@ -3,7 +3,7 @@
 // DSP48E1 as the 7 Series DSP48E1 Slice User Guide (UG479) describes it: input registers, multiplier,
 // X, Y and Z multiplexers (tables 2-7 to 2-9), three-input adder and logic unit (tables 2-10, 2-13).
 // Without the pre-adder's port D, SIMD and pattern detection, which the decoder refuses.
-// Pins are those behind their inverters. Resets come before clock enables.
+// Pins are those after their inverters. Resets come before clock enables.
 
 module dsp48e1_slice #(
     parameter integer AREG = 1,

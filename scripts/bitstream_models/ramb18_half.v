@@ -2,7 +2,7 @@
 //
 // Half of a block RAM, 18 Kbit with two ports, as the 7 Series Memory Resources User Guide (UG473)
 // describes it; both halves of a RAMB36E1 are one each. A width of 36 is the simple dual port: port A
-// reads, port B writes, both the data of A (low) and B (high). Pins are those behind their inverters.
+// reads, port B writes, both the data of A (low) and B (high). Pins are those after their inverters.
 // Where both ports use a word in one clock, a read gives what was there before.
 
 module ramb18_half #(

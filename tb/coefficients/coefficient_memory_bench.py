@@ -40,7 +40,7 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # What the test before left may be a swap that waits for the end of another.
+    # The test before may have left a swap that waits until another has ended.
     for _ in range(2 * (FILLED + FOLD) + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
@@ -85,7 +85,7 @@ DELAYS = (0, PHASE_OFFSET_DELAY, AMPLITUDE_DELAY, OFFSET_DELAY)
 
 
 def expected(bank: Coefficients, block: int = 0) -> tuple[int, int, int, int]:
-    """What an angle of the bank meets in the slot of that number."""
+    """The outputs that an angle of the bank meets in a slot: those of the block of that number."""
     lanes = slice(block * BUILT, (block + 1) * BUILT)
     return (
         flat(bank.phase_steps[lanes], PHASE_STEP_WIDTH),
@@ -136,6 +136,15 @@ async def load(dut: Any, bank: Coefficients) -> None:
     assert await write(dut, None, bank.offset % 2**32) == WRITE_CLOCKS
 
 
+async def start_with_idle_bank(dut: Any, seed: int) -> tuple[random.Random, Coefficients]:
+    """Start and write a random idle bank; the generator is returned too, for further banks."""
+    await start(dut)
+    rng = random.Random(seed)
+    bank = random_bank(rng)
+    await load(dut, bank)
+    return rng, bank
+
+
 async def read(dut: Any, address: int) -> int:
     dut.read_address.value = address
     for _ in range(READ_CLOCKS + 1):
@@ -161,10 +170,7 @@ async def check_active(dut: Any, bank: Coefficients) -> None:
 @cocotb.test()
 async def swap_takes_effect_in_one_clock(dut: Any) -> None:
     """Each part changes as a whole, with the delay of its place in the pipeline."""
-    await start(dut)
-    rng = random.Random(1)
-    before = random_bank(rng)
-    await load(dut, before)
+    rng, before = await start_with_idle_bank(dut, 1)
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
     await load(dut, after)
@@ -196,11 +202,9 @@ async def pulse_swap_and_settle(dut: Any) -> None:
 @cocotb.test(skip=FOLD > 1)
 async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
     """Meanwhile no write reaches the idle bank, and another swap joins the one that waits."""
-    await start(dut)
-    rng = random.Random(5)
-    before, after = random_bank(rng), random_bank(rng)
-    await load(dut, before)
+    rng, before = await start_with_idle_bank(dut, 5)
     await pulse_swap_and_settle(dut)
+    after = random_bank(rng)
     await load(dut, after)
     dut.swap_allowed.value = 0
     for _ in range(2):
@@ -231,10 +235,7 @@ async def a_swap_waits_until_it_is_allowed(dut: Any) -> None:
 @cocotb.test()
 async def swaps_one_after_the_other(dut: Any) -> None:
     """A swap while the idle bank is filled waits; the words of the bank before it do not return."""
-    await start(dut)
-    rng = random.Random(6)
-    bank = random_bank(rng)
-    await load(dut, bank)
+    _, bank = await start_with_idle_bank(dut, 6)
     markers = 0
     for clock in range(2 * (FILLED + FOLD) + 10):
         dut.swap.value = int(clock in (0, 3, FILLED // 2))
@@ -335,10 +336,7 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
 @cocotb.test()
 async def reset_leaves_whole_banks(dut: Any) -> None:
     """A reset in the midst of a swap drops the pending write and nothing else."""
-    await start(dut)
-    rng = random.Random(4)
-    bank = random_bank(rng)
-    await load(dut, bank)
+    _, bank = await start_with_idle_bank(dut, 4)
     dut.swap.value = 1
     await RisingEdge(dut.clock)
     dut.swap.value = 0

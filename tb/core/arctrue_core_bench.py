@@ -31,7 +31,7 @@ OUTPUT_STEP = {0b00: 0, 0b01: 1, 0b11: 2, 0b10: 3}  # place of B, A in 00, 10, 1
 
 
 class Machine:
-    """The core with the table before it and a decoder behind it; logs one entry every clock."""
+    """The core with the table before it and a decoder after it; logs one entry every clock."""
 
     def __init__(self, dut, bus: Bus) -> None:
         self.dut = dut

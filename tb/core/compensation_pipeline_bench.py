@@ -259,7 +259,7 @@ def banks_of_angles(
     swaps: list[tuple[bool, bool]],
     acknowledged: list[tuple[int | None, int] | None],
 ) -> tuple[list[Coefficients], list[int]]:
-    """The banks, and of each angle which one it meets, from what was asked for and answered.
+    """The banks, and for each angle the number of the one that it meets, by what the pins showed.
 
     ``markers``: an angle is the first of a new bank; ``swaps``: a swap is asked for, and a write is
     pending; ``acknowledged``: the write that ends. Checks that each swap that is asked for takes

@@ -54,7 +54,7 @@ class Scenario:
     start: int = 0
     """Place of the disc at the start, counts from the index."""
     index_at: Fraction = Fraction(0)
-    """The index edge lies so far behind the edge of A or B, counts. 0: they coincide."""
+    """The index edge lies so far after the edge of A or B, counts. 0: they coincide."""
     index_width: Fraction = Fraction(1)
     """Z is high for so many counts."""
     index_scatter: int = 0
@@ -359,7 +359,7 @@ FAULTY: dict[str, Scenario] = {
         1000,
         start=200,
     ),
-    "two_counts_a_clock_behind_the_filter": Scenario(
+    "two_counts_a_clock_after_the_filter": Scenario(
         [
             RESET,
             Segment(9, filter_length=3),
@@ -525,7 +525,7 @@ def stimuli_of(scenario: Scenario) -> Stimuli:
     # The disc itself keeps its turn; only the setting counts_per_rev changes within a scenario.
     from_index = place - int(scenario.index_at * UNITS)
     turn = scenario.counts_per_rev * UNITS
-    # A visit of the index lasts from half a turn before it to half a turn behind it.
+    # A visit of the index lasts from half a turn before it to half a turn after it.
     visit = np.cumsum(np.diff((from_index + turn // 2) // turn, prepend=0) != 0)
     scatter = random.integers(-scenario.index_scatter, scenario.index_scatter + 1, visit[-1] + 1)[
         visit

@@ -20,7 +20,6 @@ LANES = 3
 """Odd: one pair of lanes is half empty."""
 FOLD = 2
 DEPTH = 8
-MASK32 = 2**32 - 1
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""cocotb tests of register_access: the register block behind its bus port and guard."""
+"""cocotb tests of register_access: the register block with its bus port and guard."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ OUTPUT_STEP = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}
 
 
 class Device:
-    """The top level with the table before it and a decoder behind it."""
+    """The top level with the table before it and a decoder after it."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -173,7 +173,7 @@ async def from_edges_to_corrected_edges(dut: Any) -> None:
         return reading - amplitude * np.cos(order * turn * reading + phase)
 
     motion = table.motion(1.6, CLOCKS_PER_COUNT)
-    stops = [motion.size * part // 8 for part in range(3, 9)]  # behind the index
+    stops = [motion.size * part // 8 for part in range(3, 9)]  # after the index
     travelled, readings = [], []
     for first, last in zip([0, *stops], stops, strict=False):
         await device.turn(motion[first:last])
@@ -302,7 +302,7 @@ async def reset_in_the_middle(dut: Any) -> None:
     """Reset while it turns: A and B stand, Z low, LEDs out, registers as at first, works again."""
     device = await started(dut)
     names = device.registers
-    for wait_ns in (1, 4, 6, 9):  # before and behind both edges of the clock
+    for wait_ns in (1, 4, 6, 9):  # before and after both edges of the clock
         await device.configure()
         await names.update("control", output_enable=1, capture_enable=1, compensate=1)
         await device.turn(table.motion(0.6, CLOCKS_PER_COUNT))

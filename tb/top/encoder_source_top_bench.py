@@ -24,16 +24,16 @@ SLOPE = (1864 + 2 * 78) * 2 * np.pi / 2**24
 """The largest of ε, equation (2), with the amplitudes of encoder_source: counts a count."""
 
 
-async def note_edges(pin: Any, name: str, noted: list[tuple[float, str]]) -> None:
+async def note_edges(pin: Any, name: str, noted: list[tuple[float, str, int]]) -> None:
     while True:
         await pin.value_change
-        noted.append((get_sim_time("ns") / PERIOD_NS, name))
+        noted.append((get_sim_time("ns") / PERIOD_NS, name, int(pin.value)))
 
 
 @cocotb.test()
 async def both_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.oscillator, PERIOD_NS, unit="ns", impl="gpi").start())
-    noted: dict[int, list[tuple[float, str]]] = {1: [], 2: []}
+    noted: dict[int, list[tuple[float, str, int]]] = {1: [], 2: []}
     await Timer(1, unit="ns")
     for head, edges in noted.items():
         for name in ("a", "b"):
@@ -44,10 +44,11 @@ async def both_heads_turn_at_30_degrees_a_second(dut: Any) -> None:
         assert len(all_edges) >= LEAST_EDGES, f"head {head}: {len(all_edges)} edges"
         assert all_edges[0][0] > RESET_CLOCKS
         edges = all_edges[TAKEN_OVER:]
-        clocks = np.array([clock for clock, _ in edges])
-        # Forward and never both at once: the pins take turns.
-        names = [name for _, name in edges]
-        assert all(one != other for one, other in pairwise(names))
+        clocks = np.array([clock for clock, _, _ in edges])
+        for (_, before, level_before), (_, name, level) in pairwise(edges):
+            # Never both at once, and forward: after an edge of A the levels differ.
+            assert name != before
+            assert (level != level_before) == (name == "a")
         expected = COUNTS_A_CLOCK * (clocks[-1] - clocks[0])
         # An edge may be a clock late at either end; a count is cut.
         bound = 1 + SLOPE * expected + 2 * COUNTS_A_CLOCK

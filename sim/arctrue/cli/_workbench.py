@@ -16,7 +16,8 @@ import numpy as np
 
 from arctrue.calibration.head_separation import doubts
 from arctrue.cli._numbers import SEED
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
@@ -102,10 +103,10 @@ def common_options(function: Callable[..., None]) -> Callable[..., None]:
             type=SEED,
             default=1,
             show_default=True,
-            help="Seed of what compare and report draw at random; the others draw nothing.",
+            help="Seed of the random draws of compare and report; the other commands draw nothing.",
         ),
         click.option("--out", type=OutputFolder(), help="Folder for pictures."),
-        click.option("--json", "json_file", type=OutputFile(), help="Write JSON."),
+        json_option,
         click.option(
             "--effects",
             "folders",

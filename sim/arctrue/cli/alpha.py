@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from arctrue.cli._numbers import Finite
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option, page_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
@@ -29,8 +30,8 @@ from arctrue.whole_file import write_whole_text
     multiple=True,
     help="Judge orders 1 to N; may be repeated.  [default: 10, 12, 20, 32, 40, 64]",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
+@json_option
+@page_option
 @click.option("--out", type=OutputFolder(), help="Folder for the maps.")
 @for_people
 def alpha(

@@ -9,6 +9,7 @@ import click
 
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._group import Commands
+from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import tell_error
@@ -154,7 +155,7 @@ def page(
     help=f"One of {', '.join(WORLDS)}.",
 )
 @click.option("--content", type=click.Choice(CONTENTS), required=True, help="What is hidden in it.")
-@click.option("--seed", type=click.IntRange(min=0), required=True, help="Seed of the set.")
+@click.option("--seed", type=SEED, required=True, help="Seed of the set.")
 @click.option(
     "--samples",
     type=click.IntRange(min=100),

@@ -11,7 +11,7 @@ import click
 from arctrue.calibration.calibration import calibrate
 from arctrue.calibration.capture_check import CaptureRefusedError
 from arctrue.cli._figures import figure, true_minus
-from arctrue.cli._numbers import Finite
+from arctrue.cli._options import temperature_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
@@ -40,9 +40,7 @@ from arctrue.workbench.model.stations import model_of_stations
 @click.command("budget", short_help="Uncertainty budget of a set's calibration.")
 @set_argument
 @common_options
-@click.option(
-    "--temperature", type=Finite(), help="Temperature in °C, for effects that depend on it."
-)
+@temperature_option
 @for_people
 def budget(
     measurement_set: Path,

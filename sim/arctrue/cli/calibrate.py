@@ -21,12 +21,12 @@ from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
+from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._reference_alone import ReferenceCalibration, calibrate_from_reference
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
-from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.units import ARCSEC_PER_RAD
 from arctrue.whole_file import write_whole_text
@@ -78,13 +78,7 @@ class _ManyRuns(click.Command):
     show_default=True,
     help="Fit the orders from 1 to this one.",
 )
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, LANES_MAX),
-    default=LANES_DEFAULT,
-    show_default=True,
-    help="Number of lanes of the gateware.",
-)
+@lanes_option()
 @click.option(
     "--gain-limit",
     type=Finite(min=0.0, min_open=True),

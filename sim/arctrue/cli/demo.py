@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from arctrue.cli._figures import figure
+from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
@@ -40,12 +41,8 @@ SECOND_FOLDER = "second_act"
     show_default="build/demo",
     help="Folder of the pages and of the files in between.",
 )
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, 64),
-    default=DemoSettings().lanes,
-    show_default=True,
-    help="Harmonic lanes of the gateware in the first act; more take longer.",
+@lanes_option(
+    DemoSettings().lanes, "Harmonic lanes of the gateware in the first act; more take longer."
 )
 @click.option(
     "--act",

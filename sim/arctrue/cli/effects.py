@@ -12,7 +12,7 @@ from rich.text import Text
 
 from arctrue.cli._effect_name import EFFECT_NAME
 from arctrue.cli._group import Commands
-from arctrue.cli._outputs import OutputFile
+from arctrue.cli._options import json_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import pairs, table, words
 from arctrue.cli._terminal import tell_error
@@ -41,7 +41,7 @@ CORRECTED_BY = {"lanes": "lanes", "offset": "offset", "none": "nothing", "refere
     multiple=True,
     help="Folder of own effects.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.pass_context
 @for_people
 def effects(
@@ -67,7 +67,7 @@ def effects(
 
 @effects.command("show")
 @click.argument("name", type=EFFECT_NAME)
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.pass_context
 @for_people
 def show(context: click.Context, name: str, json_file: Path | None) -> None:
@@ -128,7 +128,7 @@ def new(name: str, folder: Path) -> None:
     type=click.Path(path_type=Path, file_okay=False),
     help="Check on the rows of this set.  [default: a simulated set, all conditions]",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @for_people
 def check(file: Path, measurement_set: Path | None, json_file: Path | None) -> None:
     """Check the effects of the Python file FILE before they are fitted to data.

@@ -10,7 +10,8 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option, page_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
@@ -40,8 +41,8 @@ from arctrue.whole_file import write_whole_text
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Use the JSON of an earlier run in place of a simulation.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
+@json_option
+@page_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def error_sources(

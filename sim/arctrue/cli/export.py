@@ -13,6 +13,7 @@ from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import Comparison
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
+from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFile
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
@@ -28,7 +29,6 @@ from arctrue.cli._workbench import (
 )
 from arctrue.gateware.coefficient_file import ARCSEC_PER_TURN, write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
-from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
 from arctrue.printable import one_line
@@ -66,13 +66,7 @@ GATEWARE = "gateware"
     type=click.IntRange(min=3),
     help="Number of steps of a table over a turn.  [default: as the controller needs it]",
 )
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, LANES_MAX),
-    default=LANES_DEFAULT,
-    show_default=True,
-    help="Number of lanes of the gateware.",
-)
+@lanes_option()
 @click.option(
     "--temperature",
     type=Finite(),

@@ -11,6 +11,7 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._ladder import ladder_table
+from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say
@@ -31,13 +32,7 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 
 @click.command(short_help="A hidden effect, through the gateware and the workbench.")
 @click.argument("effect", type=click.Choice(list(CASES)))
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, 64),
-    default=4,
-    show_default=True,
-    help="Number of lanes of the gateware.",
-)
+@lanes_option(4)
 @click.option(
     "--lines",
     type=click.IntRange(64, FULL_LINES),
@@ -63,8 +58,8 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
 @click.option(
     "--follow",
     is_flag=True,
-    help="Then warm the table and show order 1 of the corrected output turn by turn. Only with "
-    f"EFFECT {_FOLLOWED}.",
+    help="After that, warm the table and show order 1 of the corrected output turn by turn. Only "
+    f"with EFFECT {_FOLLOWED}.",
 )
 @click.option(
     "--out",
@@ -73,7 +68,7 @@ _FOLLOWED = ", ".join(name for name, case in CASES.items() if case.order1_warms)
     show_default=True,
     help="Folder of the measurement sets and coefficients; EFFECT is added to it.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.option(
     "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."
 )

@@ -8,7 +8,8 @@ import click
 from msgspec import structs
 
 from arctrue.cli._ladder import ladder_table
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.workbench.model.model_file import read_model
 
@@ -21,7 +22,7 @@ from arctrue.workbench.model.model_file import read_model
     required=True,
     help="Model (TOML).",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:

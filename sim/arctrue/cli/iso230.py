@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
+from arctrue.cli._options import temperature_option
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_warning
@@ -46,9 +47,7 @@ SIGN = (
     type=Finite(min=0.0),
     help="Range of readings at rest over the time of a test, ″ (environmental variation).",
 )
-@click.option(
-    "--temperature", type=Finite(), help="Temperature in °C, for effects that depend on it."
-)
+@temperature_option
 @for_people
 def iso230(
     measurement_set: Path,

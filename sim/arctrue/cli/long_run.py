@@ -8,7 +8,8 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option, page_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
@@ -25,8 +26,8 @@ LEAST_TURNS = 30
     type=click.IntRange(LEAST_TURNS),
     help="Run the same course in so many turns, for a quick look.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
+@json_option
+@page_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def long_run(

@@ -46,14 +46,14 @@ NO_DEVICE = 2
     type=Finite(min=0.1),
     default=60.0,
     show_default=True,
-    help="Say so after so many seconds without a turn.",
+    help="Seconds without a turn after which a warning is printed.",
 )
 @click.option(
     "--trend",
     type=Finite(min=0.0),
     default=0.1,
     show_default=True,
-    help="Tell of an order that moves steadily by more than this within 128 turns, ″.",
+    help="Report an order that moves steadily by more than this within 128 turns, ″.",
 )
 def monitor(
     port: str,

@@ -9,6 +9,7 @@ import click
 from arctrue.calibration.calibration import METHODS
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._numbers import SEED
+from arctrue.cli._options import page_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.campaign import read_results
@@ -63,7 +64,7 @@ USUAL = Plan(400, 1)
     help="Method of arctrue calibrate.",
 )
 @click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
+@page_option
 @campaign_options
 @interruptible
 @for_people

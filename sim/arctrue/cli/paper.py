@@ -12,10 +12,10 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
+from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
-from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.numbers import plain
 from arctrue.typed_content import ContentError, read_json, typed
 from arctrue.whole_file import write_whole_text
@@ -37,18 +37,16 @@ LEAST_INTERPOLATION = 16
     show_default=True,
     help="Counts per line. 64 takes a sixteenth of the time, with counts of 1.2″.",
 )
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, 64),
-    default=LANES_DEFAULT,
-    show_default=True,
-    help="Number of lanes of the gateware. 8 are enough for this table, and run more than twice "
-    "as fast.",
+@lanes_option(
+    words=(
+        "Number of lanes of the gateware. 8 are enough for this table, and run more than twice "
+        "as fast."
+    )
 )
 @click.option(
     "--seed", type=SEED, default=1, show_default=True, help="Seed of instruments and noise."
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.option(
     "--page",
     "page_file",

@@ -31,7 +31,7 @@ COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12
     type=Finite(min=0.1),
     default=60.0,
     show_default=True,
-    help="Say so after so many seconds without an edge.",
+    help="Seconds without an edge after which a warning is printed.",
 )
 def probe(port: str, count: int | None, out: Path | None, silence: float) -> None:
     """Show the corrected position that each edge at probe_in latched, until Ctrl-C.

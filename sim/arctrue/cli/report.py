@@ -34,7 +34,7 @@ from arctrue.report.view import View
 @click.option(
     "--whitened",
     is_flag=True,
-    help="Draw measurement and model whitened: the noise made one and uncorrelated.",
+    help="Draw measurement and model whitened: with noise that is uncorrelated and has scatter 1.",
 )
 @click.option(
     "--against",

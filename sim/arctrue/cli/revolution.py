@@ -10,6 +10,7 @@ import click
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
+from arctrue.cli._options import json_option, lanes_option
 from arctrue.cli._outputs import PICTURE_ENDINGS, OutputFile
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import say, tell_error
@@ -26,13 +27,7 @@ FULL_SAMPLES = 12000
 
 
 @click.command(short_help="One revolution at the paper's size, on the compiled gateware.")
-@click.option(
-    "--lanes",
-    type=click.IntRange(1, 64),
-    default=FULL_LANES,
-    show_default=True,
-    help="Number of lanes of the gateware.",
-)
+@lanes_option(FULL_LANES)
 @click.option(
     "--lines",
     type=click.IntRange(LEAST_LINES, FULL_LINES),
@@ -50,7 +45,7 @@ FULL_SAMPLES = 12000
 @click.option(
     "--seed", type=SEED, default=1, show_default=True, help="Seed of the readings' noise."
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.option(
     "--picture", type=OutputFile(*PICTURE_ENDINGS), help="Write a picture (.svg, .png or .pdf)."
 )

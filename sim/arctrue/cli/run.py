@@ -9,7 +9,8 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
@@ -28,7 +29,7 @@ FULL_LINES = 16384
     help="Lines of the disc in place of the scenario's. 64 is a quick look with counts of 20″; "
     "the limits in arcsec are not asked for then.",
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+@json_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Path | None) -> None:

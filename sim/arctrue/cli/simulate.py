@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import numpy as np
 
-from arctrue.cli._numbers import Finite
+from arctrue.cli._numbers import SEED, Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import table, words
 from arctrue.cli._workbench import console, for_people
@@ -78,11 +78,9 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     type=click.IntRange(min=0),
     default=INDEX_SCATTER_COUNTS,
     show_default=True,
-    help="Counts by which each head finds its index wrong at most, drawn anew in each run.",
+    help="Largest error, in counts, with which a head finds its index; drawn anew in each run.",
 )
-@click.option(
-    "--seed", type=click.IntRange(min=0), help="Seed of the set. None: a new set every time."
-)
+@click.option("--seed", type=SEED, help="Seed of the set; without it, a new set every time.")
 @click.option(
     "--again",
     type=click.IntRange(min=0),

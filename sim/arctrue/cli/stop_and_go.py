@@ -8,7 +8,8 @@ import click
 
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED
-from arctrue.cli._outputs import OutputFile, OutputFolder
+from arctrue.cli._options import json_option, page_option
+from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
@@ -27,8 +28,8 @@ from arctrue.whole_file import write_whole_text
 @click.option(
     "--seed", type=SEED, default=1, show_default=True, help="Seed of instruments and noise."
 )
-@click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
-@click.option("--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown.")
+@json_option
+@page_option
 @click.option("--out", type=OutputFolder(), help="Folder for the picture.")
 @for_people
 def stop_and_go(

@@ -1,12 +1,12 @@
 """A boot image into the flash of a running device, over its console.
 
 The boot ROM starts the first image that it finds: it looks for a header every 32 KB from the
-flash's beginning on (UG585, chapter 6). At the beginning is the image that is updated, behind it
+flash's beginning on (UG585, chapter 6). At the beginning is the image that is updated, after it
 the golden one, which is written once and stays. The signature in the header of the first image is
 overwritten before anything is erased, and the header is written last, so that power may be lost at
 any moment, in the middle of an erase too: until then the golden image
-starts. The bitstream behind has a CRC of its own; without a whole one the firmware starts all the
-same.
+starts. The bitstream after them has a CRC of its own; without a whole one the firmware starts all
+the same.
 """
 
 from __future__ import annotations

@@ -110,7 +110,7 @@ class _Events:
     """Told in this clock, of the step before."""
     index_up: Bools
     index_offset: Ints
-    """From the position behind the last step to the zero, counts."""
+    """From the position after the last step to the zero, counts."""
 
 
 def _wrapped(value: Ints) -> Ints:
@@ -330,7 +330,7 @@ def quadrature_decoder(
     forgotten = reset | rearm
     index = _was(seen.index) & ~forgotten
     index_up = _was(seen.index_up)
-    # From the zero to the position: the step of this clock is behind it.
+    # From the zero to the position: the step of this clock comes after it.
     behind_zero = np.where(index, moved - _earlier(seen.index_offset), 0)
     last_forgotten = latest(forgotten)
     index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)

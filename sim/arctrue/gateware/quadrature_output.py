@@ -72,7 +72,7 @@ class _ZSettings(NamedTuple):
     width: int
 
     def is_high(self, behind_zero: int, phase: int) -> bool:
-        """Whether Z is high so many counts behind the zero, at this place of (A, B)."""
+        """Whether Z is high so many counts after the zero, at this place of (A, B)."""
         counts = _Z_COUNTS[self.width]
         if not self.gated:
             return 0 <= behind_zero < counts

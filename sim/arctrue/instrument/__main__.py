@@ -15,8 +15,15 @@ from arctrue.source_tree import ROOT
 def main(arguments: Sequence[str] | None = None) -> None:
     """Exit code 1 where it cannot be built."""
     parser = argparse.ArgumentParser(prog="arctrue.instrument", description=__doc__)
-    parser.add_argument("--lanes", type=int, default=LANES_DEFAULT)
-    parser.add_argument("--capture-depth", type=int, default=CAPTURE_DEPTH_DEFAULT)
+    parser.add_argument(
+        "--lanes", type=int, default=LANES_DEFAULT, help=f"lanes of the core ({LANES_DEFAULT})"
+    )
+    parser.add_argument(
+        "--capture-depth",
+        type=int,
+        default=CAPTURE_DEPTH_DEFAULT,
+        help=f"samples a bank ({CAPTURE_DEPTH_DEFAULT:,})",
+    )
     asked = parser.parse_args(arguments)
     try:
         library = build(asked.lanes, asked.capture_depth, say=print)

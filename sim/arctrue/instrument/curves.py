@@ -119,7 +119,7 @@ class TableCurves:
 
 
 def _extended(values: Curve, before: int, number: int) -> Curve:
-    """``values`` behind ``before`` further ones and filled up to ``number``, on straight lines."""
+    """``values`` after ``before`` further ones and filled up to ``number``, on straight lines."""
     made = np.empty(number)
     end = before + values.size
     made[before:end] = values

@@ -1,4 +1,4 @@
-"""An uncertainty budget in the form of EURAMET cg-23, JCGM 100:2008 behind it.
+"""An uncertainty budget in the form of EURAMET cg-23, calculated by JCGM 100:2008.
 
 The measurand is the error of indication of head 1 that is left after the correction, at any angle;
 uncertainties that change over the turn enter with their root mean square over it.

@@ -42,7 +42,7 @@ def count_edges(
     With ``random`` given, noise displaces each edge; the interpolator's own hysteresis keeps
     edges from passing their neighbours, so that noise never adds a pair of edges.
     Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals: a
-    counter that loses counts stands behind the edges.
+    counter that loses counts comes after the edges.
     """
 
     refuse_unhonoured(table.effects, SIGNALS, "a head's edges")

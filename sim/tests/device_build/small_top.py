@@ -21,7 +21,7 @@ SMALL_TOP = Top(
     {"PS7": 1, "BUFG": 1, "DSP48E1": 1, "RAMB18E1": 1, **LUT_RAMS},
     has_core=False,
 )
-# The processor side with one of each kind of cell behind it: what is written goes to a block RAM
+# The processor side with one of each kind of cell at its bus: what is written goes to a block RAM
 # with contents and to memories of 16, 64 and 128 words made of look-up tables, what is read in the
 # block RAM is a factor of a DSP's product, and a shift register interrupts.
 VHDL = """

@@ -135,13 +135,13 @@ FAULTS = {
         "set_property LOC Y19 [get_ports head3_a]",
         r":2: the top level has no port head3_a",
     ),
-    "a standard that is none": (
+    "an unknown standard": (
         "set_property IOSTANDARD RS422 [get_ports head1_a]",
-        r":2: 'RS422' is no standard; expected one of LVCMOS12",
+        r":2: 'RS422' is not an I/O standard; expected one of LVCMOS12",
     ),
-    "a pull that is none": (
+    "an unknown pull": (
         "set_property PULLTYPE DOWN [get_ports head1_a]",
-        r":2: 'DOWN' is no pull; expected one of NONE, PULLDOWN",
+        r":2: 'DOWN' is not a PULLTYPE; expected one of NONE, PULLDOWN",
     ),
     "a port without a standard": ("", r"port head1_a has no IOSTANDARD"),
     "a port without a pin": ("", r"port head1_b has no LOC"),

@@ -90,7 +90,7 @@ def test_what_is_not_decoded_is_refused(features: set[str], pin: str, told: str)
         one_slice(features, {})[0].output(pin)
 
 
-def test_pins_of_blocks_are_behind_their_inverters() -> None:
+def test_pins_of_blocks_are_after_their_inverters() -> None:
     """``Z…`` is set where a pin is not inverted and where a register is left out."""
     text = dsp("one", frozenset({"ZIS_INMODE_INVERTED[1]", "AREG_2", "ZMREG[0]"}), str.lower, "p")
     assert ".INMODE({~inmode4, ~inmode3, ~inmode2, inmode1, ~inmode0})" in text

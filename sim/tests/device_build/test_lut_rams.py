@@ -241,13 +241,13 @@ SMALL = {"DLUT.RAM", "ALUT.RAM", "ALUT.SMALL"}
 @pytest.mark.parametrize(
     ("features", "pin", "told"),
     [
-        ({"ALUT.RAM"}, "A", "DLUT, its write address, is none"),
+        ({"ALUT.RAM"}, "A", "DLUT, whose inputs are its write address, is not"),
         ({"DLUT.RAM", "BLUT.SRL"}, "D", "beside BLUT, a shift register"),
         (SMALL | {"WA7USED"}, "A", "a RAM of 32 words with WA7USED"),
         ({"DLUT.RAM", "WA8USED"}, "D", "WA8USED without WA7USED"),
         (SMALL, "A", "A6 is not always 1"),
         ({"DLUT.RAM", "DOUTMUX.O5"}, "DMUX", "O5 of DLUT, a RAM of 64 words, is not decoded"),
-        ({"DLUT.RAM", "DOUTMUX.MC31"}, "DMUX", "MC31 of DLUT, no shift register"),
+        ({"DLUT.RAM", "DOUTMUX.MC31"}, "DMUX", "MC31 of DLUT is used, which is not a shift"),
     ],
 )
 def test_a_ram_that_is_not_decoded_is_refused(features: set[str], pin: str, told: str) -> None:
@@ -317,7 +317,7 @@ def test_a_pin_of_a_ram_that_nothing_drives_is_refused(tmp_path: Path, pin: str)
 
 
 def test_a_ram_with_all_its_pins_driven_is_counted(tmp_path: Path) -> None:
-    """AX is no pin of a RAM of 64 words."""
+    """A RAM of 64 words does not use AX."""
     driven = check_pins_driven(slice_with_ram(tmp_path, "AX"))
     assert driven == Driven(blocks=0, slices=1)
     assert "and 1 slices with look-up tables as RAM, every pin driven" in str(driven)

@@ -239,7 +239,7 @@ def test_all_that_is_missing_is_named_at_once(
         "nextpnr-himbaechel or nextpnr-himbaechel-xilinx or nextpnr-xilinx is not on PATH",
         "Run scripts/install_place_and_route.sh",
         "NEXTPNR=/path/to/nextpnr",
-        "XC7FRAMES2BIT=no-such-program is no program that can be started",
+        "XC7FRAMES2BIT=no-such-program is not a program that can be started",
         "scripts/install_ghdl_netlist.sh",
         "Yosys is missing",
         "PRJXRAY_DB_DIR is not set",

@@ -27,7 +27,7 @@ def make_scene() -> Iterator[MakeScene]:
 
 @pytest.fixture
 def scene(make_scene: MakeScene) -> Scene:
-    """Calibrated, 0.3 of a turn behind the index, recording; anew for every test."""
+    """Calibrated, 0.3 of a turn after the index, recording; anew for every test."""
     calibrated = make_scene()
     calibrated.calibrate()
     calibrated.to_part(0.3)

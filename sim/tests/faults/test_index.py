@@ -44,7 +44,7 @@ def test_false_index(scene: Scene, head: str) -> None:
     assert scene.instrument.read("status.compensating") == 1
     assert scene.next_turn()["reason"] == "index_error"
     assert scene.bank() == before
-    # The index in its place came behind it: the zero is known to be right, and nothing moves it.
+    # The index in its place came after it: the zero is known to be right, and nothing moves it.
     assert scene.instrument.read("zero.moves") == 0
     assert "zero_lost" not in scene.told["alarms"]
     during = scene.compare()

@@ -58,7 +58,7 @@ def test_dropped_counts(make_scene: MakeScene, counts: int, heal: int) -> None:
 
 
 def test_slip_that_its_turn_does_not_show(make_scene: MakeScene) -> None:
-    """Behind the index of its turn, and too small for a step between two samples.
+    """After the index of its turn, and too small for a step between two samples.
 
     The turn is used. A step s of head 1 within it is s/(π·n) in order n of the differences, and
     1/|1 − e^{jnα}| times as much in the error (equation 6): so much worse at the most.

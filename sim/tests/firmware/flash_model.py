@@ -57,7 +57,7 @@ class Chip:
     def lose_power(self, done: int, draw: np.random.Generator, order: str = "up") -> None:
         """The last write ends in its byte ``done``, which has any of the bits that change.
 
-        ``order``: "up", the bytes before it are written and those behind it are not; "down", the
+        ``order``: "up", the bytes before it are written and those after it are not; "down", the
         other way round; "none", all of them are under way. What an erase leaves may be any bits
         at all: most flashes program a sector to 0 before they erase it.
         """

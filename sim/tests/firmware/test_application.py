@@ -165,7 +165,7 @@ def test_a_bad_turn_is_counted_and_the_last_good_stays(running: Firmware) -> Non
 
 
 def test_only_the_operator_ends_the_fault_of_the_output(running: Firmware) -> None:
-    """A servo that stands behind it would move by itself; it has lost counts besides."""
+    """A servo that reads the output would move by itself; it has lost counts besides."""
     assert running.turn(turn())["output_fault"] == "none"
     assert "output_fault none\r\n" in running.send("status")
     running.core.set("status", bit("status", "cannot_keep_up"))
@@ -249,7 +249,7 @@ def test_an_index_of_head_2_that_repeats_to_a_count(running: Firmware) -> None:
 
 
 def test_an_index_error_of_head_2_that_would_be_cleared_unseen(running: Firmware) -> None:
-    """It came behind a turn that is refused for another reason."""
+    """It came after a turn that is refused for another reason."""
     running.core.set("head2.flags", 0b11)
     running.core.head2_slips(40)
     told = running.turn(turn(), BOTH_INDICES_SEEN | header_flag("illegal1"))
@@ -266,7 +266,7 @@ def is_rearmed(core: ModelCore) -> bool:
 
 
 def test_the_core_moves_the_zero_of_head_1(running: Firmware) -> None:
-    """Noticed at the index, which a bank may be minutes behind; the correction stays on."""
+    """Noticed at the index, minutes before a bank may come; the correction stays on."""
     assert running.core.get("lost_counts") == bit("lost_counts", "zero_again")
     running.turn(turn())
     running.core.writes.clear()

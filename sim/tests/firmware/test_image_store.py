@@ -22,7 +22,7 @@ STEPS_MOST = 1000
 
 
 class Board:
-    """A flash behind the C code's own driver, and its console in place of a serial port."""
+    """A flash at the C code's own driver, and its console in place of a serial port."""
 
     port = "board"
 
@@ -108,7 +108,7 @@ def test_power_lost_at_any_line_leaves_an_image_that_starts() -> None:
     write_image(board, boot_image(NEW, 0), silent)
     assert set(seen) == {(0, program(OLD)), (device.GOLDEN, program(OLD)), (0, program(NEW))}
     # Erased at once; whole with the line that has the check sum.
-    # Behind it: the comparison, and the status of before is the first.
+    # After it comes the comparison; the status before it is the first.
     assert seen.index((0, program(NEW))) == len(seen) - 2
     assert bytes(board.chip.content[device.GOLDEN : 2 * device.GOLDEN]) == golden
 

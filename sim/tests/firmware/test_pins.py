@@ -86,7 +86,7 @@ def test_a_dump_of_samples_from_outside_has_no_period(running: Firmware) -> None
     assert capture_mode(running.core) == MODES["sync_in"]
 
 
-def test_the_probe_is_read_behind_its_low_word(running: Firmware) -> None:
+def test_the_probe_is_read_after_its_low_word(running: Firmware) -> None:
     core = running.core
     core.words[address("probe.time")] = 5
     core.words[address("probe.time") + 4] = 2

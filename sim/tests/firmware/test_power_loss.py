@@ -131,7 +131,7 @@ def test_an_image_that_is_cut_off_anywhere_leaves_one_that_starts() -> None:
     board = test_image_store.Board(Chip())
     write_image(board, boot_image(OLD, 0), silent)
     seen: list[tuple[str, tuple[int, bytes] | None]] = []
-    # The header as the boot ROM reads it; of the body behind it any byte is as good as another.
+    # The header as the boot ROM reads it; of the body after it any byte is as good as another.
     torn = Torn(board.chip, lambda at: seen.append((at, starts(board.chip))), 0x60)
     write_image(board, boot_image(NEW, 0), silent)
     assert torn.cuts > 3 * len(NEW)

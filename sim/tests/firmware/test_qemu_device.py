@@ -45,7 +45,7 @@ GIC_CLEAR_ENABLE = 0xF8F0_1180
 GIC_KIND = 0xF8F0_1C00
 GLOBAL_TIMER = 27
 SCRATCH = CORE_BASE + 0x3C000
-"""In the emulated window, behind the capture."""
+"""In the emulated window, after the capture."""
 CAPTURE_READY = 1 << 2
 WATCHDOG_RESET = 1 << 17
 KEPT_FAULT = 24

@@ -18,7 +18,7 @@ STEP_TURNS = 1.0 / SAMPLES
 WRAP = 1 << 31
 """The first count that a signed word of 32 bits does not hold."""
 NUMBER_OF_WRAPS = [0, 1, 5]
-"""Whole wraps behind the table before the one that is looked at."""
+"""Whole wraps that the table has passed before the one that is looked at."""
 WRAPS_AT_TURNS = {
     "before the bank": -0.01,
     "in its first step": 0.5 * STEP_TURNS,

@@ -49,7 +49,7 @@ AT = addresses()
 
 
 def bitstream(length: int = 300_000, seed: int = 1) -> bytes:
-    """Padding, the synchronisation word as the port takes it, and something behind it."""
+    """Padding, the synchronisation word as the port takes it, and something after it."""
     head = b"\xff" * 48 + struct.pack("<I", SYNC_WORD)
     word = struct.pack("<I", 0x9E37_79B9 * seed & 0xFFFF_FFFF)
     body = word * ((length - len(head)) // 4)

@@ -59,7 +59,7 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     rate = -(-scenario.ramp_rate * UNIT // RATE_ONE)
     change = np.abs(np.diff(total))
     ends = UNIT if scenario.ramp_acceleration else 0
-    # Behind a hold there come two clocks of ε at once; a unit at the lower limit.
+    # After a hold there come two clocks of ε at once; a unit at the lower limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
     assert np.all((change <= moved + rate + ends + 1)[~scenario.marker[1:]])

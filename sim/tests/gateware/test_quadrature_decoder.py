@@ -251,7 +251,7 @@ def test_an_index_within_its_tolerance_is_no_error(name: str) -> None:
     steps = np.abs(np.diff(places[: len(at)]))
     off = np.minimum(steps, np.abs(steps - scenario.counts_per_rev))
     assert off.max() == 2 * scenario.index_scatter
-    # Judged in the clock behind the strobe.
+    # Judged in the clock after the strobe.
     tolerance = given.columns["index_tolerance"][at[1:] + 1]
     wrong = off > tolerance
     assert trace.index_error_count[-1] == wrong.sum()
@@ -354,7 +354,7 @@ def test_edges_that_the_filter_swallows_are_told() -> None:
 
 
 def test_order_broken_where_the_filter_shows_nothing_is_told() -> None:
-    _, _, trace = played("two_counts_a_clock_behind_the_filter")
+    _, _, trace = played("two_counts_a_clock_after_the_filter")
     assert not trace.step.any()
     assert not trace.illegal.any()
     assert trace.overspeed[-1]
@@ -428,7 +428,7 @@ def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
     pins = {
         "a": np.isin(count % 4, (1, 2)),
         "b": np.isin(count % 4, (2, 3)),
-        # The mark after the rearm lies 33 counts behind the one before it.
+        # The mark after the rearm lies 33 counts after the one before it.
         "z": np.isin(count, (100, 133, 183)),
     }
     rearm = count == 120

@@ -34,14 +34,14 @@ PULSE_CLOCKS = 3
 SAMPLES = 600
 TRACED_CLOCKS = 12 * TURN_CLOCKS
 
-SAMPLE_BEHIND_EDGE = -1
-"""The sample has head 1's pins of the clock before the edge: the strobe is 4 clocks behind its pin,
-the turn position 5 (headers of pulse_input and quadrature_decoder)."""
+SAMPLE_AFTER_EDGE = -1
+"""The sample has head 1's pins of the clock before the edge: the strobe comes 4 clocks after its
+pin, the turn position 5 (headers of pulse_input and quadrature_decoder)."""
 NOTED = 1
-"""Pins are noted with the inputs of a clock and the outputs behind its edge."""
-TRIGGER_BEHIND_EDGE = 4 + 1 + 1 - NOTED
+"""Pins are noted with the inputs of a clock and the outputs after its edge."""
+TRIGGER_AFTER_EDGE = 4 + 1 + 1 - NOTED
 """pulse_input, sample_trigger, pulse_output."""
-COMPARE_BEHIND_PINS = 5 + 29 + 2 + 1 - NOTED
+COMPARE_AFTER_PINS = 5 + 29 + 2 + 1 - NOTED
 """Decoder, pipeline, position_compare, pulse_output."""
 
 
@@ -52,7 +52,7 @@ class Pins:
     first_clock: int
     levels: NDArray[np.uint16]
     turn_position: NDArray[np.int64]
-    """Counts of head 1 and 2 behind their index, shape (2, n)."""
+    """Counts of head 1 and 2 after their index, shape (2, n)."""
 
     def of(self, clock: NDArray[np.int64]) -> NDArray[np.int64]:
         """Columns of ``turn_position``."""
@@ -107,7 +107,7 @@ class ConsoleOfTheFirmware:
 
 
 def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[np.float64]:
-    """Equation (9) over many turns, counts behind the index."""
+    """Equation (9) over many turns, counts after the index."""
     return turn_position - error_of_words_counts(bank, turn_position % COUNTS)
 
 
@@ -176,9 +176,9 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     assert samples.shape[0] > SAMPLES // 2
     turned = np.diff(pins.of(sampled[[0, -1]])[0])
     assert COUNTS <= turned <= COUNTS + gaps.max()
-    assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_BEHIND_EDGE))
-    told = edges[edges < instrument.clock - TRIGGER_BEHIND_EDGE]
-    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), told + TRIGGER_BEHIND_EDGE)
+    assert np.array_equal(samples.T, pins.of(sampled + SAMPLE_AFTER_EDGE))
+    told = edges[edges < instrument.clock - TRIGGER_AFTER_EDGE]
+    assert np.array_equal(pins.rises(TRIGGER_OUT, begin), told + TRIGGER_AFTER_EDGE)
     # The firmware uses such a turn like any other.
     assert "samples sync_in" in firmware.send("status")
     assert scene.next_turn()["samples"] == samples.shape[0]
@@ -193,7 +193,7 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
         assert scene.firmware.send(line) == "ok"
     instrument.run(TURN_CLOCKS)
     pins = scene.pins()
-    clocks = pins.rises(COMPARE_OUT, begin) - COMPARE_BEHIND_PINS
+    clocks = pins.rises(COMPARE_OUT, begin) - COMPARE_AFTER_PINS
     at_place = corrected(pins.of(clocks)[0], bank) - first
     places = np.round(at_place / interval) * interval
     assert np.abs(at_place - places).max() <= correction_bound_counts(bank)

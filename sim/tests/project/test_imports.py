@@ -40,7 +40,7 @@ def test_no_module_imports_itself_through_others() -> None:
 
 
 def test_no_circle_of_the_workbench_hides_in_a_function() -> None:
-    """Whatever it needs of the package a module of the workbench imports at its top."""
+    """A module of the workbench imports at its top what it needs of the package."""
     hidden = [
         f"{file.relative_to(PACKAGE)}: {inner.module}"
         for file in (PACKAGE / "workbench").rglob("*.py")

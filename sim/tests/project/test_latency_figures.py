@@ -57,9 +57,9 @@ def test_architecture_says_both_forms() -> None:
     ns = pipeline_clocks() * CLOCK_NS
     assert f"within {pipeline_clocks()} clocks ({ns} ns at 100 MHz), one angle a clock" in text
     assert (
-        f"With 8 lanes in a pipeline it takes {pipeline_clocks(8)} clocks, an angle every 8."
-        in text
-    )
+        "With 2 lanes in a pipeline, as the open flow builds it, "
+        f"it takes {pipeline_clocks(2)} clocks, an angle every 2."
+    ) in text
 
 
 def test_what_was_routed_is_folded() -> None:

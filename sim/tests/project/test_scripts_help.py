@@ -1,13 +1,15 @@
-"""``python -m MODULE --help`` prints how a module is called, and does nothing else."""
+"""``python -m MODULE --help`` describes every option of a module, and does nothing else."""
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import os
 import sys
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[3] / "scripts"
@@ -26,7 +28,7 @@ CHANGES = {"os.mkdir", "os.remove", "os.rename", "os.rmdir", "subprocess.Popen"}
 
 
 class Watch:
-    """Notes what the interpreter tells its audit hooks of files that change, and of programs."""
+    """Notes, by an audit hook, the files that are changed and the programs that are started."""
 
     def __init__(self) -> None:
         self.on = False
@@ -54,9 +56,20 @@ def test_the_watch_sees_a_file_that_is_written(watch: Watch, tmp_path: Path) -> 
 
 @pytest.mark.parametrize("name", CALLABLE)
 def test_help_is_printed_and_nothing_is_done(
-    name: str, watch: Watch, capsys: pytest.CaptureFixture[str]
+    name: str,
+    watch: Watch,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    parsers: list[argparse.ArgumentParser] = []
+    print_help = argparse.ArgumentParser.print_help
+
+    def noted(parser: argparse.ArgumentParser, file: Any = None) -> None:
+        parsers.append(parser)
+        print_help(parser, file)
+
     main = importlib.import_module(name).main
+    monkeypatch.setattr(argparse.ArgumentParser, "print_help", noted)
     watch.seen.clear()
     watch.on = True
     try:
@@ -69,3 +82,8 @@ def test_help_is_printed_and_nothing_is_done(
     assert said.lower().startswith("usage: ")
     assert "--help" in said
     assert watch.seen == []
+    if isinstance(main, click.Command):
+        options = {item.name: item.help for item in main.params if isinstance(item, click.Option)}
+    else:
+        options = {action.dest: action.help for action in parsers[0]._actions}
+    assert [option for option, described in options.items() if not described] == []

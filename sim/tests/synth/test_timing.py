@@ -144,7 +144,7 @@ def test_only_wide_adders_in_a_row_are_counted(
 
 
 @pytest.mark.parametrize(("sum_register", "adders"), [("0", 2), ("1", 1)])
-def test_the_register_behind_an_adder_of_a_dsp_counts(
+def test_the_register_after_an_adder_of_a_dsp_counts(
     tmp_path: Path, sum_register: str, adders: int
 ) -> None:
     def dsp(c: list[Any], p: list[Any], **given: str) -> dict[str, Any]:

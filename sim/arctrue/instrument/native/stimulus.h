@@ -27,7 +27,7 @@ int quadrature_step(uint8_t before, uint8_t after);
 struct Piece {
     int64_t first_clock = 0;
     int64_t knot_clocks = 1;
-    // Knots from one before `first_clock` to two behind the last whole interval.
+    // Knots from one before `first_clock` to two after the last whole interval.
     std::vector<double> curve[HEADS + 1];
 
     int64_t intervals() const;

@@ -54,7 +54,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
     ``square`` (32,): squared deviation of cosine and sine of each order in their stated
     covariance; ``deviation_arcsec2``, ``variance_arcsec2`` (32,): mean of both components;
     ``turn_arcsec``, ``corrected_arcsec``, ``u_turn_arcsec`` (36,): error of the estimate, error
-    left behind the gateware, and stated standard uncertainty over the turn; ``alpha``: error of
+    left after the gateware, and stated standard uncertainty over the turn; ``alpha``: error of
     the separation and its stated uncertainty, None where α is not drawn. A capture that is
     refused gives ``refused``.
     """
@@ -105,7 +105,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
         "variance_arcsec2": _rounded(variance),
         "turn_arcsec": _rounded(turn),
         "corrected_arcsec": _rounded(
-            _left_behind_gateware(found.coefficients, reading_rad, error_arcsec, places)
+            _left_after_gateware(found.coefficients, reading_rad, error_arcsec, places)
         ),
         "u_turn_arcsec": _rounded(u_turn),
         "alpha": _rounded([alpha, u_alpha]) if values["u_detection_arcsec"] else None,
@@ -217,7 +217,7 @@ def _over_the_turn(estimate: Estimate, off: Float, places: Float) -> tuple[Float
     return waves @ off, np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
 
 
-def _left_behind_gateware(
+def _left_after_gateware(
     coefficients: Coefficients, reading_rad: Float, error_arcsec: Float, places: Float
 ) -> Float:
     """Error of the corrected angle at readings, through the bit-true gateware, no mean."""

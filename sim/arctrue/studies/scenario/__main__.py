@@ -35,7 +35,9 @@ def results_table(files: Sequence[Path]) -> str:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="arctrue.studies.scenario", description=__doc__)
-    parser.add_argument("files", nargs="+", type=Path, metavar="RUN.json")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="RUN.json", help="results of arctrue run"
+    )
     print(results_table(parser.parse_args(arguments).files))
 
 

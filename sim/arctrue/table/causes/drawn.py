@@ -270,7 +270,7 @@ def warm_fast(size: float, random: Random, _: Occasion) -> list[PhysicalEffect]:
 
 
 def _instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
-    """Instants of no rule from before the first run to behind the last."""
+    """Irregular instants from before the first run to after the last."""
     number = 3 + int(1.5 * occasion.end_s / mean_s)
     waits_s = random.gamma(4.0, mean_s / 4.0, number)
     instants = np.cumsum(waits_s) - 2.0 * mean_s

@@ -213,7 +213,7 @@ class Case:
     def once_more(self, event: Candidate) -> Candidate | None:
         """The event once more, at another instant, and about as large.
 
-        Slow noise of its neighbours may tell of a row left out behind a step, so that such rows do
+        Slow noise of its neighbours may tell of a row left out after a step, so that such rows do
         not show it; where it is as sure as a lack of fit, it counts all the same.
         """
         return next(

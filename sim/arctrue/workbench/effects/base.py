@@ -116,7 +116,7 @@ class FitContext:
     sine_arcsec: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     orders: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     at_angle: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    """Orders whose columns are taken at the true angle: a reading that is behind is not yet in
+    """Orders whose columns are taken at the true angle: a reading that lags is not yet in
     them. Columns at the reading have it already."""
     coefficients: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     """What was found of the effects that depend on the model, by name."""

@@ -22,15 +22,14 @@ def fit_with_noise(
     every_row: bool = False,
     index_rounds: int = 0,
 ) -> Solution:
-    """Fit terms whose search parameters are settled; columns that depend on the model iterate.
+    """Fit terms as :func:`arctrue.workbench.inference.fit.fit` does, with noise that is given.
 
-    ``index_rounds``: so often the variance of the index is estimated anew from the offsets of the
+    ``index_rounds``: how often the variance of the index is estimated again from the offsets of the
     runs. ``every_row``: all rows of a long set, not only the part that the statistics work on.
     """
     present = context or FitContext()
-    rounds = 2 if any(term.effect.depends_on_model for term in terms) else 1
-    if context is None:
-        rounds += 1 if rounds == 2 else 0
+    depends = any(term.effect.depends_on_model for term in terms)
+    rounds = (3 if context is None else 2) if depends else 1
     for _ in range(rounds):
         summed = every_row_sums if every_row else channel_sums
         sums = {

@@ -1,4 +1,4 @@
-"""Search parameters (a frequency, an order, a place, an instant) are refined.
+"""Refines search parameters: a frequency, an order, a place, an instant.
 
 Variable projection, linearised at the solution: the tangents ∂(X(η)·b)/∂η join the columns of
 the model as columns of their own. Their coefficients are the Gauss–Newton step in η (Golub and

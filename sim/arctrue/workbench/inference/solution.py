@@ -238,7 +238,7 @@ def context_of_terms(terms: Sequence[Term], coefficients: Sequence[Matrix]) -> F
 
 
 def with_tangents(solution: Solution, *, every_row: bool) -> tuple[Solution, list[list[int]]]:
-    """The model with its tangents, noise as it is; where each term's tangents lie."""
+    """Fit the model together with its tangents, noise as it is; also the places of each term's."""
     observations, terms = solution.observations, list(solution.terms)
     places: list[list[int]] = []
     start = sum(solution.widths)

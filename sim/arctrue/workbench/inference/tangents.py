@@ -1,4 +1,4 @@
-"""Tangents of a model along its search parameters: columns of their own in the joint system."""
+"""Tangents of a model along its search parameters, as columns beside those of the model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the offsets of runs scatter by the index marks, as a set states and shows it."""
+"""Estimates how far the index marks scatter the offsets of runs: as stated, and as a set shows."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from arctrue.workbench.observations import Observations
 Float = NDArray[np.float64]
 
 STATED_INDEX_FREEDOM = 60.0
+"""How many runs a repeatability is worth that the set states."""
 
 
 def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
-    """Variance of a run's offset (arcsec²) and the runs' worth of knowledge before these offsets.
+    """Variance of a run's offset (arcsec²), and how many runs the knowledge beforehand is worth.
 
-    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like some
-    runs; the offsets of the set's own runs come to it.
+    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like so many
+    runs; the offsets of the set's own runs are added.
     """
     stated = getattr(observations, "index_repeatability_counts", None) is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM

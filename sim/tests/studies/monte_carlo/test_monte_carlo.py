@@ -73,7 +73,7 @@ def test_white_noise_alone_is_covered_and_what_is_not_stated_is_not() -> None:
     assert np.mean(np.array(moved)[:, 1:8]) > 4.0
 
 
-def test_what_is_left_behind_the_gateware_is_its_rounding() -> None:
+def test_what_is_left_after_the_gateware_is_its_rounding() -> None:
     table = drawn_table(5, QUIET)
     reading, error = true_error(table, 20.0)
     cosine, sine = np.split(components(reading, error), 2)
@@ -82,11 +82,11 @@ def test_what_is_left_behind_the_gateware_is_its_rounding() -> None:
     coefficients = Coefficients.from_harmonics(
         orders, counts, np.arctan2(-sine, cosine), table.counts_per_rev, ORDERS
     )
-    left = trial_module._left_behind_gateware(coefficients, reading, error, np.linspace(0, 6, 500))
+    left = trial_module._left_after_gateware(coefficients, reading, error, np.linspace(0, 6, 500))
     # Half a count of the output's rounding. A twentieth of a count, 0.004″, for the mean of 2,048
     # roundings (3σ: 0.0015″), the straight pieces of the truth (0.0005″), words and CORDIC.
     assert np.abs(left).max() < 0.55 * table.count_rad * ARCSEC_PER_RAD
-    without = trial_module._left_behind_gateware(
+    without = trial_module._left_after_gateware(
         Coefficients.zero(table.counts_per_rev), reading, error, np.linspace(0, 6, 500)
     )
     assert np.abs(without).max() > 50.0

@@ -181,7 +181,7 @@ def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, na
 
 
 def test_every_physical_cause_can_stand_in_a_scenario() -> None:
-    # Noise, sampling faults and lost counts stand behind the pins; all others are in the table.
+    # Noise, sampling faults and lost counts act after the pins; all others are in the table.
     left = set(CAUSES) - set(NAMES)
     assert left == {recipe.cause for recipe in REGISTRY.values() if recipe.kind == "noise"} | {
         "lost_counts"

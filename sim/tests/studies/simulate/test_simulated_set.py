@@ -256,7 +256,7 @@ def test_noise_that_is_none_is_an_error() -> None:
 
 
 def test_a_run_with_a_pause_and_a_reversal() -> None:
-    # Up, a pause, and down: the shaft keeps its wind-up in the pause and goes over behind it.
+    # Up, a pause, and down: the shaft keeps its wind-up in the pause and goes over after it.
     profile = ((0.0, 0.5), (4.0, 0.5), (5.0, 0.0), (7.0, 0.0), (8.0, -0.5), (12.0, -0.5))
     run = CaptureRun(0.0, 12.0, 0.5, 1200, profile=profile)
     heads = []

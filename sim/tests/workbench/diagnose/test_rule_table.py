@@ -131,7 +131,7 @@ def test_an_unknown_of_about_its_size_takes_the_name() -> None:
     assert found is not None
     assert found.resembles is best
     assert leaves_its_own_kind(_case(best, beside=_unknown(small))) is None
-    # Behind a second effect as well.
+    # After a second effect as well.
     second = Decision("named", first=best, beside=_unknown(large))  # type: ignore[arg-type]
     assert leaves_its_own_kind(_case(best, beside=second)) is not None
     assert leaves_its_own_kind(_case(best, beside=Decision("adequate"))) is None

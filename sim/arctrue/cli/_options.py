@@ -1,0 +1,33 @@
+"""Options that several commands have alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from arctrue.cli._numbers import Finite
+from arctrue.cli._outputs import OutputFile
+from arctrue.generated.number_formats import LANES_DEFAULT, LANES_MAX
+
+json_option = click.option("--json", "json_file", type=OutputFile(), help="Write JSON.")
+page_option = click.option(
+    "--page", "page_file", type=OutputFile(".md"), help="Write the page as Markdown."
+)
+temperature_option = click.option(
+    "--temperature", type=Finite(), help="Temperature in °C, for effects that depend on it."
+)
+
+
+def lanes_option(
+    default: int = LANES_DEFAULT, words: str = "Number of lanes of the gateware."
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """--lanes, at most as many as the gateware can have; ``words``: its help."""
+    return click.option(
+        "--lanes",
+        type=click.IntRange(1, LANES_MAX),
+        default=default,
+        show_default=True,
+        help=words,
+    )
