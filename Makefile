@@ -18,7 +18,7 @@ TIER ?= dev
 SCALE ?= small
 FLOW ?= vivado
 BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD)) \
-    $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) \
+    $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) $(if $(SEED),--seed $(SEED)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
 GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")

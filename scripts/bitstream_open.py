@@ -48,6 +48,8 @@ SHOWN_LINES = 15
 PLACEMENT = ("--placer-heap-timingweight", "50", "--placer-heap-critexp", "4")
 """With these nextpnr's placer weighs wires on long paths of a core more than by its own settings,
 10 and 2: docs/timing.md."""
+ROUTING = ("--tmg-ripup",)
+"""With this nextpnr's router routes a wire anew where its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
 """Of the placements that are tried when the first one is too slow."""
@@ -200,7 +202,7 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
     if is_himbaechel(nextpnr):
         command += ["--device", job.part, *(["--chipdb", chipdb] if chipdb else [])]
         command += ["-o", f"xdc={job.pins}", "-o", f"fasm={fasm}"]
-        command += PLACEMENT if job.top.has_core else ()
+        command += (*PLACEMENT, *ROUTING) if job.top.has_core else ()
     else:
         command += ["--chipdb", str(chipdb), "--xdc", str(job.pins), "--fasm", str(fasm)]
     command += ["--json", str(netlist), "--write", str(routed)]

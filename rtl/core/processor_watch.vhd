@@ -41,10 +41,14 @@ begin
       if reset = '1' or alive = '1' or limit = 0 then
         elapsed := (others => '0');
         silent  <= '0';
-      elsif elapsed >= limit then
-        silent <= '1';
       else
-        elapsed := elapsed + 1;
+        if elapsed >= limit then
+          silent <= '1';
+        end if;
+        -- It stands from the clock after, so that no count waits for the comparison.
+        if silent = '0' then
+          elapsed := elapsed + 1;
+        end if;
       end if;
     end if;
 

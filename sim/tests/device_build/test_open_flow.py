@@ -125,6 +125,7 @@ def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
     (placing,) = bench.calls("nextpnr-himbaechel")
     assert placing[placing.index("--seed") + 1] == "7"
     assert placing[placing.index("--placer-heap-timingweight") + 1] == "50"
+    assert "--tmg-ripup" in placing
 
 
 def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
