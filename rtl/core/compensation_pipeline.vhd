@@ -100,7 +100,7 @@ architecture rtl of compensation_pipeline is
       report "compensation_pipeline: FOLD is " & integer'image(FOLD) & "; expected 1, 2, 4 or 8"
       severity failure;
     assert LANES mod FOLD = 0
-      report "compensation_pipeline: LANES = " & integer'image(LANES) & " is no multiple of FOLD = "
+      report "compensation_pipeline: LANES = " & integer'image(LANES) & " is not a multiple of FOLD = "
              & integer'image(FOLD) & "; choose another number of lanes, or a smaller FOLD"
       severity failure;
     assert FOLD = 1 or COSINE_WIDTH <= 18 or (LANES / FOLD) mod 2 = 0

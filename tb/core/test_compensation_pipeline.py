@@ -100,7 +100,7 @@ def test_32_lanes_folded_by_4() -> None:
 @pytest.mark.parametrize(
     ("lanes", "fold", "cosine_width", "message"),
     [
-        (6, 4, 18, "LANES = 6 is no multiple of FOLD = 4"),
+        (6, 4, 18, "LANES = 6 is not a multiple of FOLD = 4"),
         (6, 3, 18, "FOLD is 3; expected 1, 2, 4 or 8"),
         (2, 2, 20, "a cosine of more than 18 bits needs an even LANES / FOLD"),
     ],
