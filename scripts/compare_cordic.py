@@ -14,6 +14,8 @@ with tables are our own (scripts/cordic_ii_lane.py, scripts/table_lanes.py) and 
 Every core gets a cosine of 18 bits, the iterative ones 16 iterations, its vector input tied to a
 constant and its sine left open. The same Yosys maps each, scripts/timing.py estimates its longest
 path, and Verilator runs the same source over a sweep of the turn. Writes docs/cordic-comparison.md.
+Each result is kept in build/cordic-comparison/results, where a later run finds it: a run that was
+stopped can be started again.
 Needs g++, verilator, git, Yosys and GHDL 5 or newer. Exit code 2 when a tool is missing or a core
 cannot be made.
 """
@@ -21,11 +23,10 @@ cannot be made.
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -33,89 +34,31 @@ import numpy as np
 
 from scripts import flopoco_lanes
 from scripts.cordic_ii_lane import cordic_ii_lane
-from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
-from scripts.resources import Design, Resources
+from scripts.lane_measurement import (
+    MAP_LIMIT_S,
+    SWEEP_BITS,
+    WIDTH,
+    Core,
+    Measured,
+    WrongOutputError,
+    measure_once,
+    run_tool,
+    verilator_version,
+)
+from scripts.netlist import (
+    ROOT,
+    TimeLimitError,
+    ToolError,
+    find_ghdl,
+    find_yosys,
+    write_netlist,
+)
 from scripts.table_lanes import table_product_lane, table_rows_lane
-from scripts.timing_paths import Netlist, longest_paths
 
 WORK = ROOT / "build" / "cordic-comparison"
 DOCUMENT = ROOT / "docs" / "cordic-comparison.md"
-WIDTH = 18  # bits of the cosine
 ITERATIONS = 16
-SWEEP_BITS = 20  # phases of the sweep
-SETTLING = 64  # clocks before the sweep
-LATENCIES = range(48)
 PERIOD_NS = 5.0  # of the clock that a generated core shall reach by the estimate
-TIMEOUT_S = 1800
-
-MAIN = """
-#include <cstdint>
-#include <cstdio>
-#include "V{top}.h"
-int main() {{
-    V{top} top;
-    for (uint32_t clock = 0; clock < {clocks}u; clock++) {{
-        // Evenly over the turn; the low bits go through all values too.
-        uint32_t k = clock - {settling}u;
-        top.phase = ((k << {shift}) | (k * 2654435761u >> {low})) & 0x{mask:x}u;
-        top.clock = 0;
-        top.eval();
-        top.clock = 1;
-        top.eval();
-        int32_t cosine = top.cosine;
-        fwrite(&cosine, sizeof cosine, 1, stdout);
-    }}
-}}
-"""
-
-
-class WrongOutputError(ToolError):
-    """What a core puts out is not the cosine of any phase before it."""
-
-
-@dataclass(frozen=True)
-class Core:
-    """A core to be measured: how its Verilog is made, and what its numbers mean."""
-
-    name: str
-    top: str
-    origin: str
-    make: Callable[[Path, Sequence[Path]], str]
-    amplitude: float  # units of the output's last bit at cosine 1
-    angle_bits: int
-    remark: str
-    promised_error: float = 0.01
-    """With a larger error the output is refused: it is not the cosine that the core promises."""
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What a core takes, its longest path by the estimate, its latency and its largest errors.
-
-    ``error`` is that at the angles that the core takes; ``error_any_angle`` that of any angle,
-    which is rounded to one of them.
-    """
-
-    resources: Resources
-    path_ns: float
-    latency: int
-    error: float
-    error_any_angle: float
-
-
-def _run(command: Sequence[str | Path], folder: Path) -> bytes:
-    try:
-        done = subprocess.run(
-            command, cwd=folder, capture_output=True, check=False, timeout=TIMEOUT_S
-        )
-    except FileNotFoundError as error:
-        raise ToolError(f"{command[0]} is missing ({error})") from None
-    except subprocess.TimeoutExpired:
-        raise ToolError(f"{command[0]} took more than {TIMEOUT_S} s in {folder}") from None
-    if done.returncode:
-        end = (done.stdout + done.stderr).decode(errors="replace").splitlines()[-12:]
-        raise ToolError(f"{command[0]} failed in {folder}:\n" + "\n".join(end))
-    return done.stdout
 
 
 def _netlist(
@@ -124,11 +67,11 @@ def _netlist(
     """Verilog of a VHDL entity of another project, whose library has its own name."""
     ghdl, _ = find_ghdl()
     options = ["--std=08", f"--work={library}", f"--workdir={folder}", "-frelaxed", "-fsynopsys"]
-    _run([ghdl, "-i", *options, *files], folder)
-    _run([ghdl, "-m", *options, entity], folder)
+    run_tool([ghdl, "-i", *options, *files], folder)
+    run_tool([ghdl, "-m", *options, entity], folder)
     values = [f"-g{name}={value}" for name, value in generics.items()]
     command = [ghdl, "--synth", "--no-formal", *options, "--out=verilog", *values, entity]
-    return _run(command, folder).decode()
+    return run_tool(command, folder).decode()
 
 
 def _ours(folder: Path, _: Sequence[Path]) -> str:
@@ -159,9 +102,9 @@ endmodule
 def _zipcpu(folder: Path, clones: Sequence[Path]) -> str:
     generator = folder / "gencordic"
     sources = sorted((clones[0] / "sw").glob("*.cpp"))
-    _run(["g++", "-O1", "-o", generator, *sources], folder)
+    run_tool(["g++", "-O1", "-o", generator, *sources], folder)
     options = ["-t", "p2r", "-f", "cordic.v", "-i", "18", "-o", "18", "-n", "16", "-p", "24"]
-    _run([generator, *options], folder)
+    run_tool([generator, *options], folder)
     wrapper = f"""
 module zipcpu_lane (input clock, input [23:0] phase, output signed [17:0] cosine);
     wire signed [17:0] sine;
@@ -319,28 +262,38 @@ CORES = {
 }
 
 
-def measure(core: Core, clones: Sequence[Path], folder: Path) -> Measured:
-    """Make, map and run a core. Raises ToolError."""
-    source = _make(core, clones, folder)
-    resources, path_ns = _map(core, source)
-    return Measured(resources, path_ns, *_error(core, _sweep(core, source)))
+def measure(
+    core: Core, clones: Sequence[Path], folder: Path, limit_s: float = MAP_LIMIT_S
+) -> Measured:
+    """Make a core, and map and run it, if that was not done before. Raises ToolError."""
+    return measure_once(core, _make(core, clones, folder), WORK / "results", limit_s)
 
 
-def measure_fastest(cores: Iterator[Core], folder: Path) -> tuple[Core, Measured]:
+def measure_fastest(
+    cores: Iterator[Core], folder: Path, limit_s: float = MAP_LIMIT_S
+) -> tuple[Core, Measured]:
     """Of the same core made for rising frequencies, the first whose longest path is at most 5 ns.
 
-    If none is so short, the last that could be made. If none could be made, raises the first
-    NotMadeError or WrongOutputError. Raises ToolError where a tool fails.
+    If none is so short, that with the shortest path, the first of several. After a core for which
+    Yosys needs more than ``limit_s`` seconds, no further one is tried. If none could be measured,
+    raises the first NotMadeError, WrongOutputError or TimeLimitError. Raises ToolError where a tool
+    fails.
     """
-    best = None
+    best: tuple[Core, Measured] | None = None
     refusals: list[ToolError] = []
     for number, core in enumerate(cores):
         try:
-            best = core, measure(core, [], folder / str(number))
-        except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
+            result = measure(core, [], folder / str(number), limit_s)
+        except (flopoco_lanes.NotMadeError, TimeLimitError, WrongOutputError) as error:
+            print(f"left out: {core.name}, {core.remark}: {error}", flush=True)
             refusals.append(error)
+            if isinstance(error, TimeLimitError):
+                break
             continue
-        if best[1].path_ns <= PERIOD_NS:
+        print(f"{core.name}, {core.remark}: {result}", flush=True)
+        if best is None or result.path_ns < best[1].path_ns:
+            best = core, result
+        if result.path_ns <= PERIOD_NS:
             break
     if best is None:
         raise refusals[0]
@@ -355,89 +308,19 @@ def _make(core: Core, clones: Sequence[Path], folder: Path) -> Path:
     return source
 
 
-def _map(core: Core, source: Path) -> tuple[Resources, float]:
-    """What the core takes, and its longest path in ns by the estimate."""
-    mapped = synthesise(source, flatten=True)
-    design = Netlist.read(mapped, core.top)
-    paths = longest_paths(design, design.reached())
-    return Design.read(mapped).total(core.top), max(path.delay_ns for path in paths)
-
-
-def _phases(core: Core, count: int) -> np.ndarray:
-    k = np.arange(count, dtype=np.uint64)
-    low = min(core.angle_bits, SWEEP_BITS)
-    shift = core.angle_bits - low
-    fine = ((k * 2654435761) & 0xFFFFFFFF) >> (32 - shift) if shift else np.zeros_like(k)
-    return ((k << np.uint64(shift)) | fine) & ((1 << core.angle_bits) - 1)
-
-
-def _sweep(core: Core, source: Path) -> np.ndarray:
-    """Outputs of all clocks, from that of the first phase on."""
-    low = min(core.angle_bits, SWEEP_BITS)
-    shift = core.angle_bits - low
-    count = (1 << low) + LATENCIES.stop
-    text = MAIN.format(
-        top=core.top,
-        clocks=count + SETTLING,
-        settling=SETTLING,
-        shift=shift,
-        low=32 - shift if shift else 31,
-        mask=(1 << core.angle_bits) - 1,
-    )
-    if not shift:
-        text = text.replace(" | (k * 2654435761u >> 31)", "")
-    folder = source.parent
-    (folder / "main.cpp").write_text(text, encoding="utf-8")
-    command = ["verilator", "--cc", "--exe", "--build", "-Wno-fatal", "-Wno-lint", "-O3"]
-    _run([*command, "--top-module", core.top, source.name, "main.cpp"], folder)
-    output = _run([folder / "obj_dir" / f"V{core.top}"], folder)
-    raw = np.frombuffer(output, dtype=np.int32)[SETTLING:]
-    half = 1 << (WIDTH - 1)
-    signed: np.ndarray = (raw & (2 * half - 1)).astype(np.int64)
-    return np.where(signed >= half, signed - 2 * half, signed)
-
-
-def _error(core: Core, outputs: np.ndarray) -> tuple[int, float, float]:
-    """Latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
-
-    The errors are |cosine - exact| at the core's own angles, and at those half of its last bit
-    beside them. The latency is the delay at which the outputs fit the phases; raises
-    WrongOutputError when none does.
-    """
-    count = outputs.size - LATENCIES.stop
-    turns = _phases(core, count).astype(float) / 2.0**core.angle_bits
-    exact = np.cos(2.0 * np.pi * turns)
-    errors = {
-        delay: float(np.abs(outputs[delay : delay + count] / core.amplitude - exact).max())
-        for delay in LATENCIES
-    }
-    delay = min(errors, key=lambda key: errors[key])
-    if errors[delay] > core.promised_error:
-        raise WrongOutputError(f"{core.name}: no cosine comes out (off by {errors[delay]:.3g})")
-    cosines = outputs[delay : delay + count] / core.amplitude
-    half = 0.5 / 2.0**core.angle_bits
-    beside = max(
-        float(np.abs(cosines - np.cos(2.0 * np.pi * (turns + side))).max())
-        for side in (-half, half)
-    )
-    # An output read after the edge that takes a phase in has been through one register.
-    return delay + 1, errors[delay], max(errors[delay], beside)
-
-
 def _version(folder: Path) -> str:
-    told = _run(["git", "log", "-1", "--format=%h of %ad", "--date=short"], folder)
+    told = run_tool(["git", "log", "-1", "--format=%h of %ad", "--date=short"], folder)
     return told.decode().strip()
 
 
 def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str]) -> str:
     """The page in Markdown."""
-    verilator = _run(["verilator", "--version"], ROOT).decode().split()[1]
     lines = [
         "# CORDIC cores compared",
         "",
         "Made by `scripts/compare_cordic.py`, which says where to get the cores; do not edit.",
         f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
-        f"{verilator}.",
+        f"{verilator_version()}.",
         "",
         "All cores give the cosine of any angle of the turn, one angle a clock, in 16 to 18 bits;",
         f"those that say no other number have {WIDTH} bits and, where they iterate, {ITERATIONS}",
@@ -469,8 +352,11 @@ def document(rows: Sequence[tuple[Core, str, Measured]], missing: Sequence[str])
         "",
         f"FloPoCo is asked for {', '.join(map(str, flopoco_lanes.FREQUENCIES_MHZ))} MHz in turn,",
         f"until the longest path is at most {PERIOD_NS:g} ns by our estimate; the row is that",
-        "operator, or the last that it could make. FloPoCo's own estimate of a path is shorter",
-        "than ours. An operator with an error of more than two of its last bits is left out:",
+        "operator, or that with the shortest path. FloPoCo's own estimate of a path is",
+        f"shorter than ours. A select of more than {flopoco_lanes.LARGEST_SELECT} words in its "
+        "VHDL is rewritten as an",
+        "array of the same words, of which GHDL makes a memory; of a select it makes a",
+        "multiplexer. An operator with an error of more than two of its last bits is left out:",
         "FloPoCo promises less than one.",
         "",
         "Remarks:",
@@ -488,6 +374,16 @@ def _version_and_program(text: str) -> tuple[str, Path]:
     if not (version and separator and program):
         raise argparse.ArgumentTypeError(f"expected VERSION=PROGRAM, found {text}")
     return version, Path(program).resolve()
+
+
+def _seconds_of_minutes(text: str) -> float:
+    try:
+        minutes = float(text)
+    except ValueError:
+        minutes = math.nan
+    if not (math.isfinite(minutes) and minutes > 0.0):
+        raise argparse.ArgumentTypeError(f"expected minutes above 0, found {text}")
+    return 60.0 * minutes
 
 
 def _measured_cores(
@@ -512,15 +408,19 @@ def _measured_cores(
         if len(given) < len(folders[key]):
             missing.append(f"{core.name}: no folder given; {core.origin}")
             continue
-        result = measure(core, given, WORK / key)
+        try:
+            result = measure(core, given, WORK / key, chosen.map_limit)
+        except TimeLimitError as error:
+            missing.append(f"{core.name}: {error}")
+            continue
         yield core, " and ".join(_version(folder) for folder in given) or "this tree", result
     if not asked:
         missing.append("FloPoCo: no program given; https://www.flopoco.org")
     for version, program, operator, folder in asked:
         cores = flopoco_cores(program, operator, flopoco_lanes.FREQUENCIES_MHZ)
         try:
-            core, result = measure_fastest(cores, folder)
-        except (flopoco_lanes.NotMadeError, WrongOutputError) as error:
+            core, result = measure_fastest(cores, folder, chosen.map_limit)
+        except (flopoco_lanes.NotMadeError, TimeLimitError, WrongOutputError) as error:
             missing.append(f"FloPoCo {version}, {' '.join(operator.call)}: {error}")
             continue
         yield core, version, result
@@ -540,6 +440,14 @@ def main(arguments: list[str] | None = None) -> int:
         default=[],
         metavar="VERSION=PROGRAM",
         help="program of FloPoCo, and its version for the page; may be repeated",
+    )
+    parser.add_argument(
+        "--map-limit",
+        type=_seconds_of_minutes,
+        default=MAP_LIMIT_S,
+        metavar="MINUTES",
+        help="longest time for Yosys to map one core, by the clock on the wall: other work counts "
+        f"(default: {MAP_LIMIT_S / 60.0:g})",
     )
     parser.add_argument("--output", type=Path, default=DOCUMENT, help="page that is written")
     chosen = parser.parse_args(arguments)

@@ -23,8 +23,10 @@ LSBS: Final = (-16, -15)
 """Exponent of the last bit of the result, and of the angle in half turns. With -16 the error at any
 angle is smaller than our lane's; -15 is the coarsest with a smaller error at its own angles."""
 LARGEST_SELECT: Final = 512
-"""The most words of a table that is a select statement: GHDL makes a multiplexer of it, and Yosys
-did not map one of 1,024 words of 40 bits in 15 minutes beside other work."""
+"""The most words of a table that stays a select statement. GHDL makes a multiplexer of that, which
+takes Yosys many minutes when it is large, and a memory of an array."""
+SELECT: Final = re.compile(r"\bwith\s+(\w+)\s+select\s+(\w+)\s*<=([^;]*);", re.I)
+CHOICE: Final = re.compile(r'"([01]+)"\s+when\s+"([01]+)"', re.I)
 TIMEOUT_S: Final = 300
 COLOUR: Final = re.compile(r"\x1b\[[0-9;]*m")
 ENTITY: Final = re.compile(
@@ -36,7 +38,7 @@ WIDTH: Final = re.compile(
 
 
 class NotMadeError(ToolError):
-    """FloPoCo refused to make an operator, or made one that the tools here do not map."""
+    """FloPoCo refused to make an operator."""
 
 
 @dataclass(frozen=True)
@@ -116,19 +118,36 @@ def operators(program: Path, folder: Path) -> list[Operator]:
     return [Operator(name, words, target, lsb) for name, words in asked for lsb in LSBS]
 
 
+def _as_array(select: re.Match[str]) -> str:
+    """A block with the words of a large table in an array; the select itself when words lack."""
+    index, result, body = select.groups()
+    words = {int(choice, 2): word for word, choice in CHOICE.findall(body)}
+    if len(words) <= LARGEST_SELECT or set(words) != set(range(len(words))):
+        return select[0]
+    content = ",\n".join(f'"{words[number]}"' for number in range(len(words)))
+    address = f"ieee.numeric_std.to_integer(ieee.numeric_std.unsigned({index}))"
+    return f"""
+{result}_table: block
+type words is array (0 to {len(words) - 1}) of std_logic_vector({len(words[0]) - 1} downto 0);
+constant content : words := (
+{content});
+begin
+{result} <= content({address});
+end block;
+"""
+
+
+def large_tables_as_arrays(vhdl: str) -> str:
+    """The same VHDL, in which no table of more than LARGEST_SELECT words is a select statement."""
+    return SELECT.sub(_as_array, vhdl)
+
+
 def read_generated(file: Path) -> Generated:
     """Find the operator in a file that FloPoCo wrote: the last entity, with the ports X and C.
 
-    Raises ToolError without such an entity, and NotMadeError for a table that is too large.
+    Raises ToolError without such an entity.
     """
     text = file.read_text(encoding="utf-8", errors="replace")
-    selects = re.findall(r"\bselect\b[^;]*;", text, re.I)
-    words = max((len(re.findall(r'\bwhen\s*"', select, re.I)) for select in selects), default=0)
-    if words > LARGEST_SELECT:
-        raise NotMadeError(
-            f"its table is a select of {words:,} words, which Yosys did not map in 15 minutes "
-            "beside other work"
-        )
     found = ENTITY.findall(text)
     if found:
         entity, ports = found[-1]
@@ -159,6 +178,8 @@ def generate(program: Path, operator: Operator, frequency_mhz: int, folder: Path
             f"asked for {frequency_mhz} MHz it wrote no operator: "
             + (" ".join(refusals) or "nothing was said")
         )
+    vhdl = file.read_text(encoding="utf-8", errors="replace")
+    file.write_text(large_tables_as_arrays(vhdl), encoding="utf-8")
     return read_generated(file)
 
 

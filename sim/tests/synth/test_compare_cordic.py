@@ -1,93 +1,39 @@
-"""The comparison of CORDIC cores, without the cores: a model stands for what they put out."""
+"""The page on CORDIC cores, without the cores: a model stands for what is measured of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from math import inf
 from pathlib import Path
 
-import numpy as np
 import pytest
-from scripts import compare_cordic
-from scripts.compare_cordic import (
-    CORES,
-    LATENCIES,
-    OWN_LANES,
-    SWEEP_BITS,
-    Core,
-    Measured,
-    WrongOutputError,
-    measure_fastest,
-)
+from scripts import compare_cordic, flopoco_lanes
+from scripts.compare_cordic import CORES, OWN_LANES, measure_fastest
 from scripts.flopoco_lanes import NotMadeError
-from scripts.netlist import ToolError
+from scripts.lane_measurement import Core, Measured
+from scripts.netlist import TimeLimitError, ToolError
 from scripts.resources import Resources
 
 
-def _outputs(core: Core, delay: int, *, wrong: float = 0.0) -> np.ndarray:
-    """Cosines rounded to the core's last bit, so many clocks late, before them nothing."""
-    count = 1 << min(core.angle_bits, SWEEP_BITS)
-    k = np.arange(count)
-    turns = k / count
-    if core.angle_bits > SWEEP_BITS:
-        # The low bits as the harness of the simulation writes them: a multiplicative hash.
-        low = core.angle_bits - SWEEP_BITS
-        turns = turns + ((k * 2654435761 % 2**32) // 2 ** (32 - low)) / 2.0**core.angle_bits
-    cosine = np.round(core.amplitude * np.cos(2.0 * np.pi * turns) * (1.0 + wrong))
-    late = np.zeros(count + LATENCIES.stop)
-    late[delay : delay + count] = cosine
-    return late
-
-
-@pytest.mark.parametrize("key", ["ours", "extras"])
-def test_latency_and_error_are_those_of_the_outputs(key: str) -> None:
-    core = CORES[key]
-    latency, error, _ = compare_cordic._error(core, _outputs(core, 16))
-    # Read after the edge that takes the phase in: one register more than the delay.
-    assert latency == 17
-    # Rounding to the last bit errs by half of it at the most, and a million phases come near.
-    half_a_bit = 0.5 / core.amplitude
-    assert 0.99 * half_a_bit < error <= half_a_bit * (1.0 + 1e-9)
-
-
-def test_a_gain_that_is_off_is_in_the_error() -> None:
-    core = CORES["ours"]
-    _, error, _ = compare_cordic._error(core, _outputs(core, 20, wrong=1e-3))
-    assert error == pytest.approx(1e-3, abs=0.5 / core.amplitude)
-
-
-def test_at_any_angle_half_a_bit_of_the_angle_comes_on_top() -> None:
-    core = CORES["extras"]
-    _, error, any_angle = compare_cordic._error(core, _outputs(core, 16))
-    # Where the cosine is steepest, half of 2**-18 turn moves it by 2 pi times as much.
-    assert any_angle == pytest.approx(error + np.pi * 2.0**-18, rel=0.02)
-
-
-def test_what_is_no_cosine_is_refused() -> None:
-    core = CORES["ours"]
-    with pytest.raises(ToolError, match="no cosine comes out"):
-        compare_cordic._error(core, np.zeros((1 << SWEEP_BITS) + LATENCIES.stop))
-
-
-def test_zipcpu_amplitude_is_the_gain_of_its_rotations() -> None:
-    # Its stages turn by atan(2^-1) … atan(2^-16); each lengthens by 1/cos; the output is halved.
-    gain = np.prod(1.0 / np.cos(np.arctan(2.0 ** -np.arange(1, 17)))) / 2.0
-    assert CORES["zipcpu"].amplitude == pytest.approx((2**17 - 1) * gain, rel=1e-12)
+def _page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, measure: Callable[..., Measured], *more: str
+) -> str:
+    monkeypatch.setattr(compare_cordic, "measure", measure)
+    monkeypatch.setattr(compare_cordic, "find_ghdl", lambda: ("ghdl", "GHDL 5.0.1"))
+    monkeypatch.setattr(compare_cordic, "find_yosys", lambda: ("yosys", "Yosys 0.23"))
+    monkeypatch.setattr(compare_cordic, "verilator_version", lambda: "5.006")
+    monkeypatch.setattr(compare_cordic, "WORK", tmp_path / "work")
+    page = tmp_path / "page.md"
+    assert compare_cordic.main(["--output", str(page), *more]) == 0
+    return page.read_text(encoding="utf-8")
 
 
 def test_without_clones_the_page_says_what_was_not_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     used = Resources(lut=560, ff=558, carry4=141, dsp=0)
-    monkeypatch.setattr(
-        compare_cordic, "measure", lambda *_: Measured(used, 4.6, 17, 5.25e-5, 5.27e-5)
-    )
-    monkeypatch.setattr(compare_cordic, "find_ghdl", lambda: ("ghdl", "GHDL 5.0.1"))
-    monkeypatch.setattr(compare_cordic, "find_yosys", lambda: ("yosys", "Yosys 0.23"))
-    monkeypatch.setattr(compare_cordic, "_run", lambda *_: b"Verilator 5.006 2023-01-22")
-    page = tmp_path / "page.md"
-    assert compare_cordic.main(["--output", str(page)]) == 0
-    text = page.read_text(encoding="utf-8")
+    found = Measured(used, 4.6, 17, 5.25e-5, 5.27e-5)
+    text = _page(tmp_path, monkeypatch, lambda *_: found)
     assert "| ArcTrue quadrant_fold + cordic_rotation | this tree | 24 | 560 | 558 |" in text
     for key, core in CORES.items():
         told = f"- not measured: {core.name}: no folder given; {core.origin}" in text
@@ -119,6 +65,8 @@ def _measure_by_name(paths_ns: dict[str, float]) -> Callable[..., Measured]:
     def measure(core: Core, *_: object) -> Measured:
         if core.name not in paths_ns:
             raise NotMadeError(f"{core.name} is refused")
+        if paths_ns[core.name] == inf:
+            raise TimeLimitError(360.0)
         return Measured(Resources(), paths_ns[core.name], 5, 1e-5, 1e-5)
 
     return measure
@@ -128,8 +76,10 @@ def _measure_by_name(paths_ns: dict[str, float]) -> Callable[..., Measured]:
     ("paths_ns", "chosen"),
     [
         ({"a": 9.0, "b": 4.9, "c": 4.0}, "b"),  # the first within 5 ns
-        ({"a": 9.0, "b": 7.0, "c": 7.5}, "c"),  # none is: the last
-        ({"a": 9.0, "b": 7.0}, "b"),  # none is: the last that could be made
+        ({"a": 9.0, "b": 7.0, "c": 7.5}, "b"),  # none is: the shortest
+        ({"a": 9.0, "b": 7.0, "c": 7.0}, "b"),  # of two that are as short, the first
+        ({"a": 9.0, "b": 7.0}, "b"),  # none is: the shortest that could be made
+        ({"a": 9.0, "b": inf, "c": 4.0}, "a"),  # after the limit of time, none is tried
     ],
 )
 def test_the_lowest_frequency_that_fits_is_taken(
@@ -141,17 +91,43 @@ def test_the_lowest_frequency_that_fits_is_taken(
 
 
 def test_an_operator_that_no_frequency_gives_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(compare_cordic, "measure", _measure_by_name({}))
     with pytest.raises(NotMadeError, match="a is refused"):
         measure_fastest(map(_lane, "abc"), tmp_path)
+    told = capsys.readouterr().out.splitlines()
+    assert told == [f"left out: {name}, : {name} is refused" for name in "abc"]
 
 
-def test_an_error_above_the_promised_one_is_refused() -> None:
-    core = replace(CORES["extras"], promised_error=1e-4)
-    with pytest.raises(WrongOutputError, match=r"off by 0\.001"):
-        compare_cordic._error(core, _outputs(core, 16, wrong=1e-3))
+def test_cores_that_yosys_does_not_map_in_time_stand_on_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def measure(core: Core, _clones: object, _folder: object, limit_s: float) -> Measured:
+        if core is CORES["cordic_ii"] or "method=1" in core.name:
+            raise TimeLimitError(limit_s)
+        return Measured(Resources(), 4.6, 17, 1e-5, 1e-5)
+
+    program = tmp_path / "flopoco"
+    program.write_text("#!/bin/sh\necho 'FixSinCos: Zynq7000'\n", encoding="utf-8")
+    program.chmod(0o755)
+    more = ["--map-limit", "6", "--flopoco", f"5.0={program}"]
+    text = _page(tmp_path, monkeypatch, measure, *more)
+    told = "Yosys did not map it in 6 minutes"
+    assert f"- not measured: {CORES['cordic_ii'].name}: {told}\n" in text
+    for lsb in flopoco_lanes.LSBS:
+        assert f"- not measured: FloPoCo 5.0, FixSinCos lsb={lsb} method=1: {told}\n" in text
+        for method in (0, 2):
+            assert f"| FloPoCo FixSinCos lsb={lsb} method={method}: " in text
+    reasons = [line for line in text.splitlines() if line.startswith("- not measured")]
+    assert len(reasons) == 3 + len([key for key in CORES if key not in OWN_LANES])
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf", "six"])
+def test_a_limit_that_is_no_time_is_refused(capsys: pytest.CaptureFixture[str], limit: str) -> None:
+    with pytest.raises(SystemExit):
+        compare_cordic.main([f"--map-limit={limit}"])
+    assert f"expected minutes above 0, found {limit}" in capsys.readouterr().err
 
 
 def test_a_missing_flopoco_is_told(

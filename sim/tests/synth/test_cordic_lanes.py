@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scripts import compare_cordic, cordic_ii_lane, table_lanes
-from scripts.compare_cordic import CORES, SWEEP_BITS
+from scripts import cordic_ii_lane, lane_measurement, table_lanes
+from scripts.compare_cordic import CORES
 from scripts.cordic_ii_lane import (
     COARSE_BITS,
     CORDIC_SHIFTS,
@@ -23,6 +23,7 @@ from scripts.cordic_ii_lane import (
     UNITS_A_RADIAN,
     Z_BITS,
 )
+from scripts.lane_measurement import SWEEP_BITS
 from scripts.verilog_table import verilog_table
 
 HALF_OF_LAST_BIT = 2.0**-17
@@ -126,7 +127,9 @@ def test_the_verilog_of_cordic_ii_gives_the_cosine(tmp_path: Path) -> None:
     core = CORES["cordic_ii"]
     source = tmp_path / f"{core.top}.v"
     source.write_text(core.make(tmp_path, []), encoding="utf-8")
-    latency, error, _ = compare_cordic._error(core, compare_cordic._sweep(core, source))
+    latency, error, _ = lane_measurement.latency_and_errors(
+        core, lane_measurement._sweep(core, source)
+    )
     assert (latency, SWEEP_BITS) == (13, 20)
     # 3.6e-5 rad left over and half of the nano-rotation's gain, at right angles; half a last bit;
     # five roundings of x by half a unit of 2**-18.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from scripts.flopoco_lanes import (
     NotMadeError,
     Operator,
     generate,
+    large_tables_as_arrays,
     operators,
     read_generated,
     wrapper,
@@ -113,16 +115,35 @@ def test_an_old_file_is_not_taken_for_a_new_one(tmp_path: Path) -> None:
         generate(_program(tmp_path, "done"), operator, 400, tmp_path)
 
 
-@pytest.mark.parametrize("words", [LARGEST_SELECT, LARGEST_SELECT + 1])
-def test_a_table_that_yosys_does_not_map_is_told(tmp_path: Path, words: int) -> None:
-    rows = ",\n".join(f'"{word % 2}" when "{word:010b}"' for word in range(words))
-    file = tmp_path / "operator.vhdl"
-    file.write_text(f"with X select Y <=\n{rows};\n" + VHDL.format(reset=""), encoding="utf-8")
-    if words > LARGEST_SELECT:
-        with pytest.raises(NotMadeError, match="a select of 513 words"):
-            read_generated(file)
-    else:
-        assert read_generated(file).angle_bits == 17
+def _select(choices: list[int]) -> str:
+    rows = ",\n".join(f'"{word * 3:012b}" when "{word:010b}"' for word in choices)
+    return f'with X_d1 select\n  Y0 <=\n{rows},\n"------------" when others;\n'
+
+
+def test_a_large_table_becomes_an_array_of_the_same_words() -> None:
+    # Not in order: the place of a word follows from its choice.
+    text = large_tables_as_arrays("begin\n" + _select([*range(1, 1024), 0]) + "end;\n")
+    assert "select" not in text
+    assert "array (0 to 1023) of std_logic_vector(11 downto 0)" in text
+    assert [int(word, 2) for word in re.findall(r'"([01]+)"', text)] == [
+        3 * word for word in range(1024)
+    ]
+    address = "ieee.numeric_std.to_integer(ieee.numeric_std.unsigned(X_d1))"
+    assert f"Y0 <= content({address});" in text
+
+
+@pytest.mark.parametrize("choices", [range(LARGEST_SELECT), range(1, 1024)])
+def test_a_small_table_or_one_that_lacks_words_stays(choices: range) -> None:
+    text = "begin\n" + _select([*choices]) + "end;\n"
+    assert large_tables_as_arrays(text) == text
+
+
+def test_the_table_of_a_made_operator_is_an_array(tmp_path: Path) -> None:
+    program = _program(tmp_path, "done", _select([*range(1024)]) + VHDL.format(reset=""))
+    operator = Operator("table and products", ("FixSinCos", "method=0"), "Zynq7000", -16)
+    made = generate(program, operator, 400, tmp_path)
+    assert made.angle_bits == 17
+    assert "constant content : words" in made.file.read_text(encoding="utf-8")
 
 
 def test_a_file_without_the_operator_is_refused(tmp_path: Path) -> None:
