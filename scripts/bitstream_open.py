@@ -129,8 +129,7 @@ def check_timing(log: str, path: Path, asked_mhz: float) -> None:
         slack, pin = min(early)
         raise TimingError(
             f"nextpnr's estimate has {len(early)} hold violations, the worst {slack:g} ns at "
-            f"{pin}. "
-            f"Try another placement: python -m scripts.bitstream --flow open --seed N. See {path}."
+            f"{pin}. Try another placement: make bitstream FLOW=open SEED=N. See {path}."
         )
 
 

@@ -29,7 +29,7 @@ MIXED: Final = 220
 """Steps of the mixture in a round."""
 COUNTS_A_TURN: Final = 96
 """Of the encoders of bench.cpp."""
-FILLINGS: Final = 6
+FILLINGS: Final = 8
 """Of a bank to its end: positions of both signs come into every part of both."""
 FEWEST_CORRECTIONS: Final = 50
 """Different values of the correction that must have been read: those of every lane are in it."""

@@ -25,9 +25,13 @@ constexpr uint64_t RESET_CLOCKS = 16;
 constexpr uint64_t CLOCKS_A_RESET = 40000;  // on the mean
 constexpr uint32_t COUNTS_A_TURN = 96;
 
-// An encoder: a turn of few counts, so that its index comes often, and counts lost or illegal now and then.
+constexpr int FARTHEST = 100;  // counts: a turn and more
+
+// An encoder: a turn of few counts, so that its index comes often, and counts lost or illegal now and then. It turns
+// back at FARTHEST on either side, so that positions of both signs come again and again.
 struct Encoder {
   uint32_t count = 0;
+  int place = 0;
   uint32_t wait = 0;
   int direction = 1;
 
@@ -37,8 +41,10 @@ struct Encoder {
       return;
     }
     if (one_in(100)) direction = -direction;
+    if (place * direction > FARTHEST) direction = -direction;
     const uint32_t counts = one_in(400) ? 1 + static_cast<uint32_t>(any() % 5) : 1;
     count = (count + COUNTS_A_TURN + static_cast<uint32_t>(direction) * counts) % COUNTS_A_TURN;
+    place += direction * static_cast<int>(counts);
     wait = static_cast<uint32_t>(one_in(4) ? any() % 200 : 12 + any() % 20);
   }
   bool a() const { return ((count + 1) & 2) != 0; }

@@ -254,6 +254,10 @@ def test_what_was_not_tested_is_a_fault() -> None:
         "4 words of outputs differ",
         "never moved, so not tested",
     ]
+    constant = Compared([], ["CLBLM_R_X63Y71_0_Ao6"], figures)
+    assert len(bitstream_verify.faults_of(constant)) == 1
+    assert bitstream_verify.faults_of(constant, are_rams_written=False) == []
+    assert len(bitstream_verify.faults_of(still, are_rams_written=False)) == 2
     assert bitstream_verify.faults_of(Compared([], [], {**figures, "moved_outputs": 0})) == [
         "no output ever moved, so nothing was tested"
     ]

@@ -149,7 +149,7 @@ def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFix
     assert run(bench) == 1
     error = capsys.readouterr().err
     assert "2 hold violations, the worst -0.05 ns at core.memory-0.05.DIADI13" in error
-    assert "--seed" in error
+    assert "make bitstream FLOW=open SEED=N" in error
     assert bench.calls("xc7frames2bit") == []
 
 
