@@ -133,7 +133,7 @@ peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 pub
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz
 
-coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (hours; COVERAGE=FILES)
+coverage-gateware: generate ## share of the statements of rtl/ that the benches execute, against its budget (a quarter of an hour; COVERAGE=FILES)
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.gateware_coverage $(COVERAGE)
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -89,10 +90,20 @@ def read_results(folder: Path, sources: Path) -> dict[Path, FileLines]:
     return found
 
 
-def has_statements(path: Path) -> bool:
-    """Whether a VHDL file has anything to execute: a package of constants has nothing."""
+def has_body(path: Path) -> bool:
+    """Whether a VHDL file describes hardware: a package of constants does not."""
     text = path.read_text(encoding="utf-8").lower()
     return "architecture " in text or "package body" in text
+
+
+def has_statements(path: Path) -> bool:
+    """Whether GHDL counts lines of a VHDL file: of an entity that only instantiates it has none."""
+    text = re.sub(r"--[^\n]*", "", path.read_text(encoding="utf-8").lower())
+    if "package body" in text:
+        return True
+    _, _, body = text.partition("architecture ")
+    _, _, statements = body.partition("\nbegin")
+    return bool(re.search(r"<=|\bprocess\b|\bassert\b", statements))
 
 
 def share(found: dict[Path, FileLines]) -> float:

@@ -8,7 +8,15 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scripts.gateware_coverage import BENCHES, faults, has_statements, read_results, share, table
+from scripts.gateware_coverage import (
+    BENCHES,
+    faults,
+    has_body,
+    has_statements,
+    read_results,
+    share,
+    table,
+)
 from scripts.netlist import ROOT, find_ghdl
 from sim.tests.synth.test_netlist import needs_tools
 from tb.support.simulation import vhdl_sources
@@ -64,6 +72,12 @@ def test_simulations_are_added_up(tmp_path: Path, sources: Path) -> None:
     assert "| rtl/half_run.vhd | 3 | 2 | 66.7% | 11 |" in table(found, tmp_path)
 
 
+def test_an_entity_that_only_instantiates_has_no_lines() -> None:
+    without = {path.name for path in (ROOT / "rtl").rglob("*.vhd") if not has_statements(path)}
+    assert "encoder_source_top.vhd" in without
+    assert all(name.endswith("_pkg.vhd") for name in without - {"encoder_source_top.vhd"})
+
+
 def test_a_file_that_nothing_ran_is_named(tmp_path: Path, sources: Path) -> None:
     (sources / "constants_pkg.vhd").write_text("package constants_pkg is end;", encoding="utf-8")
     told = faults(read_results(tmp_path, sources), sources)
@@ -97,7 +111,7 @@ def test_every_file_is_below_a_bench_that_is_counted() -> None:
     named = {name for path in tests for name in NAMES.findall(path.read_text(encoding="utf-8"))}
     entities = {path.stem for top in ("rtl", "tb") for path in (ROOT / top).rglob("*.vhd")}
     reached = {source for name in named & entities for source in vhdl_sources(name)}
-    missing = {path for path in (ROOT / "rtl").rglob("*.vhd") if has_statements(path)} - reached
+    missing = {path for path in (ROOT / "rtl").rglob("*.vhd") if has_body(path)} - reached
     assert not missing
 
 
