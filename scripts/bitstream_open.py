@@ -52,7 +52,7 @@ ROUTING = ("--tmg-ripup",)
 """With this nextpnr's router routes a wire anew where its detour makes a path too slow."""
 
 OTHER_SEEDS = (2, 3)
-"""Of the placements that are tried when the first one is too slow."""
+"""Seeds of the placements that are tried when the timing of the first one is not met."""
 
 FREQUENCY = re.compile(
     r"Max frequency for clock\s+'(?P<clock>[^']+)': (?P<reached>[\d.]+) MHz "
@@ -224,9 +224,9 @@ def place_and_route(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -
 
 
 def place_until_timed(job: Job, nextpnr: str, chipdb: str | None, netlist: Path) -> Routed:
-    """Run nextpnr, with another seed when a placement is too slow and no seed was asked for.
+    """Run nextpnr, and without a seed of the job again where the timing is not met.
 
-    Raises ToolError when nextpnr fails, TimingError when the last placement is too slow as well.
+    Raises ToolError when nextpnr fails, TimingError when no placement meets the timing.
     """
     for seed in OTHER_SEEDS if job.seed is None else ():
         try:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Final
 
 MOST_INPUTS: Final = 4
-"""Of a look-up table that fits into a chain: a slice has five inputs for it and the chain's other
-input."""
+"""A look-up table with more inputs does not fit into a chain: a slice has five for it and for the
+chain's other input."""
 
 Cell = dict[str, Any]
 

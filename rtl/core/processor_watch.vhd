@@ -45,7 +45,7 @@ begin
         if elapsed >= limit then
           silent <= '1';
         end if;
-        -- It stands from the clock after, so that no count waits for the comparison.
+        -- It stops a clock later, by a register: the comparison is too slow to enable a counter.
         if silent = '0' then
           elapsed := elapsed + 1;
         end if;
