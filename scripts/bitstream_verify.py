@@ -186,6 +186,12 @@ def main(arguments: list[str] | None = None) -> int:
     for fault in faults:
         print(f"verify-bitstream: {fault}", file=sys.stderr)
     figures = compared.figures
+    constant = [name for name in compared.still if LOOK_UP_TABLE_OUTPUT.search(name)]
+    if constant and not TOPS[chosen.top].has_core:
+        print(
+            f"verify-bitstream: {len(constant)} outputs of look-up tables as RAM never moved: "
+            "what is written there is constant"
+        )
     pads = [name for name in design.pads if name in compared.quiet]
     if pads:
         print(f"verify-bitstream: pads that never moved: {', '.join(pads)}")

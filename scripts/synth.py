@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from scripts.entity_options import add_entity_options, generics_of
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 from scripts.resources import Design, Resources
 
@@ -194,15 +195,7 @@ def report_folds(
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--entity", default=TOP, help=f"entity that is mapped ({TOP})")
-    parser.add_argument(
-        "-g",
-        "--generic",
-        action="append",
-        default=[],
-        metavar="NAME=INTEGER",
-        help="value of a generic; may be repeated",
-    )
+    add_entity_options(parser, TOP)
     parser.add_argument(
         "--folds",
         nargs="*",
@@ -213,13 +206,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--output", type=Path, help="folder, made anew (build/synth/<entity>)")
     chosen = parser.parse_args(arguments)
-    try:
-        generics = {
-            name.upper(): int(value)
-            for name, _, value in (entry.partition("=") for entry in chosen.generic)
-        }
-    except ValueError:
-        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+    generics = generics_of(parser, chosen)
     folder = chosen.output or ROOT / "build" / "synth" / chosen.entity
     try:
         core, faults = report(chosen.entity, generics, folder.resolve())

@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
+from scripts.entity_options import add_entity_options, generics_of
 from scripts.netlist import ROOT, ToolError, synthesise, write_netlist
 from scripts.timing_paths import Crowded, LongPath, Netlist, crowded_registers, longest_paths
 
@@ -93,27 +94,13 @@ def report(
 def main(arguments: list[str] | None = None) -> int:
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--entity", default=TOP, help=f"entity that is mapped ({TOP})")
-    parser.add_argument(
-        "-g",
-        "--generic",
-        action="append",
-        default=[],
-        metavar="NAME=INTEGER",
-        help="value of a generic; may be repeated",
-    )
+    add_entity_options(parser, TOP)
     parser.add_argument("--netlist", type=Path, help="a flat JSON netlist that is there already")
     parser.add_argument("--limit", type=float, metavar="NS", help="longest path that is accepted")
     parser.add_argument("--shown", type=int, default=SHOWN, help=f"paths in the table ({SHOWN})")
     parser.add_argument("--output", type=Path, help="folder, made anew (build/timing/<entity>)")
     chosen = parser.parse_args(arguments)
-    try:
-        generics = {
-            name.upper(): int(value)
-            for name, _, value in (entry.partition("=") for entry in chosen.generic)
-        }
-    except ValueError:
-        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+    generics = generics_of(parser, chosen)
     try:
         netlist = chosen.netlist
         if netlist is None:

@@ -17,9 +17,9 @@ from tb.support.simulation import simulate
 
 # The pipeline and the answers of the bus are known from the reset on.
 CORE_SETTLED = 80
-# The bench's second reset ends at clock 3,080; the output is switched on again 330 clocks later.
-# What outlives a reset on purpose is the levels of A and B, and the coefficients, which are written
-# anew by then.
+# The bench's second reset ends at clock 3,080; the output is switched on again some 300 clocks
+# later, and new coefficients are swapped in 100 clocks after that. They and the levels of A and B
+# outlive a reset on purpose.
 CORE_FORGOTTEN = 3500
 POWER_UPS = range(1, 9)
 """Seeds of what the registers hold before the first reset."""
