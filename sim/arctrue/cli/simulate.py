@@ -16,7 +16,7 @@ from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER
 from arctrue.studies.simulate.hidden import hidden_effect
 from arctrue.studies.simulate.simulated_set import INDEX_SCATTER_COUNTS, Wanted, simulate_set
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
-from arctrue.table.causes.registry import REGISTRY
+from arctrue.table.registry import REGISTRY
 
 
 def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> None:

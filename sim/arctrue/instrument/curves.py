@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from arctrue.instrument.errors import InstrumentError
 from arctrue.table import Motion, RotaryTable
-from arctrue.table.causes.cause import SIGNALS, refuse_unhonoured
+from arctrue.table.cause import SIGNALS, refuse_unhonoured
 
 INTERPOLATION_TOLERANCE_COUNTS = 1e-3
 """How far the cubic between knots may lie from the table's geometry; checked in every piece."""
@@ -60,7 +60,7 @@ class TableCurves:
         Raises UnhonouredCauseError for a cause that acts on more than the lines and their signals:
         counts are lost by faults of the pins.
         """
-        refuse_unhonoured(table.effects, SIGNALS, "the virtual instrument")
+        refuse_unhonoured(table.causes, SIGNALS, "the virtual instrument")
         self.table, self.motion, self.clock_hz = table, motion, clock_hz
         self.counts_per_rev = table.counts_per_rev
         self.index_width_counts = table.index_width_counts

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table import PhysicalEffect, TableState
+from arctrue.table import Cause, TableState
 
 Float = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ _KEPT_BLOCKS = 4
 
 
 @dataclass(frozen=True)
-class ReadingNoise(PhysicalEffect):
+class ReadingNoise(Cause):
     """Smooth random noise of each head: what an interpolator of limited bandwidth lets through.
 
     Gaussian with the standard deviation ``rms_rad``; readings more than 4 × ``correlation_s`` apart

@@ -169,7 +169,7 @@ class RevolutionSettings:
         separation = HEAD_SEPARATION_RAD + self.alpha_error_arcsec * ARCSEC_RAD
         return RotaryTable(
             heads=two_heads(separation_rad=separation),
-            effects=tuple(effects),
+            causes=tuple(effects),
             counts_per_rev=self.counts_per_rev,
         )
 

@@ -22,8 +22,8 @@ from arctrue.studies.simulate.experiment import (
     short,
 )
 from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulate_set
-from arctrue.table.causes.registry import REGISTRY
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
+from arctrue.table.registry import REGISTRY
 from arctrue.table.rotary_table import RotaryTable
 from arctrue.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.registry import built_in

@@ -3,11 +3,9 @@
 Independent of the calibration: it knows points, rays and lines, and no Fourier series.
 """
 
-from arctrue.table.causes import (
-    DiscEccentricity,
-    GraduationHarmonics,
-    PhysicalEffect,
-)
+from arctrue.table.cause import Cause
+from arctrue.table.causes.disc_eccentricity import DiscEccentricity
+from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.edges import CountEdges, angle_of_reading, count_edges
 from arctrue.table.head import Head
 from arctrue.table.motion import Motion
@@ -23,12 +21,12 @@ from arctrue.table.state import TableState
 __all__ = [
     "DISC_RADIUS_M",
     "HEAD_SEPARATION_RAD",
+    "Cause",
     "CountEdges",
     "DiscEccentricity",
     "GraduationHarmonics",
     "Head",
     "Motion",
-    "PhysicalEffect",
     "PinEvents",
     "RotaryTable",
     "TableState",

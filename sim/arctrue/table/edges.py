@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import SIGNALS, refuse_unhonoured
+from arctrue.table.cause import SIGNALS, refuse_unhonoured
 from arctrue.table.crossings import level_crossings, solve_brackets
 from arctrue.table.motion import Motion
 from arctrue.table.rotary_table import RotaryTable
@@ -45,7 +45,7 @@ def count_edges(
     counter that loses counts comes after the edges.
     """
 
-    refuse_unhonoured(table.effects, SIGNALS, "a head's edges")
+    refuse_unhonoured(table.causes, SIGNALS, "a head's edges")
 
     def reading(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         return table.reading_rad(head, motion.state(time_s)) / table.count_rad

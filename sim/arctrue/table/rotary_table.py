@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
-from arctrue.table.causes.cause import READING, Cause, refuse_unhonoured
+from arctrue.table.cause import GEOMETRY, READING, Cause, acts_on, refuse_unhonoured
 from arctrue.table.conditions import conditions_of
 from arctrue.table.head import Head
 from arctrue.table.state import TableState
@@ -31,6 +30,10 @@ def two_heads(
     return Head.on_circle(radius_m, 0.0), Head.on_circle(radius_m, -separation_rad)
 
 
+HEADS = two_heads()
+"""The two heads of the paper."""
+
+
 @dataclass(frozen=True, slots=True)
 class RotaryTable:
     """A disc on an axis, read by heads; exact plane geometry, no small-angle formula.
@@ -48,7 +51,7 @@ class RotaryTable:
     """
 
     heads: tuple[Head, ...]
-    effects: tuple[PhysicalEffect, ...] = ()
+    causes: tuple[Cause, ...] = ()
     counts_per_rev: int = 1 << 24
     rounding: Literal["floor", "nearest"] = "floor"
     noise_rad: float = 0.0
@@ -81,10 +84,10 @@ class RotaryTable:
         axis: NDArray[np.complex128] = np.zeros(state.angle_rad.shape, dtype=np.complex128)
         disc = axis.copy()
         point = axis + self.heads[head].point_m
-        for effect in self.effects:
-            axis += effect.axis_shift_m(state)
-            disc += effect.disc_shift_m(state)
-            point += effect.head_shift_m(head, state)
+        for cause in self.causes:
+            axis += cause.axis_shift_m(state)
+            disc += cause.disc_shift_m(state)
+            point += cause.head_shift_m(head, state)
         ray = point - (axis + np.exp(1j * state.angle_rad) * disc)
         # Taken about the head's own direction, the angle of the ray never wraps.
         nominal = self.heads[head].angle_rad
@@ -95,8 +98,8 @@ class RotaryTable:
         self, disc_angle_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64]:
         reading = disc_angle_rad.copy()
-        for effect in self.effects:
-            reading += effect.graduation_error_rad(disc_angle_rad, state)
+        for cause in self.causes:
+            reading += cause.graduation_error_rad(disc_angle_rad, state)
         return reading
 
     def index_count(self, head: int) -> int:
@@ -112,12 +115,12 @@ class RotaryTable:
         A late reading shows where the table was: back by delay × speed, which is exact at one
         speed and on a ramp off by acceleration × delay²/2.
         """
-        causes = [effect for effect in self.effects if isinstance(effect, Cause)]
-        if causes:
+        timed = [cause for cause in self.causes if acts_on(cause) - GEOMETRY]
+        if timed:
             conditions = conditions_of(state)
-            late_s = sum(cause.sampling_delay_s(head) for cause in causes)
+            late_s = sum(cause.sampling_delay_s(head) for cause in timed)
             turn = sum(
-                (np.asarray(cause.disc_turn_rad(conditions)) for cause in causes),
+                (np.asarray(cause.disc_turn_rad(conditions)) for cause in timed),
                 start=-late_s * conditions.speed_rad_s,
             )
             state = replace(
@@ -128,9 +131,9 @@ class RotaryTable:
             )
         reading = self._disc_reading_rad(self.disc_angle_rad(head, state), state)
         lines = reading.copy()
-        for effect in self.effects:
-            reading += effect.signal_error_rad(head, lines, state)
-        for cause in causes:
+        for cause in self.causes:
+            reading += cause.signal_error_rad(head, lines, state)
+        for cause in timed:
             reading += cause.gained_counts(head, conditions) * self.count_rad
         return reading - self.index_count(head) * self.count_rad
 
@@ -147,7 +150,7 @@ class RotaryTable:
         Noise is added where ``random`` is given. Raises UnhonouredCauseError for a cause that acts
         on more than the reading: a row that is missing, an instrument, noise of its own.
         """
-        refuse_unhonoured(self.effects, READING, "a counter")
+        refuse_unhonoured(self.causes, READING, "a counter")
         reading = self.reading_rad(head, state) / self.count_rad
         if random is not None and self.noise_rad:
             reading += random.normal(0.0, self.noise_rad / self.count_rad, reading.shape)

@@ -59,7 +59,7 @@ def table() -> RotaryTable:
     """±1500″ are ±19 counts here."""
     return RotaryTable(
         heads=two_heads(separation_rad=SEPARATION_RAD),
-        effects=(
+        causes=(
             DiscEccentricity(37.7e-5, 2.1),
             GraduationHarmonics(
                 (2, 3, 4),

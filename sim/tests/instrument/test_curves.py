@@ -26,7 +26,7 @@ CLOCK_HZ = 1e6
 SPEED = 2 * np.pi / COUNTS * CLOCK_HZ / 1.1
 MOTION = Motion.steady(SPEED, 0.05, ramp_s=0.01, start_rad=-0.1, ripple_rad=0.002, ripple_order=7)
 TABLE = RotaryTable(
-    heads=two_heads(), effects=(DiscEccentricity(37.7e-6, 2.1),), counts_per_rev=COUNTS
+    heads=two_heads(), causes=(DiscEccentricity(37.7e-6, 2.1),), counts_per_rev=COUNTS
 )
 
 
@@ -60,7 +60,7 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
     """Subdivision error at 16 counts a line: knots 16 counts apart would not see it."""
     lines = COUNTS // 16
     distortion = SignalDistortion(head=0, lines=lines, cosine_offset=0.3)
-    table = replace(TABLE, effects=(*TABLE.effects, distortion))
+    table = replace(TABLE, causes=(*TABLE.causes, distortion))
     curves = TableCurves(table, MOTION, CLOCK_HZ)
     smooth, *_ = TableCurves(TABLE, MOTION, CLOCK_HZ).piece(20_000, 4096)
     knot, head1, *_ = curves.piece(20_000, 4096)
@@ -73,7 +73,7 @@ def test_a_reading_that_bends_within_a_line_gets_nearer_knots() -> None:
 
 def test_conditions_reach_the_table() -> None:
     """A disc whose centre moves with heat: 20 K are 20 µm of eccentricity at the head's radius."""
-    warm_disc = replace(TABLE, effects=(ThermalCentre(1e-6),))
+    warm_disc = replace(TABLE, causes=(ThermalCentre(1e-6),))
     cold = TableCurves(warm_disc, MOTION, CLOCK_HZ, 16)
     warm = replace(MOTION, temperature=TemperatureCourse((0.0,), (40.0,)))
     heated = TableCurves(warm_disc, warm, CLOCK_HZ, 16)

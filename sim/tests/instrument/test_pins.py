@@ -31,7 +31,7 @@ MOST_EDGES_A_CLOCK_OFF = 20
 def table() -> RotaryTable:
     return RotaryTable(
         heads=two_heads(),
-        effects=(
+        causes=(
             DiscEccentricity(4e-4, 1.0),
             GraduationHarmonics((2, 7), (2e-3, 4e-4), (0.3, 2.0)),
         ),

@@ -98,8 +98,8 @@ legs = [{turns = 3}, {pause_s = 600.0, run_s = 0.5}]
 celsius = 20.0
 at_turn = 0.0
 after_s = 0.0
-[[effect]]
-cause = "shaft_wind_up"
+[[cause]]
+name = "shaft_wind_up"
 arcsec = 1.0
 [[fault]]
 what = "pins"

@@ -6,10 +6,10 @@ import pytest
 from arctrue.table import (
     DISC_RADIUS_M,
     HEAD_SEPARATION_RAD,
+    Cause,
     DiscEccentricity,
     GraduationHarmonics,
     Head,
-    PhysicalEffect,
     RotaryTable,
     TableState,
     two_heads,
@@ -107,7 +107,7 @@ def test_head_separation_is_the_mean_over_true_angle_not_over_reading() -> None:
 
 
 def test_axis_that_moves_is_seen_by_head_one_across_its_ray_only() -> None:
-    class Shift(PhysicalEffect):
+    class Shift(Cause):
         def __init__(self, shift_m: complex) -> None:
             self.shift_m = shift_m
 

@@ -9,21 +9,20 @@ from scipy.signal import periodogram
 
 from arctrue.instrument.curves import TableCurves
 from arctrue.table import Motion, RotaryTable, count_edges, two_heads
+from arctrue.table.cause import Cause, UnhonouredCauseError, acts_on
 from arctrue.table.causes.autoregressive_noise import AutoregressiveNoise
-from arctrue.table.causes.base import PhysicalEffect
-from arctrue.table.causes.cause import UnhonouredCauseError, acts_on
 from arctrue.table.causes.lost_counts import LostCounts
 from arctrue.table.causes.noise_by_angle import NoiseByAngle
 from arctrue.table.causes.outliers import Outliers
 from arctrue.table.causes.polygon_faces import PolygonFaces
 from arctrue.table.causes.power_law_noise import PowerLawNoise
-from arctrue.table.causes.registry import NOISES, REGISTRY
 from arctrue.table.causes.relaxing_noise import RelaxingNoise
 from arctrue.table.causes.swinging_speed import SwingingSpeed
 from arctrue.table.causes.time_gaps import TimeGaps
 from arctrue.table.causes.white_noise import WhiteNoise
 from arctrue.table.conditions import Conditions, travelled_turns
 from arctrue.table.noise import Noise, together
+from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.state import TableState
 from arctrue.table.temperature import TemperatureCourse
 
@@ -163,7 +162,7 @@ def test_swinging_speed_swings_by_its_share() -> None:
 
 
 @pytest.mark.parametrize("cause", [PolygonFaces((0.0,)), SwingingSpeed(0.1, 1, 0.0), WhiteNoise(1)])
-def test_a_cause_that_edges_do_not_have_is_an_error(cause: PhysicalEffect) -> None:
+def test_a_cause_that_edges_do_not_have_is_an_error(cause: Cause) -> None:
     table = RotaryTable(two_heads(), (cause,), counts_per_rev=4096)
     motion = Motion.steady(1.0, 1.0)
     with pytest.raises(UnhonouredCauseError, match=type(cause).__name__):

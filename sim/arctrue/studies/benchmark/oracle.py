@@ -21,48 +21,13 @@ from scipy.stats import chi2, ncx2
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.bench import TrueNoise
 from arctrue.table.noise import Noise
+from arctrue.table.registry import REGISTRY
 from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 
 BASE_ORDERS = 20
 FALSE_ALARM, POWER = 0.01, 0.95
-TURNS = 12
-NYQUIST_HZ = 125.0
-ROWS = 24_000
-FORMS: dict[str, tuple[int, float]] = {
-    "high_order_graduation": (2, 220),
-    "head_angle_error": (1, 1),
-    "subdivision_error": (8, 1),
-    "radial_error_motion": (2, 7),
-    "bearing_ball_pass": (4, 2 * TURNS * 14),
-    "vibration": (8, 36 * NYQUIST_HZ),
-    "hysteresis": (1, 1),
-    "timing_skew": (1, 1),
-    "latency": (1, 1),
-    "thermal_head_drift": (1, 1),
-    "thermal_eccentricity": (2, 1),
-    "count_slip": (1, 4 * np.log(ROWS)),
-    "graduation_defect": (1, 360 / 0.1),
-    "drive_gear_error": (2, 1),
-    "polygon_face_error": (23, 1),
-    "polygon_eccentricity": (2, 1),
-    "autocollimator_gain": (1, 1),
-    "reference_drift": (1, 1),
-    "warm_ovality": (2, 1),
-    "centrifugal_lobes": (2, 1),
-    "half_order": (2, 1),
-    "settling_bracket": (1, 6),
-    "flat_track": (2, 360 / 3.0),
-    "saw_tooth_motion": (2, 4 * 6),
-    "warm_fast_lobes": (2, 4),
-    "sticking_bracket": (1, 200),
-    "loosening_head": (1, 200),
-    "wearing_track": (2, 5),
-    "leaning_bracket": (1, 6),
-}
-"""Coefficients of the true form, and places that it leaves open: orders, frequencies, instants,
-places on the disc (as many as a turn has widths), time constants."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +55,7 @@ class Sight:
 @cache
 def needed_noncentrality(effect: str) -> float:
     """λ at which a noncentral χ² passes the threshold with POWER, the search paid for."""
-    rank, places = FORMS[effect]
+    rank, places = REGISTRY[effect].coefficients, REGISTRY[effect].places
     threshold = chi2.isf(FALSE_ALARM / places, rank)
     return float(brentq(lambda value: ncx2.sf(threshold, rank, value) - POWER, 1e-3, 1e4))
 

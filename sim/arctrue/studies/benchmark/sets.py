@@ -12,7 +12,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.studies.benchmark.oracle import look
 from arctrue.studies.benchmark.worlds import WORLDS, Surroundings, hidden
 from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulate_set
-from arctrue.table.causes.registry import REGISTRY
+from arctrue.table.registry import REGISTRY
 
 NOTHING = 1e-9
 """Share of a cause's size at which it is there without effect, so that all draws stay the same."""

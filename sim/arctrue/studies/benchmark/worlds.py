@@ -10,7 +10,7 @@ import numpy as np
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.experiment import Experiment, full, lean, one_pass, one_speed
 from arctrue.studies.simulate.simulated_set import Wanted
-from arctrue.table.causes.registry import RECIPES, REGISTRY, STRANGERS
+from arctrue.table.registry import RECIPES, REGISTRY, STRANGERS
 
 Random = np.random.Generator
 SAMPLES_A_RUN = 6_000

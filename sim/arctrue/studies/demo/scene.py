@@ -48,7 +48,7 @@ def demo_table(settings: DemoSettings) -> RotaryTable:
     scale = settings.disc_scale
     return RotaryTable(
         heads=two_heads(),
-        effects=(
+        causes=(
             DiscEccentricity(scale * PAPER_ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(
                 PAPER_GRADUATION_ORDERS,

@@ -34,10 +34,10 @@ from arctrue.instrument.revolution import (
 )
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
+    Cause,
     DiscEccentricity,
     GraduationHarmonics,
     Motion,
-    PhysicalEffect,
     RotaryTable,
     TableState,
     two_heads,
@@ -99,7 +99,7 @@ class Left:
         return float(np.sqrt(np.mean(self.error_arcsec**2) + self.offset_arcsec**2))
 
 
-def disc() -> tuple[PhysicalEffect, ...]:
+def disc() -> tuple[Cause, ...]:
     """The disc of ``arctrue revolution``, and an order 11."""
     return (
         DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
@@ -160,7 +160,7 @@ def _table(sources: Collection[Source], counts_per_rev: int, *, warm: bool = Fal
             )
     return RotaryTable(
         two_heads(),
-        effects=tuple(effects),
+        causes=tuple(effects),
         counts_per_rev=counts_per_rev,
         noise_rad=NOISE_ARCSEC * RAD_PER_ARCSEC if "noise" in sources else 0.0,
     )

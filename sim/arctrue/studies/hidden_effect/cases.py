@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from arctrue.studies.hidden_effect.settings import HiddenSettings
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
 from arctrue.table.causes.signal_distortion import SignalDistortion
 from arctrue.table.causes.thermal_centre import ThermalCentre
@@ -16,7 +16,7 @@ from arctrue.table.causes.warm_lobes import WarmLobes
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
 from arctrue.units import RAD_PER_ARCSEC
 
-Build = Callable[[HiddenSettings], list[PhysicalEffect]]
+Build = Callable[[HiddenSettings], list[Cause]]
 
 COLD_C = USUAL_TEMPERATURE_C
 WARM_C = USUAL_TEMPERATURE_C + 4.0
@@ -55,7 +55,7 @@ class Case:
     """Order 1 changes with the temperature: it can be followed while the table warms."""
 
 
-def _subdivision(settings: HiddenSettings) -> list[PhysicalEffect]:
+def _subdivision(settings: HiddenSettings) -> list[Cause]:
     # A share p of the amplitude errs by p of a radian of the signal period: 0.63″ at 16,384 lines.
     lines = settings.revolution.lines
     return [
@@ -69,16 +69,16 @@ def _coarser(settings: HiddenSettings) -> float:
     return (1 << 24) / settings.revolution.counts_per_rev
 
 
-def _thermal_centre(settings: HiddenSettings) -> list[PhysicalEffect]:
+def _thermal_centre(settings: HiddenSettings) -> list[Cause]:
     # 0.4 µm/K at a radius of 54 mm are 1.5″/K.
     return [ThermalCentre(cmath.rect(0.4e-6 * _coarser(settings), 1.1))]
 
 
-def _wind_up(settings: HiddenSettings) -> list[PhysicalEffect]:
+def _wind_up(settings: HiddenSettings) -> list[Cause]:
     return [ShaftWindUp(1.0 * RAD_PER_ARCSEC * _coarser(settings), STROKE_RAD)]
 
 
-def _warm_lobes(settings: HiddenSettings) -> list[PhysicalEffect]:
+def _warm_lobes(settings: HiddenSettings) -> list[Cause]:
     return [WarmLobes(2, 0.4 * RAD_PER_ARCSEC * _coarser(settings), 0.7)]
 
 

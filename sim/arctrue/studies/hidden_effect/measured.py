@@ -20,7 +20,7 @@ from arctrue.studies.hidden_effect.rig import CapturedTurn
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.studies.simulate.truth import write_truth
 from arctrue.table import DISC_RADIUS_M, HEAD_SEPARATION_RAD
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 
 
 def write_set(
@@ -58,7 +58,7 @@ def write_set(
     write_measurement_set(folder, MeasurementSet(facts, capture, reference, title))
 
 
-def seal(folder: Path, effect: str, causes: Sequence[PhysicalEffect]) -> Path:
+def seal(folder: Path, effect: str, causes: Sequence[Cause]) -> Path:
     """Write what was hidden beside the folder, for the judge alone."""
     truth: dict[str, Any] = {
         "schema": 1,

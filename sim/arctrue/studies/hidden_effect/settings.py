@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from arctrue.instrument.revolution import RevolutionSettings
 from arctrue.table import RotaryTable
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 
 KEPT_A_SIGNAL_PERIOD = 64
 """Edges kept of each period of the grating, at least."""
@@ -45,13 +45,13 @@ class HiddenSettings:
         every = max(1, self.revolution.interpolation // KEPT_A_SIGNAL_PERIOD)
         return every + 1 - every % 2 if every > 1 else 1
 
-    def table(self, hidden: Sequence[PhysicalEffect]) -> RotaryTable:
+    def table(self, hidden: Sequence[Cause]) -> RotaryTable:
         """The paper's kind of table with ``hidden`` in it; the noise of the readings comes last."""
         plain = self.revolution.table()
         noise = 1 if self.revolution.noise_arcsec else 0
-        known = plain.effects[: len(plain.effects) - noise]
+        known = plain.causes[: len(plain.causes) - noise]
         return RotaryTable(
             heads=plain.heads,
-            effects=(*known, *hidden, *plain.effects[len(known) :]),
+            causes=(*known, *hidden, *plain.causes[len(known) :]),
             counts_per_rev=plain.counts_per_rev,
         )

@@ -21,11 +21,11 @@ from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED
 from arctrue.table import (
     DISC_RADIUS_M,
+    Cause,
     DiscEccentricity,
     GraduationHarmonics,
     Head,
     Motion,
-    PhysicalEffect,
     RotaryTable,
     TableState,
 )
@@ -106,7 +106,7 @@ class World:
     settings: MethodsSettings
 
     @cached_property
-    def effects(self) -> tuple[PhysicalEffect, ...]:
+    def effects(self) -> tuple[Cause, ...]:
         """Disc of ``arctrue revolution`` with four further orders, and a bearing that moves."""
         extra = (WEAK_ORDER, *SYMMETRIC_ORDERS, BLIND_ORDER)
         orders = (*(o for o in GRADUATION_ORDERS if o not in extra), *extra)
@@ -143,7 +143,7 @@ class World:
             )
         return RotaryTable(
             heads=tuple(heads),
-            effects=self.effects,
+            causes=self.effects,
             counts_per_rev=self.settings.counts_per_rev,
             noise_rad=self.settings.noise_arcsec * RAD_PER_ARCSEC,
         )

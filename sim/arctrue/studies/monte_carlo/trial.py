@@ -20,9 +20,9 @@ from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import SLOW_RAD_S, CaptureRun, Experiment
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
+    Cause,
     DiscEccentricity,
     GraduationHarmonics,
-    PhysicalEffect,
     RotaryTable,
     TableState,
     two_heads,
@@ -118,7 +118,7 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
     low, high = np.log(GRADUATION_ARCSEC)
     arcsec = np.exp(random.uniform(low, high, len(GRADUATION_ORDERS)))
     phases = random.uniform(0.0, 2.0 * np.pi, len(GRADUATION_ORDERS))
-    effects: list[PhysicalEffect] = [
+    effects: list[Cause] = [
         DiscEccentricity(
             float(random.uniform(*ECCENTRICITY_UM)) * 1e-6, float(random.uniform(0.0, 2.0 * np.pi))
         ),
@@ -146,7 +146,7 @@ def drawn_table(seed: int, values: Values) -> RotaryTable:
         hub = cmath.rect(values["hub_um_per_k"] * 1e-6, values["hub_rad"])
         bracket = values["bracket_arcsec_per_k"] * RAD_PER_ARCSEC
         effects += [ThermalCentre(hub), BracketExpansion(1, heads[1], bracket)]
-    return replace(table, heads=heads, effects=tuple(effects))
+    return replace(table, heads=heads, causes=tuple(effects))
 
 
 def _experiment(task: Mapping[str, Any], values: Values) -> Experiment:

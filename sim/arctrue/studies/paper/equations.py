@@ -67,7 +67,7 @@ class Item:
 def _geometry() -> tuple[Float, Float, Float]:
     """True angle, and ε(θ) and ε(θ + α) in arcseconds, from the exact geometry of a point."""
     table = RotaryTable(
-        two_heads(), effects=(DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),)
+        two_heads(), causes=(DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),)
     )
     angle: Float = np.arange(ANGLES) * np.float64(2.0 * np.pi / ANGLES)
     state = TableState.at_rest(angle)

@@ -26,14 +26,14 @@ from arctrue.studies.scenario.scenario import (
     Fault,
     FirmwareSettings,
     Limits,
-    NamedEffect,
     Scale,
     Scenario,
+    ScenarioCause,
     TableErrors,
     TemperaturePoint,
 )
-from arctrue.table.causes.cause import SIGNALS, acts_on
-from arctrue.table.causes.registry import CAUSES
+from arctrue.table.cause import SIGNALS, acts_on
+from arctrue.table.registry import CAUSES
 from arctrue.toml_file import TomlContentError, read_toml
 from arctrue.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
 
@@ -50,9 +50,9 @@ REFERENCE = frozenset({"instrument_error_rad"})
 NAMES = tuple(
     name
     for name, cause in CAUSES.items()
-    if cause.given is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
+    if cause.values is not None and acts_on(cause.kind) - REFERENCE <= SIGNALS
 )
-"""The causes that may stand in ``[[effect]]``. A counter that loses counts is a fault of pins."""
+"""The causes that may stand in ``[[cause]]``. A counter that loses counts is a fault of pins."""
 PAUSE_RUN_S = 0.5
 """What is run of a pause, unless the file says it."""
 Speed = Annotated[float, Meta(gt=0, le=3600)]
@@ -215,7 +215,9 @@ class _File(Struct, forbid_unknown_fields=True, kw_only=True):
     table: TableErrors = field(default_factory=TableErrors)
     motion: _Motion
     temperature: tuple[TemperaturePoint, ...] = ()
+    cause: list[dict[str, object]] = []
     effect: list[dict[str, object]] = []
+    """The former spelling of ``[[cause]]``, with ``cause`` for ``name``; read for one release."""
     fault: list[_HungProcessor | _BusStall | _Pins] = []
     firmware: _Firmware = field(default_factory=_Firmware)
     limits: Limits = field(default_factory=Limits)
@@ -257,9 +259,9 @@ def _scenario(file: _File, folder: Path, lines: int | None) -> Scenario:
         ripple_rad=math.radians(file.motion.ripple_deg),
         ripple_order=file.motion.ripple_order,
         temperature=file.temperature,
-        effects=tuple(
-            _effect(values, f"effect[{number}]", scale.lines)
-            for number, values in enumerate(file.effect, start=1)
+        causes=tuple(
+            _cause(values, f"cause[{number}]", scale.lines)
+            for number, values in enumerate([*file.cause, *map(_renamed, file.effect)], start=1)
         ),
         faults=tuple(fault.fault() for fault in file.fault),
         firmware=file.firmware.settings(folder),
@@ -273,25 +275,28 @@ def _scenario(file: _File, folder: Path, lines: int | None) -> Scenario:
     return dataclasses.replace(scenario, limits=scenario.limits.without_arcsec())
 
 
-class _OnlyCause(Struct):
-    cause: str
+class _OnlyName(Struct):
+    name: str
 
 
-def _effect(values: dict[str, object], place: str, lines: int) -> NamedEffect:
-    name = typed(values, _OnlyCause, place).cause
+def _renamed(values: dict[str, object]) -> dict[str, object]:
+    """Write an ``[[effect]]`` as the ``[[cause]]`` that it is called now."""
+    return {("name" if key == "cause" else key): value for key, value in values.items()}
+
+
+def _cause(values: dict[str, object], place: str, lines: int) -> ScenarioCause:
+    name = typed(values, _OnlyName, place).name
     if name in CAUSES and name not in NAMES:
         left = ", ".join(sorted(acts_on(CAUSES[name].kind) - SIGNALS))
         raise ContentError(
-            f"{place}.cause: expected what the virtual instrument can honour ({name} acts on "
+            f"{place}.name: expected what the virtual instrument can honour ({name} acts on "
             f"{left}), found {shown(name)}"
         )
     if name not in NAMES:
         near = similar(name, NAMES)
         meant = f'"{near[0]}", perhaps; there are ' if near else "one of "
-        raise ContentError(
-            f"{place}.cause: expected {meant}{', '.join(NAMES)}, found {shown(name)}"
-        )
-    given = CAUSES[name].given
+        raise ContentError(f"{place}.name: expected {meant}{', '.join(NAMES)}, found {shown(name)}")
+    given = CAUSES[name].values
     assert given is not None
     try:
         physical = typed(values, given, place).physical(lines)
@@ -299,7 +304,7 @@ def _effect(values: dict[str, object], place: str, lines: int) -> NamedEffect:
         raise
     except ValueError as error:
         raise ContentError(f"{place}: {error}") from error
-    return NamedEffect(name, physical, acts_on(physical) == REFERENCE)
+    return ScenarioCause(name, physical, acts_on(physical) == REFERENCE)
 
 
 def _check(scenario: Scenario) -> None:

@@ -17,9 +17,9 @@ from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
+    Cause,
     DiscEccentricity,
     GraduationHarmonics,
-    PhysicalEffect,
     RotaryTable,
     two_heads,
 )
@@ -96,7 +96,7 @@ class Scale(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TableErrors(Struct, frozen=True, forbid_unknown_fields=True):
-    """What is wrong with the table beside the effects that are named: the ``[table]``."""
+    """What is wrong with the table apart from the causes that are named: the ``[table]``."""
 
     errors: Literal["paper", "none"] = "paper"
     """The paper's kind of error, [−150.0″, 137.9″], or a perfect disc."""
@@ -116,11 +116,11 @@ class TemperaturePoint(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 @dataclass(frozen=True, slots=True)
-class NamedEffect:
+class ScenarioCause:
     """A cause as it stands in the file, ready for the table."""
 
-    cause: str
-    physical: PhysicalEffect
+    name: str
+    physical: Cause
     reference_only: bool
 
 
@@ -212,14 +212,14 @@ class Scenario:
     ripple_rad: float = 0.0
     ripple_order: int = 7
     temperature: tuple[TemperaturePoint, ...] = ()
-    effects: tuple[NamedEffect, ...] = ()
+    causes: tuple[ScenarioCause, ...] = ()
     faults: tuple[Fault, ...] = ()
     firmware: FirmwareSettings = field(default_factory=FirmwareSettings)
     limits: Limits = field(default_factory=Limits)
     orders: tuple[int, ...] = (1, 2, 3)
     """Shown for each turn."""
     faces: int = 24
-    """Of the polygon, where an effect concerns the reference."""
+    """Of the polygon, where a cause concerns the reference."""
 
     @property
     def speeds_rad_s(self) -> list[float]:
@@ -301,19 +301,19 @@ class Scenario:
 
     def table(self) -> RotaryTable:
         """The table with all that acts on it; the noise of the readings comes last."""
-        effects: list[PhysicalEffect] = []
+        causes: list[Cause] = []
         if self.errors.errors == "paper":
-            plain = self.revolution.table().effects
-            effects += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
-        effects += [effect.physical for effect in self.effects if not effect.reference_only]
+            plain = self.revolution.table().causes
+            causes += [e for e in plain if isinstance(e, DiscEccentricity | GraduationHarmonics)]
+        causes += [cause.physical for cause in self.causes if not cause.reference_only]
         if self.errors.noise_arcsec:
             # Independent from one sample to the next.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
             rms_rad = self.errors.noise_arcsec * RAD_PER_ARCSEC
-            effects.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))
+            causes.append(ReadingNoise(rms_rad, correlation_s, self.scale.seed))
         separation = HEAD_SEPARATION_RAD + self.errors.separation_error_arcsec * RAD_PER_ARCSEC
         return RotaryTable(
             heads=two_heads(separation_rad=separation),
-            effects=tuple(effects),
+            causes=tuple(causes),
             counts_per_rev=self.scale.counts_per_rev,
         )

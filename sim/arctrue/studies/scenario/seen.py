@@ -7,7 +7,7 @@ import numpy as np
 from arctrue.instrument.turn_score import BINS, TURN_RAD, TurnScore
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.scenario import Scenario
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
 from arctrue.units import RAD_PER_ARCSEC
 
 
@@ -16,9 +16,9 @@ def seen_by_reference(
 ) -> TurnScore | None:
     """The error of turn ``number`` (first: 1) at the faces of a polygon, as its reading shows it.
 
-    None where no effect concerns the reference. The bins that hold no face are NaN.
+    None where no cause concerns the reference. The bins that hold no face are NaN.
     """
-    causes = [effect.physical for effect in scenario.effects if effect.reference_only]
+    causes = [cause.physical for cause in scenario.causes if cause.reference_only]
     if not causes or error is None:
         return None
     faces = np.arange(scenario.faces)

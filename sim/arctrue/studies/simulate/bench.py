@@ -15,7 +15,7 @@ from arctrue.studies.simulate.experiment import (
     MovingReference,
     ReferencePlan,
 )
-from arctrue.table.causes.cause import Cause, Stations, refuse_unhonoured
+from arctrue.table.cause import GEOMETRY, Stations, acts_on, refuse_unhonoured
 from arctrue.table.causes.index_scatter import IndexScatter
 from arctrue.table.conditions import Conditions
 from arctrue.table.noise import Noise, together
@@ -75,7 +75,7 @@ class Bench:
     ) -> None:
         """``index_scatter_counts``: each head takes its index up to so many counts off, a run."""
         self.table = table
-        self.causes = [effect for effect in table.effects if isinstance(effect, Cause)]
+        self.causes = [cause for cause in table.causes if acts_on(cause) - GEOMETRY]
         self.reference_noise_arcsec = reference_noise_arcsec
         self.index = IndexScatter(index_scatter_counts)
         self.random = random
@@ -89,7 +89,7 @@ class Bench:
 
         Raises UnhonouredCauseError for a cause that acts on a channel that is not measured.
         """
-        refuse_unhonoured(self.table.effects, experiment.honoured, f"experiment {experiment.name}")
+        refuse_unhonoured(self.table.causes, experiment.honoured, f"experiment {experiment.name}")
         floor: dict[str, float] = {}
         exact: dict[str, Float] = {}
         noise: dict[str, TrueNoise] = {}

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arctrue.table.causes.cause import CAPTURE, REFERENCE, acts_on
-from arctrue.table.causes.registry import CAUSES, Occasion, Recipe
+from arctrue.table.cause import CAPTURE, REFERENCE, acts_on
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
+from arctrue.table.declaration import Occasion, Recipe
 from arctrue.table.motion import Motion
+from arctrue.table.registry import CAUSES
 from arctrue.table.temperature import TemperatureCourse
 
 

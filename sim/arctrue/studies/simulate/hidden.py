@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.studies.simulate.experiment import Experiment
-from arctrue.table.causes.registry import RECIPES
+from arctrue.table.registry import RECIPES
 
 
 def hidden_effect(seed: int, experiment: Experiment) -> str:

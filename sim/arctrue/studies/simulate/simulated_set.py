@@ -13,12 +13,12 @@ from arctrue.measurement import MeasurementSet
 from arctrue.similar import did_you_mean
 from arctrue.studies.simulate.bench import Bench, TrueNoise
 from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 from arctrue.table.causes.belt_half_order import BeltPull
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
-from arctrue.table.causes.registry import NOISES, REGISTRY
+from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import RotaryTable, two_heads
 from arctrue.units import RAD_PER_ARCSEC
 
@@ -98,12 +98,12 @@ def simulate_set(
         speeds = tuple(run.speed_rad_s for run in experiment.runs[:3]) or (0.5, -0.5)
         moving = MovingReference(speeds)
         experiment = replace(experiment, reference=replace(experiment.reference, moving=moving))
-    causes: list[PhysicalEffect] = []
+    causes: list[Cause] = []
     hidden: list[dict[str, Any]] = []
     for item in wanted:
         recipe = effects[item.name]
         size = recipe.draw_size(cause_random) if item.size is None else item.size
-        built = recipe.build(size, cause_random, experiment.occasion)
+        built = recipe.draw(size, cause_random, experiment.occasion)
         causes += built
         hidden.append(
             {
@@ -116,13 +116,13 @@ def simulate_set(
                 "causes": [_plain(cause) for cause in built],
             }
         )
-    noises: list[PhysicalEffect] = []
+    noises: list[Cause] = []
     disturbed: list[dict[str, Any]] = []
     for number, item in enumerate(noise):
         recipe = NOISES[item.name]
         random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(4, number)))
         size = recipe.draw_size(random) if item.size is None else item.size
-        built = recipe.build(size, random, experiment.occasion)
+        built = recipe.draw(size, random, experiment.occasion)
         noises += built
         disturbed.append(
             {
@@ -171,7 +171,7 @@ def simulate_set(
     )
 
 
-def _base_effects(random: np.random.Generator) -> list[PhysicalEffect]:
+def _base_effects(random: np.random.Generator) -> list[Cause]:
     amplitudes = random.uniform(*GRADUATION_ARCSEC, len(GRADUATION_ORDERS)) * RAD_PER_ARCSEC
     phases = random.uniform(0.0, 2 * np.pi, len(GRADUATION_ORDERS))
     return [
@@ -182,7 +182,7 @@ def _base_effects(random: np.random.Generator) -> list[PhysicalEffect]:
     ]
 
 
-def _with_order(part: str, cause: PhysicalEffect) -> str:
+def _with_order(part: str, cause: Cause) -> str:
     """``order:*`` of a recipe with the order that was drawn."""
     if part != "order:*":
         return part
@@ -190,7 +190,7 @@ def _with_order(part: str, cause: PhysicalEffect) -> str:
     return f"order:{cause.order:g}"
 
 
-def _plain(effect: PhysicalEffect) -> dict[str, Any]:
+def _plain(effect: Cause) -> dict[str, Any]:
     """A cause as JSON: its class and fields; complex numbers as two."""
     fields = {
         key: [value.real, value.imag] if isinstance(value, complex) else value

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import sign
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,3 +24,35 @@ class AutocollimatorScale(Cause):
     ) -> NDArray[np.float64]:
         """gain × deviation, shape ``(n,)``."""
         return self.gain * deviation_rad
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    percent: Number
+
+    def physical(self, lines: int) -> AutocollimatorScale:
+        """Return the cause that these values describe."""
+        return AutocollimatorScale(self.percent / 100)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [AutocollimatorScale(sign(random) * size / 100)]
+
+
+DECLARATION = Declaration(
+    AutocollimatorScale,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="autocollimator_gain",
+            unit="percent",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=16,
+            coefficients=1,
+        ),
+    ),
+)

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,3 +26,24 @@ class AutoregressiveNoise(Cause):
         same_run = np.concatenate([[False], np.diff(conditions.run) == 0])
         decay = np.where(same_run, self.correlation, 0.0)[None, :]
         return Noise(np.zeros(same_run.size), np.array([self.sigma_rad]), decay)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [AutoregressiveNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 0.98)))]
+
+
+DECLARATION = Declaration(
+    AutoregressiveNoise,
+    recipes=(
+        Recipe(
+            name="autoregressive",
+            unit="arcsec",
+            low=0.03,
+            high=0.3,
+            draw=draw,
+            rank=34,
+            kind="noise",
+        ),
+    ),
+)

@@ -6,12 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
+from arctrue.table.declaration import (
+    MICROMETRE_M,
+    TURNS,
+    Declaration,
+    Given,
+    Occasion,
+    Random,
+    Recipe,
+    ellipse,
+)
+from arctrue.table.draws import vector
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
 
 
 @dataclass(frozen=True, slots=True)
-class BallPass(PhysicalEffect):
+class BallPass(Cause):
     """The cage turns slower than the table: the axis moves at an order that is not whole.
 
     Stator frame, over the unwrapped angle: forward·e^{jνθ} + backward·e^{−jνθ}, metres.
@@ -25,3 +37,41 @@ class BallPass(PhysicalEffect):
         """Displacement of the axis, shape ``(n,)``."""
         around = np.exp(1j * self.order * state.angle_rad)
         return np.asarray(self.forward_m * around + self.backward_m / around)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Positive
+    forward_um: Number
+    backward_um: Number = 0.0
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> BallPass:
+        """Return the cause that these values describe."""
+        return BallPass(self.order, *ellipse(self.forward_um, self.backward_um, self.direction_deg))
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    order = float(np.round(random.uniform(0.35, 14.0), 2))
+    share, metres = random.uniform(0.0, 1.0), size * MICROMETRE_M
+    return [BallPass(order, vector(metres * share, random), vector(metres * (1 - share), random))]
+
+
+DECLARATION = Declaration(
+    BallPass,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="bearing_ball_pass",
+            unit="um",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=4,
+            coefficients=4,
+            places=2 * TURNS * 14,
+        ),
+    ),
+)

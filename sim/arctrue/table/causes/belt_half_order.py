@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
+from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import angle, sign
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
 
 
 @dataclass(frozen=True, slots=True)
-class BeltPull(PhysicalEffect):
+class BeltPull(Cause):
     """A belt twice as long as the pulley's circumference pulls the axis towards ``pull_rad``.
 
     Stator frame: the axis moves on a line by pull·cos(order·θ + phase), order a half-integer.
@@ -26,3 +30,47 @@ class BeltPull(PhysicalEffect):
         """Displacement of the axis, shape ``(n,)``."""
         size = self.pull_m * np.cos(self.order * state.angle_rad + self.phase_rad)
         return np.asarray(size * np.exp(1j * self.pull_rad))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Positive
+    um: Number
+    direction_deg: Number = 0.0
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> BeltPull:
+        """Return the cause that these values describe."""
+        return BeltPull(
+            self.order,
+            self.um * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.phase_deg),
+        )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    along = sign(random) * float(random.uniform(0.0, np.pi))
+    order = float(random.choice([0.5, 1.5, 2.5]))
+    return [BeltPull(order, size * MICROMETRE_M, along, angle(random))]
+
+
+DECLARATION = Declaration(
+    BeltPull,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="half_order",
+            unit="um",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=20,
+            kind="parts",
+            parts=("order:*", "stator"),
+            coefficients=2,
+        ),
+    ),
+)

@@ -6,14 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import heating_k
+from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
+from arctrue.table.draws import sign
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class BracketExpansion(PhysicalEffect):
+class BracketExpansion(Cause):
     """The bracket of one head grows along the scale, ``rate_rad_per_k`` seen from the axis."""
 
     head: int
@@ -26,3 +31,37 @@ class BracketExpansion(PhysicalEffect):
             return 0j
         turn_rad = self.rate_rad_per_k * heating_k(state)
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec_per_k: Number
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> BracketExpansion:
+        """Return the cause that these values describe."""
+        head = self.head - 1
+        return BracketExpansion(head, HEADS[head], self.arcsec_per_k * RAD_PER_ARCSEC)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [BracketExpansion(1, HEADS[1], sign(random) * size * RAD_PER_ARCSEC)]
+
+
+DECLARATION = Declaration(
+    BracketExpansion,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="thermal_head_drift",
+            unit="arcsec/K",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=9,
+            coefficients=1,
+        ),
+    ),
+)

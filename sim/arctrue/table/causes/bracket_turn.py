@@ -5,13 +5,18 @@ from __future__ import annotations
 import cmath
 from dataclasses import dataclass
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
+from arctrue.table.draws import sign
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class BracketTurn(PhysicalEffect):
+class BracketTurn(Cause):
     """The bracket of one head is mounted turned about the axis by ``angle_rad``."""
 
     head: int
@@ -23,3 +28,37 @@ class BracketTurn(PhysicalEffect):
         if head != self.head:
             return 0j
         return self.at.point_m * (cmath.rect(1.0, self.angle_rad) - 1)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec: Number
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> BracketTurn:
+        """Return the cause that these values describe."""
+        return BracketTurn(self.head - 1, HEADS[self.head - 1], self.arcsec * RAD_PER_ARCSEC)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    # A larger α turns head 2 the other way: docs/architecture.md, "Head geometry".
+    return [BracketTurn(1, HEADS[1], -sign(random) * size * RAD_PER_ARCSEC)]
+
+
+DECLARATION = Declaration(
+    BracketTurn,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="head_angle_error",
+            unit="arcsec",
+            low=2.0,
+            high=60.0,
+            draw=draw,
+            rank=1,
+            coefficients=1,
+        ),
+    ),
+)

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import conditions_of
+from arctrue.table.declaration import (
+    NYQUIST_HZ,
+    Declaration,
+    Given,
+    HeadNumber,
+    Occasion,
+    Random,
+    Recipe,
+)
+from arctrue.table.draws import angle
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class BracketVibration(PhysicalEffect):
+class BracketVibration(Cause):
     """The head swings along the scale by ``amplitude_rad`` seen from the axis.
 
     Nothing ties its phase to the table: each run has one of its own (in a circle if there are
@@ -34,3 +48,43 @@ class BracketVibration(PhysicalEffect):
         phase = 2 * np.pi * self.frequency_hz * state.time_s + np.asarray(self.phases_rad)[run]
         turn_rad = self.amplitude_rad * np.sin(phase)
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    head: HeadNumber
+    arcsec: Number
+    hz: Positive
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> BracketVibration:
+        """Return the cause that these values describe."""
+        head = self.head - 1
+        phases = (math.radians(self.phase_deg),)
+        return BracketVibration(head, HEADS[head], self.arcsec * RAD_PER_ARCSEC, self.hz, phases)
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    phases = tuple(angle(random) for _ in range(max(len(occasion.durations_s), 1)))
+    frequency, head = float(random.uniform(3.0, 120.0)), int(random.integers(2))
+    return [BracketVibration(head, HEADS[head], size * RAD_PER_ARCSEC, frequency, phases)]
+
+
+DECLARATION = Declaration(
+    BracketVibration,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="vibration",
+            unit="arcsec",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=5,
+            coefficients=8,
+            places=36 * NYQUIST_HZ,
+        ),
+    ),
+)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import travelled_turns
+from arctrue.table.declaration import MICROMETRE_M, Declaration, Given
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
-class CreepingCentre(PhysicalEffect):
+class CreepingCentre(Cause):
     """A clamp gives way: each turn pushes the disc ``rate_m`` (x + jy, table frame) further."""
 
     rate_m: complex
@@ -23,3 +27,21 @@ class CreepingCentre(PhysicalEffect):
         Raises ValueError without the travel.
         """
         return np.asarray(self.rate_m * travelled_turns(state))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    um_per_turn: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> CreepingCentre:
+        """Return the cause that these values describe."""
+        direction_rad = math.radians(self.direction_deg)
+        return CreepingCentre(cmath.rect(self.um_per_turn * MICROMETRE_M, direction_rad))
+
+
+DECLARATION = Declaration(
+    CreepingCentre,
+    values=Values,
+)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import cmath
+import math
 from dataclasses import dataclass
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import MICROMETRE_M, Declaration, Given
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
-class DiscEccentricity(PhysicalEffect):
+class DiscEccentricity(Cause):
     """The disc centre lies ``offset_m`` off the axis and turns with the table.
 
     ``direction_rad``: towards which table angle. For a small offset the reading errs by
@@ -23,3 +26,20 @@ class DiscEccentricity(PhysicalEffect):
     def disc_shift_m(self, state: TableState) -> complex:
         """Displacement in the frame of the turning table, metres."""
         return cmath.rect(self.offset_m, self.direction_rad)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    um: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> DiscEccentricity:
+        """Return the cause that these values describe."""
+        return DiscEccentricity(self.um * MICROMETRE_M, math.radians(self.direction_deg))
+
+
+DECLARATION = Declaration(
+    DiscEccentricity,
+    values=Values,
+)

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
+from arctrue.table.draws import angle
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
+
+GEAR_WOBBLE_RAD = 0.3
+GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)
+"""72 and 120 are multiples of the 24 faces: all stations stand at the same place of a tooth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,3 +46,47 @@ class GearMesh(Cause):
         for multiple, (amplitude, phase) in enumerate(pairs, start=1):
             turn += amplitude * np.cos(multiple * mesh + phase)
         return turn
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    teeth: Order
+    arcsec: Number
+    phase_deg: Number = 0.0
+    wobble_rad: Number = 0.0
+    wobble_phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> GearMesh:
+        """Return the cause that these values describe."""
+        return GearMesh(
+            self.teeth,
+            (self.arcsec * RAD_PER_ARCSEC,),
+            (math.radians(self.phase_deg),),
+            self.wobble_rad,
+            math.radians(self.wobble_phase_deg),
+        )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    teeth = int(random.choice(GEAR_TEETH))
+    phase, wobble = angle(random), float(random.uniform(0.0, GEAR_WOBBLE_RAD))
+    return [GearMesh(teeth, (size * RAD_PER_ARCSEC,), (phase,), wobble, angle(random))]
+
+
+DECLARATION = Declaration(
+    GearMesh,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="drive_gear_error",
+            unit="arcsec",
+            low=0.3,
+            high=3.0,
+            draw=draw,
+            rank=13,
+            coefficients=2,
+        ),
+    ),
+)

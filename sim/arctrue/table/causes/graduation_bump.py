@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import angle, log_uniform, sign
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class GraduationBump(PhysicalEffect):
+class GraduationBump(Cause):
     """The lines around one place of the disc lie off by height·exp(−|away/width|^power/2).
 
     Power 2 is a bell of 1 sigma; more has a flat top and steep edges (dirt, a splice), less a sharp
@@ -32,3 +39,49 @@ class GraduationBump(PhysicalEffect):
         away = np.angle(np.exp(1j * (disc_angle_rad - self.place_rad)))
         width = self.width_rad * (1.0 + self.skew * np.sign(away))
         return np.asarray(self.height_rad * np.exp(-0.5 * np.abs(away / width) ** self.power))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec: Number
+    place_deg: Number
+    width_deg: Positive
+    power: Positive = 2.0
+    skew: Annotated[float, Meta(ge=-0.9, le=0.9)] = 0.0
+
+    def physical(self, lines: int) -> GraduationBump:
+        """Return the cause that these values describe."""
+        return GraduationBump(
+            self.arcsec * RAD_PER_ARCSEC,
+            math.radians(self.place_deg),
+            math.radians(self.width_deg),
+            self.power,
+            self.skew,
+        )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    width = float(np.deg2rad(np.exp(random.uniform(np.log(0.1), np.log(2.0)))))
+    height, place = sign(random) * size * RAD_PER_ARCSEC, angle(random)
+    power, skew = log_uniform(1.2, 6.0, random), float(random.uniform(-0.5, 0.5))
+    return [GraduationBump(height, place, width, power, skew)]
+
+
+DECLARATION = Declaration(
+    GraduationBump,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="graduation_defect",
+            unit="arcsec",
+            low=0.5,
+            high=5.0,
+            draw=draw,
+            rank=12,
+            coefficients=1,
+            places=360 / 0.1,
+        ),
+    ),
+)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
+from arctrue.table.draws import angle
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class GraduationHarmonics(PhysicalEffect):
+class GraduationHarmonics(Cause):
     """Graduation error Σ amplitude·cos(order·disc angle + phase).
 
     The three tuples have one value a harmonic. Ovality and tilt of the disc give order 2,
@@ -40,3 +45,40 @@ class GraduationHarmonics(PhysicalEffect):
         ):
             error += amplitude * np.cos(order * disc_angle_rad + phase)
         return error
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Order
+    arcsec: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> GraduationHarmonics:
+        """Return the cause that these values describe."""
+        size, phase = self.arcsec * RAD_PER_ARCSEC, math.radians(self.phase_deg)
+        return GraduationHarmonics((self.order,), (size,), (phase,))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    order = int(random.integers(21, 240))
+    return [GraduationHarmonics((order,), (size * RAD_PER_ARCSEC,), (angle(random),))]
+
+
+DECLARATION = Declaration(
+    GraduationHarmonics,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="high_order_graduation",
+            unit="arcsec",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=0,
+            coefficients=2,
+            places=220,
+        ),
+    ),
+)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,3 +23,24 @@ class IndexScatter(Cause):
     def index_variance_counts2(self) -> float:
         """Of a uniform whole number: n·(n + 1)/3."""
         return self.counts * (self.counts + 1) / 3.0
+
+
+def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [IndexScatter(round(size))]
+
+
+DECLARATION = Declaration(
+    IndexScatter,
+    recipes=(
+        Recipe(
+            name="index_scatter",
+            unit="counts",
+            low=1.0,
+            high=3.0,
+            draw=draw,
+            rank=36,
+            kind="noise",
+        ),
+    ),
+)

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import sign
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
+
+DRIFT_HOURS = 12.0
+DRIFT_KNOT_S = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,3 +35,40 @@ class InstrumentDrift(Cause):
         time_s = stations.conditions.time_s
         wandering = np.interp(time_s, self.knots_s, self.turns_rad)
         return np.asarray(self.rate_rad_s * time_s + wandering)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec_per_h: Number
+
+    def physical(self, lines: int) -> InstrumentDrift:
+        """Return the cause that these values describe."""
+        return InstrumentDrift(self.arcsec_per_h * RAD_PER_ARCSEC / 3600)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    rate = sign(random) * size * RAD_PER_ARCSEC / 3600
+    # The temperature walks: its steps scatter by a fifth of what the mean rate makes of them.
+    knots_s = np.arange(0.0, DRIFT_HOURS * 3600.0, DRIFT_KNOT_S)
+    steps = random.normal(0.0, 0.2 * abs(rate) * DRIFT_KNOT_S, knots_s.size - 1)
+    turns = np.concatenate([[0.0], np.cumsum(steps)])
+    return [InstrumentDrift(rate, tuple(knots_s.tolist()), tuple(turns.tolist()))]
+
+
+DECLARATION = Declaration(
+    InstrumentDrift,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="reference_drift",
+            unit="arcsec/h",
+            low=0.3,
+            high=3.0,
+            draw=draw,
+            rank=17,
+            coefficients=1,
+        ),
+    ),
+)

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import conditions_of
+from arctrue.table.declaration import (
+    STROKE_DEG,
+    Declaration,
+    Given,
+    HeadNumber,
+    Occasion,
+    Random,
+    Recipe,
+)
+from arctrue.table.draws import sign
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class LeaningBracket(PhysicalEffect):
+class LeaningBracket(Cause):
     """One head leans to the side to which the disc turns: angle × direction.
 
     After a reversal it goes over from the other side within ``stroke_rad``
@@ -34,3 +48,41 @@ class LeaningBracket(PhysicalEffect):
         over = 1.0 if travel_rad is None else 1.0 - 2.0 * np.exp(-travel_rad / self.stroke_rad)
         turn_rad = self.angle_rad * conditions.direction * over
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    head: HeadNumber
+    arcsec: Number
+    stroke_deg: Positive = STROKE_DEG
+
+    def physical(self, lines: int) -> LeaningBracket:
+        """Return the cause that these values describe."""
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return LeaningBracket(head, HEADS[head], angle, math.radians(self.stroke_deg))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    head, stroke = int(random.integers(2)), float(np.deg2rad(random.uniform(5.0, 60.0)))
+    return [LeaningBracket(head, HEADS[head], sign(random) * size * RAD_PER_ARCSEC, stroke)]
+
+
+DECLARATION = Declaration(
+    LeaningBracket,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="leaning_bracket",
+            unit="arcsec",
+            low=0.2,
+            high=3.0,
+            draw=draw,
+            rank=28,
+            kind="stranger",
+            coefficients=1,
+            places=6,
+        ),
+    ),
+)

@@ -6,13 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
+from arctrue.table.declaration import (
+    Declaration,
+    Given,
+    HeadNumber,
+    Occasion,
+    Random,
+    Recipe,
+    rising,
+)
+from arctrue.table.draws import instants
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class LooseningHead(PhysicalEffect):
+class LooseningHead(Cause):
     """The head knocks between two stops, at instants of no rule, and the play grows with time.
 
     Play = ``angle_rad``·(time/last instant), to alternate sides from knock to knock.
@@ -31,3 +44,46 @@ class LooseningHead(PhysicalEffect):
         side = np.where(np.searchsorted(knocks, state.time_s) % 2 == 0, 1.0, -1.0)
         turn_rad = self.angle_rad * side * state.time_s / knocks[-1]
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    head: HeadNumber
+    arcsec: Number
+    knocks_s: tuple[Number, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse instants that do not rise."""
+        rising("knocks_s", self.knocks_s, 1)
+
+    def physical(self, lines: int) -> LooseningHead:
+        """Return the cause that these values describe."""
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return LooseningHead(head, HEADS[head], angle, self.knocks_s)
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    head, mean_s = int(random.integers(2)), float(random.uniform(2.0, 8.0))
+    knocks = instants(mean_s, random, occasion)
+    return [LooseningHead(head, HEADS[head], size * RAD_PER_ARCSEC, knocks)]
+
+
+DECLARATION = Declaration(
+    LooseningHead,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="loosening_head",
+            unit="arcsec",
+            low=0.3,
+            high=3.0,
+            draw=draw,
+            rank=26,
+            kind="stranger",
+            coefficients=1,
+            places=200,
+        ),
+    ),
+)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import ROWS, Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,3 +35,28 @@ class LostCounts(Cause):
         later = conditions.run > self.run if self.for_good else False
         after = (conditions.run == self.run) & (conditions.since_run_start_s >= self.instant_s)
         return np.where(after | later, self.counts, 0).astype(np.int64)
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    run = int(random.integers(max(len(occasion.durations_s), 1)))
+    instant = float(random.uniform(0.15, 0.85)) * occasion.durations_s[run]
+    counts = int(sign(random)) * max(1, round(size))
+    return [LostCounts(int(random.integers(2)), run, instant, counts)]
+
+
+DECLARATION = Declaration(
+    LostCounts,
+    recipes=(
+        Recipe(
+            name="count_slip",
+            unit="counts",
+            low=4.0,
+            high=64.0,
+            draw=draw,
+            rank=11,
+            coefficients=1,
+            places=4 * np.log(ROWS),
+        ),
+    ),
+)

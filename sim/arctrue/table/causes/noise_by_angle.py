@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import angle
 from arctrue.table.noise import Noise
+from arctrue.table.rotary_table import HEADS
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,3 +34,26 @@ class NoiseByAngle(Cause):
         disc_rad = conditions.angle_rad - self.heads_rad[head]
         share = 1.0 + self.contrast * np.cos(self.order * disc_rad + self.phase_rad)
         return Noise.white(self.sigma_rad * np.sqrt(np.maximum(share, 0.0)), disc_rad.size)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    angles = (HEADS[0].angle_rad, HEADS[1].angle_rad)
+    order, contrast = int(random.integers(1, 4)), float(random.uniform(0.6, 1.0))
+    return [NoiseByAngle(angles, size * RAD_PER_ARCSEC, order, contrast, angle(random))]
+
+
+DECLARATION = Declaration(
+    NoiseByAngle,
+    recipes=(
+        Recipe(
+            name="by_angle",
+            unit="arcsec",
+            low=0.05,
+            high=0.3,
+            draw=draw,
+            rank=30,
+            kind="noise",
+        ),
+    ),
+)

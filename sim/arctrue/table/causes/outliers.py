@@ -7,11 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.units import RAD_PER_ARCSEC
 
 FREEDOM = 2.0
 """Degrees of freedom of Student's t: no finite variance, as outliers are met."""
+
+OUTLIER_ARCSEC = 2.0
+"""Scale of Student's t: some twenty times the usual noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,3 +33,24 @@ class Outliers(Cause):
         rows = conditions.time_s.size
         struck = random.random(rows) < self.probability
         return np.where(struck, self.scale_rad * random.standard_t(FREEDOM, rows), 0.0)
+
+
+def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [Outliers(size / 100, OUTLIER_ARCSEC * RAD_PER_ARCSEC)]
+
+
+DECLARATION = Declaration(
+    Outliers,
+    recipes=(
+        Recipe(
+            name="outliers",
+            unit="percent",
+            low=0.01,
+            high=1.0,
+            draw=draw,
+            rank=35,
+            kind="noise",
+        ),
+    ),
+)

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
+
+POLYGON_FACES = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,3 +28,36 @@ class PolygonFaces(Cause):
     ) -> NDArray[np.float64]:
         """Error of the face that is looked at, shape ``(n,)``."""
         return np.asarray(self.errors_rad)[stations.face % len(self.errors_rad)]
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec: Annotated[tuple[Number, ...], Meta(min_length=1)]
+
+    def physical(self, lines: int) -> PolygonFaces:
+        """Return the cause that these values describe."""
+        return PolygonFaces(tuple(np.multiply(self.arcsec, RAD_PER_ARCSEC).tolist()))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    errors = random.normal(0.0, size * RAD_PER_ARCSEC, POLYGON_FACES)
+    return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
+
+
+DECLARATION = Declaration(
+    PolygonFaces,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="polygon_face_error",
+            unit="arcsec",
+            low=0.1,
+            high=0.5,
+            draw=draw,
+            rank=14,
+            coefficients=23,
+        ),
+    ),
+)

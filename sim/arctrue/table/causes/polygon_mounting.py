@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
+from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import angle
+from arctrue.typed_content import Number, Positive
+from arctrue.units import RAD_PER_ARCSEC
+
+POLYGON_OFFSET_M = 1e-6
+POLYGON_FLATNESS_M = 0.03e-6
+POLYGON_FACE_WIDTH_M = 10e-3
+AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,3 +52,57 @@ class PolygonMounting(Cause):
         return np.asarray(
             across * np.cos(self.roll_rad) + nod * np.sin(self.roll_rad) - deviation_rad
         )
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    um: Number
+    flatness_um: Number
+    face_mm: Positive
+    tilt_arcsec: Number
+    roll_deg: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> PolygonMounting:
+        """Return the cause that these values describe."""
+        return PolygonMounting(
+            self.um * MICROMETRE_M,
+            self.flatness_um * MICROMETRE_M,
+            self.face_mm * 1e-3,
+            self.tilt_arcsec * RAD_PER_ARCSEC,
+            float(np.deg2rad(self.roll_deg)),
+            math.radians(self.phase_deg),
+        )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
+    return [
+        PolygonMounting(
+            POLYGON_OFFSET_M,
+            POLYGON_FLATNESS_M,
+            POLYGON_FACE_WIDTH_M,
+            float(tilt),
+            AUTOCOLLIMATOR_ROLL_RAD,
+            angle(random),
+        )
+    ]
+
+
+DECLARATION = Declaration(
+    PolygonMounting,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="polygon_eccentricity",
+            unit="arcsec",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=15,
+            coefficients=2,
+        ),
+    ),
+)

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
+from arctrue.units import RAD_PER_ARCSEC
 
 A_DECADE = 2
 """Relaxations a decade: the spectrum of their sum ripples by less than 0.1 dB at exponent 1."""
@@ -41,3 +43,38 @@ class PowerLawNoise(Cause):
         shares = constants_s ** (self.exponent - 1.0)
         sigma = self.sigma_rad * np.sqrt(shares / shares.sum())
         return Noise.relaxing(sigma, constants_s, conditions.time_s)
+
+
+def draw_pink(size: float, _: Random, __: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [PowerLawNoise(size * RAD_PER_ARCSEC)]
+
+
+def draw_power_law(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [PowerLawNoise(size * RAD_PER_ARCSEC, float(random.uniform(0.5, 1.8)))]
+
+
+DECLARATION = Declaration(
+    PowerLawNoise,
+    recipes=(
+        Recipe(
+            name="pink",
+            unit="arcsec",
+            low=0.03,
+            high=0.3,
+            draw=draw_pink,
+            rank=31,
+            kind="noise",
+        ),
+        Recipe(
+            name="power_law",
+            unit="arcsec",
+            low=0.03,
+            high=0.3,
+            draw=draw_power_law,
+            rank=32,
+            kind="noise",
+        ),
+    ),
+)

@@ -7,12 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
+from arctrue.table.declaration import (
+    MICROMETRE_M,
+    Declaration,
+    Given,
+    Occasion,
+    Order,
+    Random,
+    Recipe,
+    ellipse,
+)
+from arctrue.table.draws import vector
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
-class RadialMotion(PhysicalEffect):
+class RadialMotion(Cause):
     """Bearing tracks that are not round carry the axis around an ellipse ``order`` times a turn.
 
     Stator frame: centre = forward·e^{j·order·θ} + backward·e^{−j·order·θ}, metres; complex
@@ -38,3 +50,44 @@ class RadialMotion(PhysicalEffect):
             cmath.rect(amplitude_m / 2, line_rad + phase_rad),
             cmath.rect(amplitude_m / 2, line_rad - phase_rad),
         )
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Order
+    forward_um: Number
+    backward_um: Number = 0.0
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> RadialMotion:
+        """Return the cause that these values describe."""
+        circles = ellipse(self.forward_um, self.backward_um, self.direction_deg)
+        return RadialMotion(self.order, *circles)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    order, share = int(random.integers(2, 9)), random.uniform(0.0, 1.0)
+    metres = size * MICROMETRE_M
+    return [
+        RadialMotion(order, vector(metres * share, random), vector(metres * (1 - share), random))
+    ]
+
+
+DECLARATION = Declaration(
+    RadialMotion,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="radial_error_motion",
+            unit="um",
+            low=0.1,
+            high=2.0,
+            draw=draw,
+            rank=3,
+            coefficients=2,
+            places=7,
+        ),
+    ),
+)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.typed_content import NotNegative
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,3 +18,35 @@ class ReadingLatency(Cause):
     def sampling_delay_s(self, head: int) -> float:
         """How old the reading is."""
         return self.delay_s
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    us: NotNegative
+
+    def physical(self, lines: int) -> ReadingLatency:
+        """Return the cause that these values describe."""
+        return ReadingLatency(self.us * 1e-6)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [ReadingLatency(size * 1e-6)]
+
+
+DECLARATION = Declaration(
+    ReadingLatency,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="latency",
+            unit="us",
+            low=2.0,
+            high=50.0,
+            draw=draw,
+            rank=8,
+            coefficients=1,
+        ),
+    ),
+)

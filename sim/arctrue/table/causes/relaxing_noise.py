@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import log_uniform
 from arctrue.table.noise import Noise
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,3 +29,25 @@ class RelaxingNoise(Cause):
         return Noise.relaxing(
             np.array([self.sigma_rad]), np.array([self.constant_s]), conditions.time_s
         )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    constant_s = log_uniform(0.05, 30.0, random)
+    return [RelaxingNoise(size * RAD_PER_ARCSEC, constant_s)]
+
+
+DECLARATION = Declaration(
+    RelaxingNoise,
+    recipes=(
+        Recipe(
+            name="ornstein_uhlenbeck",
+            unit="arcsec",
+            low=0.03,
+            high=0.3,
+            draw=draw,
+            rank=33,
+            kind="noise",
+        ),
+    ),
+)

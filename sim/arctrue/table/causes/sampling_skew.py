@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import sign
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,3 +19,35 @@ class SamplingSkew(Cause):
     def sampling_delay_s(self, head: int) -> float:
         """A later latch is a reading that is younger than head 1's."""
         return -self.later_s if head == 1 else 0.0
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    us: Number
+
+    def physical(self, lines: int) -> SamplingSkew:
+        """Return the cause that these values describe."""
+        return SamplingSkew(self.us * 1e-6)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [SamplingSkew(sign(random) * size * 1e-6)]
+
+
+DECLARATION = Declaration(
+    SamplingSkew,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="timing_skew",
+            unit="us",
+            low=1.0,
+            high=20.0,
+            draw=draw,
+            rank=7,
+            coefficients=1,
+        ),
+    ),
+)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.temperature import TemperatureCourse
 
 
@@ -22,3 +23,24 @@ class SensorLag(Cause):
     ) -> NDArray[np.float64]:
         """What the sensor shows, °C, shape ``(n,)``."""
         return course.lagging(time_s, self.constant_s)
+
+
+def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [SensorLag(size * 60.0)]
+
+
+DECLARATION = Declaration(
+    SensorLag,
+    recipes=(
+        Recipe(
+            name="sensor_lag",
+            unit="minutes",
+            low=0.5,
+            high=10.0,
+            draw=draw,
+            rank=37,
+            kind="noise",
+        ),
+    ),
+)

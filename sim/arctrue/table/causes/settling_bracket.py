@@ -6,14 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import conditions_of
+from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
+from arctrue.table.draws import sign
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number, Positive
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class SettlingBracket(PhysicalEffect):
+class SettlingBracket(Cause):
     """The bracket of one head creeps back along the scale: angle·exp(−t/τ) seen from the axis.
 
     With ``each_run`` the time counts from the start of every run, else from the first.
@@ -33,3 +38,45 @@ class SettlingBracket(PhysicalEffect):
         since_s = conditions.since_run_start_s if self.each_run else conditions.time_s
         turn_rad = self.angle_rad * np.exp(-since_s / self.time_constant_s)
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec: Number
+    time_constant_s: Positive
+    head: HeadNumber = 2
+
+    def physical(self, lines: int) -> SettlingBracket:
+        """Return the cause that these values describe."""
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        # "Each run" is the time in which pauses count in full: see course.py.
+        return SettlingBracket(head, HEADS[head], angle, self.time_constant_s, each_run=True)
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    each_run = bool(random.integers(2))
+    tau_s = float(random.uniform(4.0, 15.0) if each_run else random.uniform(20.0, 60.0))
+    angle = sign(random) * size * RAD_PER_ARCSEC
+    return [SettlingBracket(1, HEADS[1], angle, tau_s, each_run)]
+
+
+DECLARATION = Declaration(
+    SettlingBracket,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="settling_bracket",
+            unit="arcsec",
+            low=0.5,
+            high=3.0,
+            draw=draw,
+            rank=21,
+            kind="parts",
+            parts=("settling", "head2"),
+            coefficients=1,
+            places=6,
+        ),
+    ),
+)

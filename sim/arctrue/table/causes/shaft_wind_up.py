@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import STROKE_DEG, Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import log_uniform, sign
+from arctrue.typed_content import NotNegative, Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,3 +35,37 @@ class ShaftWindUp(Cause):
         if self.stroke_rad > 0.0 and travel is not None:
             turn = turn * (1.0 - 2.0 * np.exp(-travel / self.stroke_rad))
         return np.asarray(turn)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    arcsec: Number
+    stroke_deg: NotNegative = STROKE_DEG
+
+    def physical(self, lines: int) -> ShaftWindUp:
+        """Return the cause that these values describe."""
+        return ShaftWindUp(self.arcsec * RAD_PER_ARCSEC, math.radians(self.stroke_deg))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    angle = sign(random) * size / 2 * RAD_PER_ARCSEC
+    return [ShaftWindUp(angle, float(np.deg2rad(log_uniform(0.2, 10.0, random))))]
+
+
+DECLARATION = Declaration(
+    ShaftWindUp,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="hysteresis",
+            unit="arcsec",
+            low=0.2,
+            high=5.0,
+            draw=draw,
+            rank=6,
+            coefficients=1,
+        ),
+    ),
+)

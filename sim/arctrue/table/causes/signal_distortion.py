@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Given, Half, HeadNumber, Occasion, Random, Recipe
+from arctrue.table.draws import vector
+from arctrue.table.rotary_table import GRATING_LINES
 from arctrue.table.state import TableState
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class SignalDistortion(PhysicalEffect):
+class SignalDistortion(Cause):
     """Offsets, unequal gains and a wrong phase of the two signals of one head.
 
     The interpolator takes atan2 of what it gets, so an offset returns once a signal period and
@@ -40,3 +47,57 @@ class SignalDistortion(PhysicalEffect):
         sine = sine + self.sine_offset
         seen = np.exp(-1j * phase) * (cosine + 1j * sine)
         return np.asarray(np.angle(seen) / self.lines)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    head: HeadNumber
+    cosine_offset: Half = 0.0
+    sine_offset: Half = 0.0
+    gain_difference: Half = 0.0
+    phase_error_deg: Annotated[float, Meta(ge=-45, le=45)] = 0.0
+
+    def physical(self, lines: int) -> SignalDistortion:
+        """Return the cause that these values describe."""
+        return SignalDistortion(
+            self.head - 1,
+            lines,
+            self.cosine_offset,
+            self.sine_offset,
+            self.gain_difference,
+            math.radians(self.phase_error_deg),
+        )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    # An offset of the share p of the amplitude errs by p of a radian of the signal period.
+    period_rad = size * RAD_PER_ARCSEC * GRATING_LINES
+    found: list[Cause] = []
+    for head in (0, 1):
+        offset = vector(period_rad * random.uniform(0.6, 1.0), random)
+        second = vector(2 * period_rad * random.uniform(0.2, 0.5), random)
+        found.append(
+            SignalDistortion(
+                head, GRATING_LINES, offset.real, offset.imag, second.real, second.imag
+            )
+        )
+    return found
+
+
+DECLARATION = Declaration(
+    SignalDistortion,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="subdivision_error",
+            unit="arcsec",
+            low=0.06,
+            high=2.4,
+            draw=draw,
+            rank=2,
+            coefficients=8,
+        ),
+    ),
+)

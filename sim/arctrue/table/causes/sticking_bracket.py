@@ -6,13 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
+from arctrue.table.declaration import (
+    Declaration,
+    Given,
+    HeadNumber,
+    Occasion,
+    Random,
+    Recipe,
+    rising,
+)
+from arctrue.table.draws import instants
 from arctrue.table.head import Head
+from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class StickingBracket(PhysicalEffect):
+class StickingBracket(Cause):
     """Between two slips the head creeps along the scale at one rate; a slip takes it back.
 
     ``slips_s`` are the instants at which it slips, rising; it creeps from −angle to +angle in the
@@ -33,3 +46,46 @@ class StickingBracket(PhysicalEffect):
         waited_s = state.time_s - slips[np.maximum(since, 0)]
         turn_rad = self.angle_rad * (2.0 * waited_s / np.diff(slips).mean() - 1.0)
         return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    head: HeadNumber
+    arcsec: Number
+    slips_s: tuple[Number, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse instants that do not rise."""
+        rising("slips_s", self.slips_s, 2)
+
+    def physical(self, lines: int) -> StickingBracket:
+        """Return the cause that these values describe."""
+        head, angle = self.head - 1, self.arcsec * RAD_PER_ARCSEC
+        return StickingBracket(head, HEADS[head], angle, self.slips_s)
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    head, mean_s = int(random.integers(2)), float(random.uniform(1.0, 6.0))
+    slips = instants(mean_s, random, occasion)
+    return [StickingBracket(head, HEADS[head], size * RAD_PER_ARCSEC, slips)]
+
+
+DECLARATION = Declaration(
+    StickingBracket,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="sticking_bracket",
+            unit="arcsec",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=25,
+            kind="stranger",
+            coefficients=1,
+            places=200,
+        ),
+    ),
+)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import angle
 from arctrue.table.motion import Motion
 
 
@@ -24,3 +26,24 @@ class SwingingSpeed(Cause):
             ripple_order=self.order,
             ripple_phase_rad=self.phase_rad,
         )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [SwingingSpeed(size / 100, int(random.integers(1, 9)), angle(random))]
+
+
+DECLARATION = Declaration(
+    SwingingSpeed,
+    recipes=(
+        Recipe(
+            name="swinging_speed",
+            unit="percent",
+            low=0.5,
+            high=8.0,
+            draw=draw,
+            rank=40,
+            kind="noise",
+        ),
+    ),
+)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import heating_k
+from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.draws import vector
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
-class ThermalCentre(PhysicalEffect):
+class ThermalCentre(Cause):
     """The hub grows to one side and pushes the disc ``rate_m_per_k`` (x + jy, table frame)."""
 
     rate_m_per_k: complex
@@ -20,3 +25,37 @@ class ThermalCentre(PhysicalEffect):
     def disc_shift_m(self, state: TableState) -> Points:
         """Displacement in the frame of the turning table, metres, shape ``(n,)``."""
         return np.asarray(self.rate_m_per_k * heating_k(state))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    um_per_k: Number
+    direction_deg: Number = 0.0
+
+    def physical(self, lines: int) -> ThermalCentre:
+        """Return the cause that these values describe."""
+        direction_rad = math.radians(self.direction_deg)
+        return ThermalCentre(cmath.rect(self.um_per_k * MICROMETRE_M, direction_rad))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [ThermalCentre(vector(size * MICROMETRE_M, random))]
+
+
+DECLARATION = Declaration(
+    ThermalCentre,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="thermal_eccentricity",
+            unit="um/K",
+            low=0.1,
+            high=0.9,
+            draw=draw,
+            rank=10,
+            coefficients=2,
+        ),
+    ),
+)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.cause import Cause
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import log_uniform
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,3 +38,24 @@ class TimeGaps(Cause):
         kept[np.append(borders, True)] = True
         kept[np.concatenate([[True], borders])] = True
         return kept
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [TimeGaps(size / 100, log_uniform(3.0, 100.0, random))]
+
+
+DECLARATION = Declaration(
+    TimeGaps,
+    recipes=(
+        Recipe(
+            name="gaps",
+            unit="percent",
+            low=0.5,
+            high=20.0,
+            draw=draw,
+            rank=39,
+            kind="noise",
+        ),
+    ),
+)

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
+from arctrue.table.draws import log_uniform
 from arctrue.table.noise import Noise
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,3 +25,25 @@ class WanderingReference(Cause):
         return Noise.relaxing(
             np.array([self.sigma_rad]), np.array([self.constant_s]), stations.conditions.time_s
         )
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    constant_s = log_uniform(30.0, 1200.0, random)
+    return [WanderingReference(size * RAD_PER_ARCSEC, constant_s)]
+
+
+DECLARATION = Declaration(
+    WanderingReference,
+    recipes=(
+        Recipe(
+            name="wandering_reference",
+            unit="arcsec",
+            low=0.05,
+            high=0.5,
+            draw=draw,
+            rank=38,
+            kind="noise",
+        ),
+    ),
+)

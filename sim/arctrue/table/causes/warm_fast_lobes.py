@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import heating_k
+from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
+from arctrue.table.draws import angle
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class WarmFastLobes(PhysicalEffect):
+class WarmFastLobes(Cause):
     """The warm adhesive yields to the centrifugal force: lobes ∝ heat × speed²."""
 
     order: int
@@ -27,3 +32,40 @@ class WarmFastLobes(PhysicalEffect):
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         load = heating_k(state) * state.speed_rad_s**2
         return np.asarray(self.rate_rad_s2_per_k * load * wave)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Order
+    arcsec_s2_per_k: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> WarmFastLobes:
+        """Return the cause that these values describe."""
+        rate = self.arcsec_s2_per_k * RAD_PER_ARCSEC
+        return WarmFastLobes(self.order, rate, math.radians(self.phase_deg))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [WarmFastLobes(int(random.integers(2, 6)), size * RAD_PER_ARCSEC, angle(random))]
+
+
+DECLARATION = Declaration(
+    WarmFastLobes,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="warm_fast_lobes",
+            unit="arcsec/K/(rad/s)^2",
+            low=0.1,
+            high=1.0,
+            draw=draw,
+            rank=24,
+            kind="stranger",
+            coefficients=2,
+            places=4,
+        ),
+    ),
+)

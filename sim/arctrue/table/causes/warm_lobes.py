@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
+from arctrue.table.cause import Cause
 from arctrue.table.conditions import heating_k
+from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
+from arctrue.table.draws import angle
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class WarmLobes(PhysicalEffect):
+class WarmLobes(Cause):
     """The lines shift ``order`` times a turn in proportion to heat (2: the disc ovalises)."""
 
     order: int
@@ -26,3 +31,40 @@ class WarmLobes(PhysicalEffect):
         """What the lines say too much, shape ``(n,)``."""
         wave = np.cos(self.order * disc_angle_rad + self.phase_rad)
         return np.asarray(self.rate_rad_per_k * heating_k(state) * wave)
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Order
+    arcsec_per_k: Number
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> WarmLobes:
+        """Return the cause that these values describe."""
+        rate = self.arcsec_per_k * RAD_PER_ARCSEC
+        return WarmLobes(self.order, rate, math.radians(self.phase_deg))
+
+
+def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [WarmLobes(2, size * RAD_PER_ARCSEC, angle(random))]
+
+
+DECLARATION = Declaration(
+    WarmLobes,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="warm_ovality",
+            unit="arcsec/K",
+            low=0.1,
+            high=0.5,
+            draw=draw,
+            rank=18,
+            kind="parts",
+            parts=("temperature", "order:2", "disc"),
+            coefficients=2,
+        ),
+    ),
+)

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.causes.base import PhysicalEffect, Points
+from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import travelled_turns
+from arctrue.table.declaration import (
+    MICROMETRE_M,
+    Declaration,
+    Given,
+    Occasion,
+    Order,
+    Random,
+    Recipe,
+)
+from arctrue.table.draws import angle
 from arctrue.table.state import TableState
+from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)
-class WearingTrack(PhysicalEffect):
+class WearingTrack(Cause):
     """The axis moves ``order`` times a turn, more with every turn that the table has made.
 
     On a line in the stator frame, by ``rate_m`` × turns travelled in either direction.
@@ -29,3 +41,46 @@ class WearingTrack(PhysicalEffect):
         wave = np.cos(self.order * state.angle_rad + self.phase_rad)
         size = travelled_turns(state) * wave
         return np.asarray(size * cmath.rect(self.rate_m, self.direction_rad))
+
+
+class Values(Given, frozen=True):
+    """Values that a scenario gives."""
+
+    order: Order
+    um_per_turn: Number
+    direction_deg: Number = 0.0
+    phase_deg: Number = 0.0
+
+    def physical(self, lines: int) -> WearingTrack:
+        """Return the cause that these values describe."""
+        return WearingTrack(
+            self.order,
+            self.um_per_turn * MICROMETRE_M,
+            math.radians(self.direction_deg),
+            math.radians(self.phase_deg),
+        )
+
+
+def draw(size: float, random: Random, occasion: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    rate = size * MICROMETRE_M / max(occasion.turns, 1.0)
+    return [WearingTrack(int(random.integers(2, 7)), rate, angle(random), angle(random))]
+
+
+DECLARATION = Declaration(
+    WearingTrack,
+    values=Values,
+    recipes=(
+        Recipe(
+            name="wearing_track",
+            unit="um",
+            low=0.2,
+            high=2.0,
+            draw=draw,
+            rank=27,
+            kind="stranger",
+            coefficients=2,
+            places=5,
+        ),
+    ),
+)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arctrue.table.causes.cause import Cause, Stations
+from arctrue.table.cause import Cause, Stations
 from arctrue.table.conditions import Conditions
+from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
+from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,3 +26,24 @@ class WhiteNoise(Cause):
         """The same in every row."""
         rows = stations.conditions.time_s.size
         return Noise.white(self.instrument_rad, rows) if self.instrument_rad else None
+
+
+def draw(size: float, _: Random, __: Occasion) -> list[Cause]:
+    """Draw the cause for a size in the recipe's unit."""
+    return [WhiteNoise(head_rad=size * RAD_PER_ARCSEC)]
+
+
+DECLARATION = Declaration(
+    WhiteNoise,
+    recipes=(
+        Recipe(
+            name="white",
+            unit="arcsec",
+            low=0.02,
+            high=0.5,
+            draw=draw,
+            rank=29,
+            kind="noise",
+        ),
+    ),
+)

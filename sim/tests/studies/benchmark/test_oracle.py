@@ -9,7 +9,6 @@ from scipy.stats import chi2
 from arctrue.measurement import Capture, MeasurementSet, Table
 from arctrue.studies.benchmark.oracle import (
     FALSE_ALARM,
-    FORMS,
     POWER,
     inverse_times,
     look,
@@ -18,8 +17,8 @@ from arctrue.studies.benchmark.oracle import (
 from arctrue.studies.simulate.bench import TrueNoise
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.table.causes.registry import NOISES, REGISTRY
 from arctrue.table.noise import Noise, together
+from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.units import RAD_PER_ARCSEC
 
 COUNTS = 1 << 24
@@ -80,7 +79,8 @@ def test_noncentrality_is_that_of_generalised_least_squares(index_variance: floa
 
 
 def test_what_is_needed_gives_the_power() -> None:
-    rank, places = FORMS["bearing_ball_pass"]
+    recipe = REGISTRY["bearing_ball_pass"]
+    rank, places = recipe.coefficients, recipe.places
     needed = needed_noncentrality("bearing_ball_pass")
     threshold = chi2.isf(FALSE_ALARM / places, rank)
     draws = np.random.default_rng(2).normal(size=(40_000, rank))
@@ -91,7 +91,8 @@ def test_what_is_needed_gives_the_power() -> None:
 
 
 def test_every_cause_that_can_be_hidden_has_a_form() -> None:
-    assert set(FORMS) == set(REGISTRY) - set(NOISES)
+    formed = {name for name, recipe in REGISTRY.items() if recipe.coefficients}
+    assert formed == set(REGISTRY) - set(NOISES)
 
 
 def test_statistic_of_drawn_noise_has_the_stated_noncentrality() -> None:

@@ -51,5 +51,5 @@ def test_one_cycle_is_refused() -> None:
 
 def test_the_uncorrected_error_is_the_eccentricity_of_the_table() -> None:
     """Printed beside: an eccentricity e at a radius r errs by e / r."""
-    (eccentricity,) = [e for e in SMALL.table().effects if isinstance(e, DiscEccentricity)]
+    (eccentricity,) = [e for e in SMALL.table().causes if isinstance(e, DiscEccentricity)]
     assert eccentricity.offset_m / DISC_RADIUS_M * 206265 == pytest.approx(144.0, abs=0.2)

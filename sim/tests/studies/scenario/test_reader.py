@@ -12,8 +12,8 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import HEAD1_A, HEAD2_Z
 from arctrue.studies.scenario import ScenarioError, read_scenario
 from arctrue.studies.scenario.reader import NAMES
-from arctrue.table.causes.registry import CAUSES, REGISTRY
 from arctrue.table.causes.thermal_centre import ThermalCentre
+from arctrue.table.registry import CAUSES, REGISTRY
 from arctrue.workbench.effects.registry import ORDER, built_in
 
 SHIPPED = sorted((Path(__file__).resolve().parents[3] / "scenarios").glob("*.toml"))
@@ -36,15 +36,15 @@ def test_the_least_that_a_file_says(tmp_path: Path) -> None:
     scenario = read_scenario(_file(tmp_path, LEAST))
     assert scenario.scale.counts_per_rev == 1 << 20
     assert scenario.legs[0].speed_rad_s == pytest.approx(np.deg2rad(30))
-    assert scenario.effects == ()
+    assert scenario.causes == ()
 
 
 def test_values_reach_the_scenario(tmp_path: Path) -> None:
     text = (
         LEAST
         + """
-[[effect]]
-cause = "thermal_centre"
+[[cause]]
+name = "thermal_centre"
 um_per_k = 2
 direction_deg = 90
 [[fault]]
@@ -56,9 +56,9 @@ for_turns = 0.25
 """
     )
     scenario = read_scenario(_file(tmp_path, text))
-    (effect,) = scenario.effects
-    assert isinstance(effect.physical, ThermalCentre)
-    assert effect.physical.rate_m_per_k == pytest.approx(2e-6j)
+    (cause,) = scenario.causes
+    assert isinstance(cause.physical, ThermalCentre)
+    assert cause.physical.rate_m_per_k == pytest.approx(2e-6j)
     (fault,) = scenario.faults
     assert fault.pins == HEAD1_A | HEAD2_Z
     begin, end = fault.span_s(scenario.course())
@@ -105,16 +105,16 @@ def test_a_long_motion_keeps_no_more_edges_than_fit(tmp_path: Path) -> None:
         (LEAST + "[scale]\nlines = 64\ninterpolation = 5.5", ["scale.interpolation", "5.5"]),
         (LEAST + "[table]\nnoise_arcsec = nan", ["table.noise_arcsec", "found nan"]),
         (
-            LEAST + '[[effect]]\ncause = "thermal_center"',
-            ["effect[1].cause", '"thermal_centre", perhaps', 'found "thermal_center"'],
+            LEAST + '[[cause]]\nname = "thermal_center"',
+            ["cause[1].name", '"thermal_centre", perhaps', 'found "thermal_center"'],
         ),
         (
-            LEAST + '[[effect]]\ncause = "thermal_centre"\num = 3',
-            ["effect[1].um: is not known", "there are: cause, um_per_k"],
+            LEAST + '[[cause]]\nname = "thermal_centre"\num = 3',
+            ["cause[1].um: is not known", "there are: name, um_per_k"],
         ),
         (
-            LEAST + '[[effect]]\ncause = "shaft_wind_up"\narcsec = 1\nteeth = 3',
-            ["effect[1].teeth: is not known", "cause, arcsec, stroke_deg"],
+            LEAST + '[[cause]]\nname = "shaft_wind_up"\narcsec = 1\nteeth = 3',
+            ["cause[1].teeth: is not known", "name, arcsec, stroke_deg"],
         ),
         (LEAST + "[[temperature]]\nat_turn = 3\ncelsius = 20", ["temperature[1].at_turn", "2"]),
         (
@@ -161,13 +161,21 @@ def test_every_shipped_file_can_be_read(file: Path) -> None:
     assert scenario.table().reading_rad(0, scenario.course().state(np.array([1.0]))).shape == (1,)
 
 
+def test_the_former_spelling_of_a_cause_is_still_read(tmp_path: Path) -> None:
+    now = LEAST + '[[cause]]\nname = "thermal_centre"\num_per_k = 2\n'
+    former = now.replace("[[cause]]", "[[effect]]").replace("name =", "cause =")
+    assert former != now
+    first, second = (read_scenario(_file(tmp_path, text)) for text in (now, former))
+    assert first.causes == second.causes != ()
+
+
 def test_every_effect_of_the_catalogue_has_a_file() -> None:
     names = {file.stem for file in SHIPPED}
     # One that only says what is seen has no cause of its own that could be simulated.
     causeless = {name for name, effect in built_in().items() if effect.unspecific}
     assert set(ORDER) - names == causeless == {"periodic_error"}
     for file in SHIPPED:
-        causes = {effect.cause for effect in read_scenario(file).effects}
+        causes = {cause.name for cause in read_scenario(file).causes}
         named = {recipe.name for recipe in REGISTRY.values() if recipe.cause in causes}
         # A graduation error of any order is one cause of the simulator; lost counts are a fault.
         if file.stem in ORDER and file.stem not in ("graduation_harmonics", "count_slip"):
@@ -177,7 +185,7 @@ def test_every_effect_of_the_catalogue_has_a_file() -> None:
 @pytest.mark.parametrize("name", sorted(set(CAUSES) - set(NAMES)))
 def test_a_cause_that_the_instrument_cannot_honour_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(ScenarioError, match=f"can honour \\({name} acts on"):
-        read_scenario(_file(tmp_path, LEAST + f'[[effect]]\ncause = "{name}"\n'))
+        read_scenario(_file(tmp_path, LEAST + f'[[cause]]\nname = "{name}"\n'))
 
 
 def test_every_physical_cause_can_stand_in_a_scenario() -> None:

@@ -59,12 +59,12 @@ at_turn = 5
 after_s = 900
 celsius = {WARM_C[2]}
 
-[[effect]]
-cause = "disc_eccentricity"
+[[cause]]
+name = "disc_eccentricity"
 um = 10
 direction_deg = 70
-[[effect]]
-cause = "thermal_centre"
+[[cause]]
+name = "thermal_centre"
 um_per_k = {UM_PER_K}
 direction_deg = 70
 
@@ -222,7 +222,7 @@ def test_a_table_that_is_too_fast_is_told(tmp_path: Path) -> None:
     """3600″ at 500 Hz are up to 1,900″ a clock of 6 kHz: a hundred counts."""
     file = tmp_path / "fast.toml"
     start, _, _ = WARMING.partition("[motion]")
-    effect = '[[effect]]\ncause = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'
+    effect = '[[cause]]\nname = "bracket_vibration"\nhead = 1\narcsec = 3600\nhz = 500\n'
     file.write_text(f"{start}[motion]\nlegs = [{{ turns = 1 }}]\n{effect}", encoding="utf-8")
     done = CliRunner().invoke(main, ["run", str(file)])
     assert done.exit_code == 2

@@ -13,8 +13,8 @@ from arctrue.studies.scenario.course import Leg
 from arctrue.studies.scenario.scenario import NamedEffect, Scale, Scenario, TableErrors
 from arctrue.studies.scenario.seen import seen_by_reference
 from arctrue.table import RotaryTable, TableState, two_heads
+from arctrue.table.cause import Cause
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
-from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
@@ -150,7 +150,7 @@ def test_a_part_of_a_turn_has_no_orders() -> None:
     assert np.isfinite(turn.rms_arcsec)
 
 
-def _scenario(*causes: PhysicalEffect) -> Scenario:
+def _scenario(*causes: Cause) -> Scenario:
     effects = tuple(NamedEffect("", cause, reference_only=True) for cause in causes)
     legs = (Leg(turns=2, speed_rad_s=SPEED_RAD_S),)
     return Scenario("", "", Scale(), TableErrors(), legs, effects=effects)
@@ -204,11 +204,11 @@ def test_without_an_effect_of_the_reference_nothing_is_shown() -> None:
     ],
 )
 def test_a_late_signal_shows_where_the_table_was(
-    cause: PhysicalEffect, head: int, expected_rad: float
+    cause: Cause, head: int, expected_rad: float
 ) -> None:
     angle = np.linspace(0.0, 6.0, 20)
     moving = TableState(angle * 0, angle, np.full_like(angle, SPEED_RAD_S))
-    late = RotaryTable(heads=two_heads(), effects=(cause,), counts_per_rev=COUNTS)
+    late = RotaryTable(heads=two_heads(), causes=(cause,), counts_per_rev=COUNTS)
     plain = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS)
     off = late.reading_rad(head, moving) - plain.reading_rad(head, moving)
     assert off == pytest.approx(expected_rad, abs=1e-12)
@@ -216,7 +216,7 @@ def test_a_late_signal_shows_where_the_table_was(
 
 def test_a_shaft_that_winds_up_turns_both_heads() -> None:
     scenario = _scenario()
-    table = RotaryTable(heads=two_heads(), effects=(ShaftWindUp(1e-5),), counts_per_rev=COUNTS)
+    table = RotaryTable(heads=two_heads(), causes=(ShaftWindUp(1e-5),), counts_per_rev=COUNTS)
     course = scenario.course()
     state = course.state(np.array([course.time_at_turn(1.0)]))
     plain = RotaryTable(heads=two_heads(), counts_per_rev=COUNTS)

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from scipy.special import jv
 
 from arctrue.table import HEAD_SEPARATION_RAD, RotaryTable, two_heads
+from arctrue.table.cause import Cause, Stations
 from arctrue.table.causes.autocollimator_scale import AutocollimatorScale
 from arctrue.table.causes.ball_pass import BallPass
-from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.causes.belt_half_order import BeltPull
 from arctrue.table.causes.bracket_expansion import BracketExpansion
 from arctrue.table.causes.bracket_turn import BracketTurn
 from arctrue.table.causes.bracket_vibration import BracketVibration
-from arctrue.table.causes.cause import Stations
 from arctrue.table.causes.centrifugal_lobes import CentrifugalLobes
 from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_bump import GraduationBump
@@ -69,7 +68,7 @@ def conditions(
     )
 
 
-def error(effect: PhysicalEffect, head: int, state: Conditions) -> Float:
+def error(effect: Cause, head: int, state: Conditions) -> Float:
     """Reading less that of a perfect table."""
     table = RotaryTable(HEADS, (effect,))
     return np.asarray(table.reading_rad(head, state) - ANGLE - (ALPHA if head else 0.0))

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
-from arctrue.table.causes.registry import RECIPES, REGISTRY
+from arctrue.table.registry import RECIPES, REGISTRY
 
 
 def simulate(*arguments: str) -> str:

@@ -17,9 +17,9 @@ from arctrue.studies.simulate.experiment import (
 )
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table import RotaryTable, two_heads
-from arctrue.table.causes.cause import UnhonouredCauseError
-from arctrue.table.causes.registry import RECIPES, STRANGERS
+from arctrue.table.cause import UnhonouredCauseError
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
+from arctrue.table.registry import RECIPES, STRANGERS
 
 Float = NDArray[np.float64]
 COUNT_ARCSEC = 1_296_000 / (1 << 24)

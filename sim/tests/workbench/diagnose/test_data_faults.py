@@ -124,7 +124,7 @@ def test_one_reading_of_a_station_far_from_its_others_is_told() -> None:
 @pytest.mark.parametrize("name", ["bearing_ball_pass", "count_slip", "reference_drift"])
 def test_the_largest_effects_are_no_faults(name: str) -> None:
     """What the stations show of them is not alike from cycle to cycle."""
-    from arctrue.table.causes.registry import RECIPES
+    from arctrue.table.registry import RECIPES
 
     made = simulate_set([Wanted(name, RECIPES[name].high)], full().smaller(2000, 4), 77)
     assert data_faults(observations_of(made.measurement)) == []

@@ -8,7 +8,7 @@ from arctrue.measurement import MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import EXPERIMENTS, FURTHER, full, lean, with_further
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.table.causes.registry import RECIPES
+from arctrue.table.registry import RECIPES
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.next_measurement import OF_PARTS, measurement_for_parts
 from arctrue.workbench.diagnose.planned import PLANS

@@ -1,4 +1,4 @@
-"""What a cause can act on beside the parts of the table: sampling, counters, noise, instrument."""
+"""What a physical cause can act on: axis, disc, heads, lines, counters, noise, instrument."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.table.causes.base import PhysicalEffect
 from arctrue.table.conditions import Conditions
 from arctrue.table.motion import Motion
 from arctrue.table.noise import Noise
+from arctrue.table.state import TableState
 from arctrue.table.temperature import TemperatureCourse
 
 Angles = NDArray[np.float64]
+Points = NDArray[np.complex128]
+"""Points or displacements in the plane, x + jy in metres, shape ``(n,)``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +30,36 @@ class Stations:
     """By how much the instrument was turned on the table when it was put on."""
 
 
-class Cause(PhysicalEffect):
-    """Base of the causes that need the conditions, or act outside of disc, axis and heads.
+class Cause:
+    """Base of every cause: each method returns what happens there; the default is nothing.
 
-    Each method returns what happens there; the default is nothing.
+    The table adds what its causes return, each in the frame named by the method. A cause
+    says what happens, never what a reading becomes: that follows from the geometry.
     """
+
+    def axis_shift_m(self, state: TableState) -> Points | complex:
+        """Displacement of the axis in the stator frame."""
+        return 0.0
+
+    def disc_shift_m(self, state: TableState) -> Points | complex:
+        """Displacement of the disc centre from the axis in the frame of the turning table."""
+        return 0.0
+
+    def head_shift_m(self, head: int, state: TableState) -> Points | complex:
+        """Displacement of head 0 or 1 in the stator frame."""
+        return 0.0
+
+    def graduation_error_rad(
+        self, disc_angle_rad: NDArray[np.float64], state: TableState
+    ) -> NDArray[np.float64] | float:
+        """What the lines at a disc angle say too much; period one turn."""
+        return 0.0
+
+    def signal_error_rad(
+        self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
+    ) -> NDArray[np.float64] | float:
+        """What the signal of head 0 or 1 adds to the lines that it sees."""
+        return 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> Angles | float:
         """How far the disc is turned against the top of the table, on which the reference sits."""
@@ -87,18 +114,17 @@ class Cause(PhysicalEffect):
         return motion
 
 
-READING = frozenset(
+GEOMETRY = frozenset(
     {
         "axis_shift_m",
         "disc_shift_m",
         "head_shift_m",
         "graduation_error_rad",
         "signal_error_rad",
-        "disc_turn_rad",
-        "sampling_delay_s",
-        "gained_counts",
     }
 )
+"""What moves points and lines, and draws no random numbers."""
+READING = GEOMETRY | {"disc_turn_rad", "sampling_delay_s", "gained_counts"}
 """What :meth:`arctrue.table.rotary_table.RotaryTable.reading_rad` honours."""
 SIGNALS = READING - {"gained_counts"}
 """What stands before the counter: the edges of a head."""
@@ -113,35 +139,27 @@ CAPTURE = READING | {
 """What the recorded runs of two heads honour."""
 REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
 """What a recorded reference run honours."""
-RECORD = frozenset(
-    name for base in (PhysicalEffect, Cause) for name in vars(base) if not name.startswith("_")
-)
+RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))
 """Everything that a cause can act on."""
 
 
-def acts_on(effect: PhysicalEffect | type[PhysicalEffect]) -> frozenset[str]:
-    """The methods of :class:`PhysicalEffect` and :class:`Cause` that the cause overrides."""
-    kind = effect if isinstance(effect, type) else type(effect)
-    return frozenset(
-        name
-        for name in RECORD
-        if getattr(kind, name, None)
-        not in (None, getattr(PhysicalEffect, name, None), getattr(Cause, name, None))
-    ) - {"index_variance_counts2"}
+def acts_on(cause: Cause | type[Cause]) -> frozenset[str]:
+    """Return the methods of :class:`Cause` that the cause overrides."""
+    kind = cause if isinstance(cause, type) else type(cause)
+    overridden = {name for name in RECORD if getattr(kind, name) is not getattr(Cause, name)}
+    return frozenset(overridden - {"index_variance_counts2"})
 
 
 class UnhonouredCauseError(ValueError):
     """A cause acts on something that its consumer does not have."""
 
 
-def refuse_unhonoured(
-    effects: Iterable[PhysicalEffect], honoured: frozenset[str], consumer: str
-) -> None:
+def refuse_unhonoured(causes: Iterable[Cause], honoured: frozenset[str], consumer: str) -> None:
     """Raise UnhonouredCauseError for a cause of which ``consumer`` would drop a part unsaid."""
-    for effect in effects:
-        left = sorted(acts_on(effect) - honoured)
+    for cause in causes:
+        left = sorted(acts_on(cause) - honoured)
         if left:
             raise UnhonouredCauseError(
-                f"{consumer} cannot honour the cause {type(effect).__name__}: "
+                f"{consumer} cannot honour the cause {type(cause).__name__}: "
                 f"it acts on {', '.join(left)}, which is not simulated there"
             )

@@ -1,0 +1,38 @@
+"""Random numbers that several causes are drawn with."""
+
+from __future__ import annotations
+
+import cmath
+
+import numpy as np
+
+from arctrue.table.declaration import Occasion, Random
+
+
+def angle(random: Random) -> float:
+    """Draw an angle of the turn, radians."""
+    return float(random.uniform(0.0, 2 * np.pi))
+
+
+def sign(random: Random) -> float:
+    """Draw −1 or 1."""
+    return float(random.choice([-1.0, 1.0]))
+
+
+def log_uniform(low: float, high: float, random: Random) -> float:
+    """Draw a number between two limits, as likely in each octave."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def vector(size: float, random: Random) -> complex:
+    """Draw a direction in the plane for a length."""
+    return cmath.rect(size, angle(random))
+
+
+def instants(mean_s: float, random: Random, occasion: Occasion) -> tuple[float, ...]:
+    """Draw irregular instants from before the first run to after the last."""
+    number = 3 + int(1.5 * occasion.end_s / mean_s)
+    waits_s = random.gamma(4.0, mean_s / 4.0, number)
+    drawn = np.cumsum(waits_s) - 2.0 * mean_s
+    beyond = int(np.searchsorted(drawn, occasion.end_s)) + 2
+    return tuple(drawn[:beyond].tolist())

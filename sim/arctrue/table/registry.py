@@ -1,0 +1,46 @@
+"""Every cause of the simulated table, found by its file in :mod:`arctrue.table.causes`.
+
+The one registry: captures, edges, polygon runs, scenarios, hidden effects, ``simulate`` and the
+benchmark take their causes from here. What a consumer cannot honour it refuses, see
+:func:`arctrue.table.cause.refuse_unhonoured`.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+from dataclasses import replace
+from importlib import import_module
+from itertools import pairwise
+
+from arctrue.table import causes
+from arctrue.table.declaration import Declaration, Recipe
+
+
+def declared() -> dict[str, Declaration]:
+    """Import every file of the folder and return its declaration by the file's name."""
+    names = sorted(module.name for module in pkgutil.iter_modules(causes.__path__))
+    return {name: import_module(f"{causes.__name__}.{name}").DECLARATION for name in names}
+
+
+def ranked(found: dict[str, Declaration]) -> dict[str, Recipe]:
+    """Return the recipes of all causes by rank; ValueError where two share a name or a rank."""
+    recipes = [
+        replace(recipe, cause=name) for name, cause in found.items() for recipe in cause.recipes
+    ]
+    recipes.sort(key=lambda recipe: recipe.rank)
+    for before, after in pairwise(recipes):
+        if before.rank == after.rank or before.name == after.name:
+            raise ValueError(
+                f"the causes {before.cause} and {after.cause} declare the same name or rank: "
+                f"{before.name} {before.rank}, {after.name} {after.rank}"
+            )
+    return {recipe.name: recipe for recipe in recipes}
+
+
+CAUSES = declared()
+"""Every cause by the name of its file."""
+REGISTRY = ranked(CAUSES)
+"""Every recipe by its name, by rank."""
+RECIPES = {name: item for name, item in REGISTRY.items() if item.kind in ("catalogue", "parts")}
+STRANGERS = {name: item for name, item in REGISTRY.items() if item.kind == "stranger"}
+NOISES = {name: item for name, item in REGISTRY.items() if item.kind == "noise"}
