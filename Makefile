@@ -55,7 +55,7 @@ lint: generate ## style, types and order of imports: ruff, mypy, import-linter, 
 	$(VENV)/ruff format --check --quiet
 	$(VENV)/mypy --no-error-summary
 	@$(VENV)/lint-imports --no-cache >build/import_order.txt || { cat build/import_order.txt; exit 1; }
-	@echo "cppcheck (the firmware)"
+	@echo "$(VENV)/cppcheck (the firmware)"
 	@$(MAKE) -C firmware check
 	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
 	@$(VENV)/vsg -c vsg.yaml -p 2 -of syntastic -f $(VHDL)

@@ -24,38 +24,35 @@ class TimingError(Exception):
 class Top:
     """A top level below rtl/top, and what it asks of a flow.
 
-    ``primitives``: cells that tie it to the chip, and how many; ``vivado``: the files in
-    constraints/vivado that Vivado alone reads, by the names of the entities, in order;
+    ``primitives``: cells that tie it to the chip, and how many. Names of the files in
+    constraints/vivado, which Vivado alone reads: ``vivado``, that of the top's pins, and
+    ``scoped``, those of the entities inside, in order, each read for every instance of its entity.
     ``has_core``: it has the generics of the core.
     """
 
     name: str
     clock_mhz: int
     primitives: Mapping[str, int]
-    vivado: tuple[str, ...] = ()
+    vivado: str
+    scoped: tuple[str, ...] = ()
     has_core: bool = True
 
 
 DEVICE_CLOCK_MHZ = number_formats.CLOCK_HZ // 1_000_000
 DEVICE_PRIMITIVES = {"PS7": 1, "BUFG": 1}
-DEVICE_VIVADO = (
-    "zynq_processor",
-    "input_synchroniser",
-    "quadrature_output",
-    "pulse_output",
-    "chip_dna",
-    "arctrue_zynq_top",
-)
+DEVICE_SCOPED = ("zynq_processor", "quadrature_output", "pulse_output", "chip_dna")
 TOPS = {
     top.name: top
     for top in (
-        Top("arctrue_zynq_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, DEVICE_VIVADO),
-        Top("arctrue_zynq_differential_top", DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, DEVICE_VIVADO),
+        *(
+            Top(name, DEVICE_CLOCK_MHZ, DEVICE_PRIMITIVES, "arctrue_zynq_top", DEVICE_SCOPED)
+            for name in ("arctrue_zynq_top", "arctrue_zynq_differential_top")
+        ),
         Top(
             "encoder_source_top",
             OSCILLATOR_MHZ,
             {"PS7": 0, "BUFG": 1},
-            vivado=("encoder_source_top",),
+            vivado="encoder_source_top",
             has_core=False,
         ),
     )

@@ -31,8 +31,10 @@ def run_vivado(job: Job) -> str:
     arguments = ["-top", job.top.name, "-part", job.part, "-output", str(job.folder)]
     for name, value in job.generics.items():
         arguments += ["-generic", f"{name}={value}"]
-    scoped = (CONSTRAINTS / "vivado" / f"{entity}.xdc" for entity in job.top.vivado)
-    for xdc in (job.pins, *scoped):
+    folder = CONSTRAINTS / "vivado"
+    for entity in job.top.scoped:
+        arguments += ["-scoped", str(folder / f"{entity}.xdc")]
+    for xdc in (job.pins, folder / f"{job.top.vivado}.xdc"):
         arguments += ["-xdc", str(xdc)]
     for path in sources:
         arguments += ["-vhdl", str(path)]

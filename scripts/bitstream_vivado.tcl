@@ -4,8 +4,9 @@
 # scripts/bitstream_vivado.py:
 #
 #   vivado -mode batch -source bitstream_vivado.tcl -tclargs -top ENTITY -part PART -output FOLDER
-#       [-generic NAME=VALUE]... -xdc FILE... -vhdl FILE...
+#       [-generic NAME=VALUE]... [-scoped ENTITY.xdc]... -xdc FILE... -vhdl FILE...
 #
+# A scoped file is read for every instance of the entity of its name, before the others.
 # Writes FOLDER/arctrue.bit only when every setup, hold and pulse width is met; reports go to
 # FOLDER/reports in either case.
 
@@ -14,6 +15,7 @@ set part ""
 set output ""
 set generics {}
 set constraints {}
+set scoped {}
 set sources {}
 foreach {option value} $argv {
     switch -- $option {
@@ -21,6 +23,7 @@ foreach {option value} $argv {
         -part { set part $value }
         -output { set output $value }
         -generic { lappend generics -generic $value }
+        -scoped { lappend scoped $value }
         -xdc { lappend constraints $value }
         -vhdl { lappend sources $value }
         default { error "bitstream_vivado.tcl: unknown option $option" }
@@ -31,11 +34,22 @@ set reports [file join $output reports]
 foreach source $sources {
     read_vhdl -vhdl2008 $source
 }
+foreach constraint $scoped {
+    read_xdc -ref [file rootname [file tail $constraint]] $constraint
+}
 foreach constraint $constraints {
     read_xdc $constraint
 }
 
 synth_design -top $top -part $part {*}$generics -flatten_hierarchy rebuilt
+# Vivado only warns of a scoped file whose entity it does not find, and goes on without its constraints.
+foreach constraint $scoped {
+    set entity [file rootname [file tail $constraint]]
+    set named "REF_NAME =~ $entity* || ORIG_REF_NAME =~ $entity*"
+    if {[llength [get_cells -quiet -hierarchical -filter $named]] == 0} {
+        error "expected an instance of $entity after synthesis, found none: $constraint has no effect."
+    }
+}
 report_utilization -hierarchical -file [file join $reports utilization_synthesis.rpt]
 opt_design
 place_design

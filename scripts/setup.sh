@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes ready what the Makefile's targets need, and touches nothing else of the machine:
-#   1. system packages (GHDL, Verilator, Yosys, cppcheck, Python's venv and shared library, gcc for the host
+#   1. system packages (GHDL, Verilator, Yosys, Python's venv and shared library, gcc for the host
 #      and the Cortex-A9, QEMU, the keys of Debian's archive for 3.), only those that are missing;
 #   2. the Python environment .venv, exactly as requirements.lock says (with hashes);
 #   3. a GHDL for netlists in build/ghdl5, where the system's is too old;
@@ -14,7 +14,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 PYTHON=${PYTHON:-/usr/bin/python3}
 OS_RELEASE=${OS_RELEASE:-/etc/os-release}
-PACKAGES=(cppcheck debian-archive-keyring g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode
+PACKAGES=(debian-archive-keyring g++ gcc gcc-arm-none-eabi gdb-multiarch ghdl-llvm ghdl-mcode
     libnewlib-arm-none-eabi make python3-dev python3-venv openocd qemu-system-arm tcl verilator yosys z3
     zlib1g-dev)
 LOG=build/logs/setup.log

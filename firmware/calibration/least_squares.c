@@ -140,7 +140,7 @@ static bool take_pass(struct fit *fit) {
 
 /* Steps shrink by nearly the same factor each: what is left is the last one times that. */
 static enum refusal refine(struct fit *fit) {
-    struct least_squares_workspace *workspace = fit->workspace;
+    const struct least_squares_workspace *workspace = fit->workspace;
     double unknowns[UNKNOWNS_MAX];
     double before = 0.0;
     while (take_pass(fit)) {

@@ -16,13 +16,13 @@ static void line(struct console *console, const char *text) {
     text_word(&console->sink, "\r\n");
 }
 
-static void answer(struct console *console, enum load_answer answer) {
-    if (answer == LOAD_TAKEN) {
+static void answer(struct console *console, enum load_answer given) {
+    if (given == LOAD_TAKEN) {
         line(console, "ok");
         return;
     }
     text_word(&console->sink, "error: load ");
-    line(console, load_answer_name(answer));
+    line(console, load_answer_name(given));
 }
 
 /* Whole numbers and, last, a CRC; false where one is none. */

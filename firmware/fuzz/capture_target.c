@@ -84,7 +84,7 @@ static int32_t zero_of(uint32_t word, uint32_t counts_per_rev) {
 }
 
 static void judge(const struct capture *capture) {
-    struct estimate *estimate = &fuzz.estimate;
+    const struct estimate *estimate = &fuzz.estimate;
     require(estimate_is_finite(estimate));
     select_orders(estimate, LANES, GAIN_LIMIT_DEFAULT, fuzz.verdicts);
     enum refusal reason = coefficients_quantise(

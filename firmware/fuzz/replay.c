@@ -21,6 +21,10 @@ int main(int number, char **names) {
         fclose(file);
         /* Of exactly its size, so that AddressSanitizer sees a read beyond its end. */
         uint8_t *input = malloc(size ? size : 1);
+        if (!input) {
+            perror("replay");
+            return EXIT_FAILURE;
+        }
         for (size_t byte = 0; byte < size; byte++) {
             input[byte] = buffer[byte];
         }

@@ -14,7 +14,7 @@ from arctrue.table.head import Head
 from arctrue.table.state import TableState
 
 DISC_RADIUS_M = 107.95e-3 / 2
-"""MicroE PurePrecision disc (section 4 of the paper)."""
+"""MicroE PurePrecision disc (section 4 of the paper; its lines may be nearer: docs/errata.md)."""
 HEAD_SEPARATION_RAD = float(np.deg2rad(33.0))
 """α of docs/architecture.md, "Head geometry"."""
 GRATING_LINES = 16384

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import stats
 
+ROOT = Path(__file__).resolve().parents[3]
 ARCSEC = 180 * 3600 / math.pi
 ITERATIONS = 16
 BITS = 18
+
+
+def page() -> str:
+    return (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
 
 
 def rounding_bound(unit: float) -> float:
@@ -174,3 +181,51 @@ def test_noise_gain(order: int, gain: float) -> None:
 
 def test_unseen_order() -> None:
     assert abs(np.exp(1j * 120 * math.radians(33)) - 1) < 1e-12
+
+
+def test_pitch_and_diameter_of_the_disc() -> None:
+    """The chord is not needed: the arc between two of 16,384 lines differs from it by 6e-9."""
+    lines, printed_mm, printed_pitch_um = 16384, 107.95, 20.0
+    pitch_um = math.pi * printed_mm * 1e3 / lines
+    of_lines_mm = printed_pitch_um * lines / math.pi / 1e3
+    assert f"**{pitch_um:.2f} µm**" in page()
+    assert f"**{of_lines_mm:.2f} mm**" in page()
+    assert printed_mm / 25.4 == pytest.approx(4.25, abs=1e-12)
+    columns = []
+    for diameter_mm in (printed_mm, of_lines_mm):
+        radius_um = diameter_mm * 500
+        # By equation (2) an eccentricity e shows as e/r; the mean is off by (a²/2) sin α.
+        mean = (30 / radius_um) ** 2 / 2 * math.sin(math.radians(33)) * ARCSEC
+        columns.append((ARCSEC / radius_um, 144 / ARCSEC * radius_um, mean))
+    for printed, other, form in zip(*columns, ("{:.2f}″", "{:.1f} µm", "{:.3f}″"), strict=True):
+        assert f"| {form.format(printed)} | {form.format(other)} |" in page()
+    assert f"{100 * (columns[1][0] / columns[0][0] - 1):.1f} % larger" in page()
+    assert f"{100 * (1 - columns[1][1] / columns[0][1]):.1f} % smaller" in page()
+
+
+def test_accuracy_of_iso_230_is_more_than_the_range_of_means() -> None:
+    experiment = json.loads((ROOT / "docs" / "data" / "paper.json").read_text("utf-8"))
+    (full,) = (
+        run
+        for run in experiment["experiments"]
+        if run["settings"]["revolution"]["interpolation"] == 1024
+    )
+    mean = np.array(full["after"]["mean_arcsec"])
+    deviation = np.array(full["after"]["deviation_arcsec"])
+    accuracy = (mean + 2 * deviation).max() - (mean - 2 * deviation).min()
+    assert f"the means span {np.ptp(mean):.2f}″, and A↑ is **{accuracy:.2f}″**" in page()
+    published = 1.6 + 1.3
+    assert f"between {published:.1f}″ and **{published + 4 * 0.2:.1f}″**" in page()
+
+
+@pytest.mark.parametrize(("heads", "unknown"), [(3, 1), (4, 0), (5, 0)])
+def test_heads_that_separate_the_motion_of_the_axis(heads: int, unknown: int) -> None:
+    """True angle, disc and two directions of motion: one complex number each at every order."""
+    places = np.radians([0.0, 33.0, 162.5, 300.5, 71.5][:heads])
+    for order in range(1, 129):
+        disc = np.exp(1j * order * places)
+        columns = [np.ones_like(disc), disc, np.sin(places), np.cos(places)]
+        rank = np.linalg.matrix_rank(np.stack(columns, axis=1), tol=1e-6)
+        # At order 1 the disc's column is cos + j sin: the motion's own two.
+        assert 4 - rank == (1 if order == 1 else unknown)
+    assert "**four** are enough" in page()

@@ -34,7 +34,7 @@ def equal_division(heads: int) -> Method:
     return Method(
         f"equal_division_{heads}",
         f"Equal division, {heads} heads (EDA)",
-        "Watanabe et al. [5]; [18–20]",
+        "Watanabe et al. [5]; [18–21]",
         heads,
         f"{heads} heads at {360 / heads:g}°",
         f"orders {heads}, {2 * heads}, {3 * heads}, …",

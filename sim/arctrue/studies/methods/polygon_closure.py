@@ -84,7 +84,7 @@ def _run(world: World) -> Correction:
 POLYGON_CLOSURE = Method(
     "polygon_closure",
     "Closure by re-indexing the polygon",
-    "cg-23 (EURAMET); Kim et al. [21]",
+    "cg-23 (EURAMET)",
     1,
     "a polygon without certificate, put on anew in every cycle; autocollimator",
     "orders from 12 on, which appear as lower ones; the autocollimator's own error",

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+
+import pytest
 
 from arctrue.report.methods_page import methods_page, plot_methods
 
@@ -35,3 +38,23 @@ def test_every_method_is_on_the_page() -> None:
     page = methods_page(FOUND)
     for one in FOUND["methods"]:
         assert page.count(f"| {one['title']} |") == 2
+
+
+# Section 1 of the paper: what it cites a reference for.
+CITED_FOR = {
+    "TDR": {3, 4},
+    "EDA": {5, 18, 19, 20, 21},
+    "VEDA": {7},
+}
+
+
+@pytest.mark.parametrize("abbreviation", CITED_FOR)
+def test_a_reference_of_the_paper_is_that_of_its_method(abbreviation: str) -> None:
+    for one in FOUND["methods"]:
+        numbers: set[int] = set()
+        for first, last in re.findall(r"\[(\d+)(?:–(\d+))?\]", one["source"]):
+            numbers |= set(range(int(first), int(last or first) + 1))
+        if f"({abbreviation})" in one["title"]:
+            assert numbers == CITED_FOR[abbreviation], one["title"]
+        else:
+            assert not numbers & CITED_FOR[abbreviation], one["title"]
