@@ -42,6 +42,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_usual_noise.py::test_only_noisy_turns_in_a_row_become_usual",
     ),
     Mutation(
+        "pins_of_the_flash_at_another_voltage",
+        "the pins of the flash are set up for a bank at 1.8 V",
+        "firmware/zynq/flash.c",
+        "#define PIN_DATA_AND_CLOCK 0x0602U",
+        "#define PIN_DATA_AND_CLOCK 0x0202U",
+        f"{_TESTS}/test_flash.py::test_a_sector_is_erased_and_a_page_programmed",
+    ),
+    Mutation(
         "older_record",
         "of two whole records the older one is read",
         "firmware/application/save.c",

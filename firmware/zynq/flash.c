@@ -23,6 +23,13 @@
 #define PROGRAM_TIMEOUT_US 50000U
 #define QUEUE_WORDS 63U
 
+/* The controller's signals leave at MIO 1 (select, with a pull-up) to MIO 6 as LVCMOS33: bank 500 of
+   both boards has 3.3 V. UG585, slcr.MIO_PIN: function in bits 7 to 1, IO type in bits 11 to 9,
+   pull-up in bit 12. */
+#define PIN_SELECT 0x1602U
+#define PIN_DATA_AND_CLOCK 0x0602U
+enum { FIRST_PIN = 1, LAST_PIN = 6 };
+
 #define KB 1024U
 #define MAKER_SPANSION 0x01U
 /* Fifth byte of its ID. */
@@ -116,8 +123,17 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
     return answers;
 }
 
+/* The boot ROM does this only where it starts from the flash, not where a debugger starts us. */
+static void connect_pins(const struct flash *flash) {
+    write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {
+        write_at(flash, SLCR_MIO_PIN(pin), pin == FIRST_PIN ? PIN_SELECT : PIN_DATA_AND_CLOCK);
+    }
+}
+
 void flash_prepare(struct flash *flash, const struct register_access *access) {
     *flash = (struct flash){.access = *access};
+    connect_pins(flash);
 }
 
 /* Whatever the boot ROM, a debugger or linear addressing left. */

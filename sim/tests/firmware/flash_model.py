@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from sim.tests.firmware.library import firmware
+from sim.tests.firmware.pin_model import Pins
 from sim.tests.firmware.zynq_model import (
     AT,
     QSPI_LEFT,
@@ -147,6 +148,7 @@ class Controller:
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip
+        self.pins = Pins()
         self.fault = fault
         self.now_us = 0
         self.words = {AT["QSPI_CONFIG"]: QSPI_LEFT, AT["QSPI_LQSPI_CFG"]: 0x8000_010B}
@@ -173,15 +175,17 @@ class Controller:
             self.send(word, 4 if address == AT["QSPI_TXD0"] else 1)
             return
         self.words[address] = word
+        self.pins.write(address, word)
         if address == AT["QSPI_CONFIG"]:
             assert word & MANUAL_SELECT, "the controller would let the line go between two words"
             self.follow_select(selected=not word & NOT_SELECTED)
 
     def follow_select(self, *, selected: bool) -> None:
-        if selected and not self.selected:
-            self.chip.select()
-        elif self.selected and not selected:
-            self.chip.deselect(self.now_us)
+        if self.pins.reach_the_flash():
+            if selected and not self.selected:
+                self.chip.select()
+            elif self.selected and not selected:
+                self.chip.deselect(self.now_us)
         self.selected = selected
 
     def send(self, word: int, number: int) -> None:
@@ -192,9 +196,11 @@ class Controller:
         assert config & QSPI_LINEAR == QSPI_LINEAR
         assert not config & (MANUAL_START | START)
         assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
-        answer = bytes(
-            self.chip.exchange(byte, self.now_us) for byte in word.to_bytes(4, "little")[:number]
-        )
+        sent = word.to_bytes(4, "little")[:number]
+        # A wire that nothing drives is pulled up.
+        answer = b"\xff" * number
+        if self.pins.reach_the_flash():
+            answer = bytes(self.chip.exchange(byte, self.now_us) for byte in sent)
         if self.fault != "silent":
             # Less than four bytes come in the upper end of the word.
             self.queue.append(int.from_bytes(answer.rjust(4, b"\0"), "little"))
