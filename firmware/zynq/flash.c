@@ -15,6 +15,8 @@
 #define COMMAND_ID 0x9FU
 #define COMMAND_ERASE_SECTOR 0xD8U
 #define STATUS_AT_WORK 0x01U
+/* Of a Spansion: an erase or a programming went wrong; it stays at work until that is cleared. */
+#define STATUS_WENT_WRONG 0x60U
 /* A word takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
 /* The longest of the data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB; 5 ms for a
@@ -201,11 +203,16 @@ bool flash_program(void *context, uint32_t address, const uint32_t *words, uint3
 
 enum flash_activity flash_activity(void *context) {
     const struct flash *flash = context;
-    uint32_t answer;
+    uint32_t answer = 0;
     select(flash, true);
     bool answers = exchange(flash, QSPI_TXD0, COMMAND_STATUS, &answer);
     select(flash, false);
-    if (answers && (answer >> 24 & STATUS_AT_WORK) == 0) {
+    uint32_t status = answer >> 24;
+    if (answers && flash->id >> 16 == MAKER_SPANSION && (status & STATUS_WENT_WRONG) != 0) {
+        /* What the sector holds now tells the rest. */
+        return run_byte(flash, COMMAND_CLEAR_STATUS) ? FLASH_IDLE : FLASH_STUCK;
+    }
+    if (answers && (status & STATUS_AT_WORK) == 0) {
         return FLASH_IDLE;
     }
     return now_us(flash) - flash->since_us > flash->most_us ? FLASH_STUCK : FLASH_AT_WORK;
