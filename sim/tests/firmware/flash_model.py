@@ -41,7 +41,8 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """Bytes, of which programming clears bits and erasing sets those of a sector.
 
-    ``fault``: silent, silent_after_id (from then on), stuck (what was begun never ends), protected, or a bit that cannot be set.
+    ``fault``: silent, silent_after_id (from then on), stuck (what was begun never ends), protected,
+    or a bit that cannot be set.
     ``worn``: address of a sector and what fails there, ``erase`` or ``program``.
     What is under way is kept with what was there before: ``lose_power`` can end it anywhere.
     """
