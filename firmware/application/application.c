@@ -472,6 +472,10 @@ enum save_answer application_save(struct application *application) {
     if (save->state != SAVE_IDLE) {
         return SAVE_UNDER_WAY;
     }
+    enum save_answer known = save_look_again(save);
+    if (known != SAVE_DONE) {
+        return known;
+    }
     struct saved *saved = &save->content;
     saved->settings = present_settings(application);
     if (application->saved_state == SAVED_WAITING && !application->has_active &&

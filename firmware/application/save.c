@@ -4,7 +4,9 @@
 
 #include <string.h>
 
-enum { RECORDS = 2, WORD_BYTES = 4 };
+enum { WORD_BYTES = 4, SECTORS_LEAST = 2, SECTORS_MOST = 32 };
+/* Sectors that one save tries: an erase that fails may take 3 s, and somebody waits. */
+enum { TRIES_MOST = 4 };
 #define ERASED 0xFFFFFFFFU
 
 const char *save_answer_name(enum save_answer answer) {
@@ -16,59 +18,114 @@ const char *save_answer_name(enum save_answer answer) {
         [SAVE_STUCK] = "flash_stuck",
         [SAVE_NOT_ERASED] = "flash_not_erased",
         [SAVE_NOT_READ_BACK] = "flash_not_read_back",
+        [SAVE_NOT_READ_AT_START] = "not_read_at_start",
     };
     return (unsigned)answer < SAVE_ANSWERS ? names[answer] : "unknown";
 }
 
 void save_prepare(struct save *save, const struct flash_access *flash, uint32_t address,
-                  uint32_t apart) {
+                  uint32_t bytes) {
     memset(save, 0, sizeof *save);
     save->flash = *flash;
     save->address = address;
-    save->apart = apart;
-    save->found = SAVED_EMPTY;
+    save->bytes = bytes;
+    save->found = SAVED_UNREAD;
 }
 
-static uint32_t address_of(const struct save *save, uint32_t record) {
-    return save->address + record * save->apart;
+static uint32_t sectors_of(const struct save *save) {
+    uint32_t sectors = save->bytes / save->sector_bytes;
+    return sectors < SECTORS_MOST ? sectors : SECTORS_MOST;
+}
+
+static uint32_t address_of(const struct save *save, uint32_t sector) {
+    return save->address + sector * save->sector_bytes;
 }
 
 static bool open(struct save *save) {
-    uint32_t sector_bytes = save->flash.open(save->flash.context);
-    return sector_bytes != 0 && sector_bytes <= save->apart;
+    save->sector_bytes = save->flash.open(save->flash.context);
+    return save->sector_bytes >= SAVED_WORDS_MOST * WORD_BYTES &&
+           sectors_of(save) >= SECTORS_LEAST;
 }
 
-static enum saved_answer read(struct save *save, uint32_t record, uint32_t *sequence) {
-    if (!save->flash.read(save->flash.context, address_of(save, record), save->words,
-                          SAVED_WORDS_MOST)) {
-        return SAVED_EMPTY;
+static bool is_later(uint32_t sequence, uint32_t than) {
+    return (int32_t)(sequence - than) > 0;
+}
+
+static bool has_number(enum saved_answer answer) {
+    return answer == SAVED_READ || answer == SAVED_OTHER_VERSION || answer == SAVED_OUT_OF_RANGE;
+}
+
+static bool read(struct save *save, uint32_t sector) {
+    return save->flash.read(save->flash.context, address_of(save, sector), save->words,
+                            SAVED_WORDS_MOST);
+}
+
+/* A whole record is taken where none is later; without one it is told why the first is none. */
+static void note(struct save *save, uint32_t sector, enum saved_answer answer,
+                 uint32_t sequence) {
+    if (answer == SAVED_READ &&
+        (save->found != SAVED_READ || is_later(sequence, save->sequence))) {
+        save->found = SAVED_READ;
+        save->latest = sector;
+        save->sequence = sequence;
+    } else if (save->found == SAVED_EMPTY) {
+        save->found = answer;
     }
-    return saved_read(save->words, &save->content, sequence);
 }
 
-/* The first record is read again where it is the later one: there is room for one. */
-bool save_find(struct save *save) {
-    uint32_t sequence[RECORDS] = {0, 0};
-    enum saved_answer found[RECORDS];
+/* The next record goes behind the one with the highest number, of any version. */
+static bool read_all(struct save *save) {
+    bool numbered = false;
     save->found = SAVED_EMPTY;
-    if (!open(save)) {
-        return false;
+    save->highest = 0;
+    save->sector = sectors_of(save) - 1;
+    for (uint32_t sector = 0; sector < sectors_of(save); sector++) {
+        uint32_t sequence = 0;
+        if (!read(save, sector)) {
+            return false;
+        }
+        enum saved_answer answer = saved_read(save->words, &save->content, &sequence);
+        note(save, sector, answer, sequence);
+        if (has_number(answer) && (!numbered || is_later(sequence, save->highest))) {
+            numbered = true;
+            save->highest = sequence;
+            save->sector = sector;
+        }
     }
-    for (uint32_t record = 0; record < RECORDS; record++) {
-        found[record] = read(save, record, &sequence[record]);
+    return true;
+}
+
+/* The latest one is read again: there is room for one. A flash that has become silent meanwhile reads as
+   an empty one. */
+bool save_find(struct save *save) {
+    uint32_t sequence;
+    bool whole = open(save) && read_all(save) && open(save);
+    if (whole && save->found == SAVED_READ) {
+        whole = read(save, save->latest) &&
+                saved_read(save->words, &save->content, &sequence) == SAVED_READ;
     }
-    bool both = found[0] == SAVED_READ && found[1] == SAVED_READ;
-    if (both) {
-        save->latest = (int32_t)(sequence[1] - sequence[0]) > 0;
-    } else {
-        save->latest = found[1] == SAVED_READ;
+    if (!whole) {
+        save->found = SAVED_UNREAD;
     }
-    if (save->latest == 0) {
-        found[0] = read(save, 0, &sequence[0]);
-    }
-    save->sequence = sequence[save->latest];
-    save->found = found[save->latest] == SAVED_EMPTY ? found[1] : found[save->latest];
     return save->found == SAVED_READ;
+}
+
+enum save_answer save_look_again(struct save *save) {
+    if (save->found != SAVED_UNREAD) {
+        return SAVE_DONE;
+    }
+    if (save_find(save)) {
+        return SAVE_NOT_READ_AT_START;
+    }
+    return save->found == SAVED_UNREAD ? SAVE_NO_FLASH : SAVE_DONE;
+}
+
+uint32_t save_worn(const struct save *save) {
+    uint32_t number = 0;
+    for (uint32_t left = save->worn; left != 0; left &= left - 1) {
+        number++;
+    }
+    return number;
 }
 
 static void end(struct save *save, enum save_answer answer) {
@@ -77,29 +134,70 @@ static void end(struct save *save, enum save_answer answer) {
     save->fresh = true;
 }
 
-/* The record that is not the later whole one: where none is whole, either. */
-static uint32_t next_record(const struct save *save) {
-    return save->found == SAVED_READ ? 1U - save->latest : 0U;
+/* The next sector in turn; never that of the latest whole record. */
+static bool choose_sector(struct save *save) {
+    uint32_t sectors = sectors_of(save);
+    for (uint32_t step = 1; step <= sectors; step++) {
+        uint32_t sector = (save->sector + step) % sectors;
+        bool taken = save->found == SAVED_READ && sector == save->latest;
+        if (!taken && (save->worn >> sector & 1U) == 0) {
+            save->sector = sector;
+            return true;
+        }
+    }
+    return false;
 }
 
-enum save_answer save_begin(struct save *save) {
-    if (!open(save)) {
-        return SAVE_NO_FLASH;
-    }
-    save->fresh = false;
-    save->number = saved_write(&save->content, save->sequence + 1, save->words);
+/* With a number of its own: what an earlier try has left may be whole all the same. */
+static enum save_answer erase(struct save *save) {
+    save->number = saved_write(&save->content, ++save->highest, save->words);
     save->place = 0;
-    if (!save->flash.erase(save->flash.context, address_of(save, next_record(save)))) {
+    if (!save->flash.erase(save->flash.context, address_of(save, save->sector))) {
         return SAVE_NO_ANSWER;
     }
     save->state = SAVE_ERASING;
     return SAVE_DONE;
 }
 
+enum save_answer save_begin(struct save *save) {
+    if (save->found == SAVED_UNREAD || !open(save)) {
+        return SAVE_NO_FLASH;
+    }
+    save->fresh = false;
+    save->tries = 1;
+    if (!choose_sector(save)) {
+        /* All were found worn: the flash may have been protected then. */
+        save->worn = 0;
+        (void)choose_sector(save);
+    }
+    return erase(save);
+}
+
+/* The sector does not take it; `answer` is told where no other does. */
+static void leave_out(struct save *save, enum save_answer answer) {
+    save->worn |= 1U << save->sector;
+    if (save->tries == TRIES_MOST || !choose_sector(save)) {
+        end(save, answer);
+        return;
+    }
+    save->tries++;
+    if (erase(save) != SAVE_DONE) {
+        end(save, SAVE_NO_ANSWER);
+    }
+}
+
+static void go_on_or_end(struct save *save, enum save_answer answer) {
+    if (answer == SAVE_NOT_ERASED || answer == SAVE_NOT_READ_BACK) {
+        leave_out(save, answer);
+    } else {
+        end(save, answer);
+    }
+}
+
 /* Programming clears bits and sets none. */
 static enum save_answer look_erased(struct save *save) {
     uint32_t words[FLASH_PAGE_WORDS];
-    uint32_t address = address_of(save, next_record(save));
+    uint32_t address = address_of(save, save->sector);
     for (uint32_t place = 0; place < save->number; place += FLASH_PAGE_WORDS) {
         if (!save->flash.read(save->flash.context, address + place * WORD_BYTES, words,
                               FLASH_PAGE_WORDS)) {
@@ -117,7 +215,7 @@ static enum save_answer look_erased(struct save *save) {
 static void program_page(struct save *save) {
     uint32_t left = save->number - save->place;
     uint32_t number = left < FLASH_PAGE_WORDS ? left : FLASH_PAGE_WORDS;
-    uint32_t address = address_of(save, next_record(save)) + save->place * WORD_BYTES;
+    uint32_t address = address_of(save, save->sector) + save->place * WORD_BYTES;
     if (!save->flash.program(save->flash.context, address, save->words + save->place, number)) {
         end(save, SAVE_NO_ANSWER);
         return;
@@ -128,7 +226,7 @@ static void program_page(struct save *save) {
 
 static enum save_answer compare(struct save *save) {
     uint32_t words[FLASH_PAGE_WORDS];
-    uint32_t address = address_of(save, next_record(save));
+    uint32_t address = address_of(save, save->sector);
     for (uint32_t place = 0; place < save->number; place++) {
         uint32_t word = place % FLASH_PAGE_WORDS;
         if (word == 0 && !save->flash.read(save->flash.context, address + place * WORD_BYTES,
@@ -145,11 +243,11 @@ static enum save_answer compare(struct save *save) {
 static void read_back(struct save *save) {
     enum save_answer answer = compare(save);
     if (answer == SAVE_DONE) {
-        save->latest = next_record(save);
-        save->sequence++;
+        save->latest = save->sector;
+        save->sequence = save->highest;
         save->found = SAVED_READ;
     }
-    end(save, answer);
+    go_on_or_end(save, answer);
 }
 
 void save_step(struct save *save) {
@@ -171,6 +269,6 @@ void save_step(struct save *save) {
     if (answer == SAVE_DONE) {
         program_page(save);
     } else {
-        end(save, answer);
+        go_on_or_end(save, answer);
     }
 }

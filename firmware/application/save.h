@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 
-/* Two records in a flash, written in turn, a piece at a time: power that is lost at any moment of
-   a write leaves the record before, and nothing waits for the flash. */
+/* Records in a region of the flash, each in a sector of its own, written in turn, a piece at a time:
+   power that is lost at any moment of a write leaves the record before, and nothing waits for the flash.
+   A sector that does not take what is written is left out. */
 
 #ifndef ARCTRUE_SAVE_H
 #define ARCTRUE_SAVE_H
@@ -27,22 +28,32 @@ enum save_answer {
     SAVE_STUCK,
     SAVE_NOT_ERASED,
     SAVE_NOT_READ_BACK,
+    /* The flash was silent at the start; what it holds was read only now and is not in use. */
+    SAVE_NOT_READ_AT_START,
     SAVE_ANSWERS,
 };
 
 struct save {
     struct flash_access flash;
-    /* Where the first record is; the second is `apart` bytes further. */
+    /* The region of the records, from its beginning on; bytes. */
     uint32_t address;
-    uint32_t apart;
+    uint32_t bytes;
+    uint32_t sector_bytes;
     enum save_state state;
     /* How the last one ended, where `fresh` says that nobody was told yet. */
     enum save_answer answer;
     bool fresh;
-    /* The later whole record, and which of both it is; where there is none, why not. */
+    /* The latest whole record, its sector and its number; where there is none, why not. */
     enum saved_answer found;
     uint32_t latest;
     uint32_t sequence;
+    /* The highest number that any record has, or that one was written with and not confirmed. */
+    uint32_t highest;
+    /* The sector that is written, or was last; how many this save has tried; a bit for each that did not
+       take what was written since the start. */
+    uint32_t sector;
+    uint32_t tries;
+    uint32_t worn;
     struct saved content;
     /* The record on its way to the flash or from there. */
     uint32_t place;
@@ -52,15 +63,23 @@ struct save {
 
 const char *save_answer_name(enum save_answer answer);
 
-/* Nothing is read yet. The two records have `apart` bytes each, at least a sector. */
+/* Nothing is read yet. The region is `bytes` long: at least two sectors, at most 32 of them are used. */
 void save_prepare(struct save *save, const struct flash_access *flash, uint32_t address,
-                  uint32_t apart);
+                  uint32_t bytes);
 
-/* The later of the records that are whole, into `content`. False: there is none. */
+/* The latest of the records that are whole, into `content`. False: there is none, or, where `found` is
+   SAVED_UNREAD, the flash does not answer. */
 bool save_find(struct save *save);
+
+/* SAVE_DONE: the records are known, and one more may be written. Where the flash was silent before they
+   are looked for; a record that is found then is not in use, and is answered once. */
+enum save_answer save_look_again(struct save *save);
 
 /* What `content` holds, where nothing is under way. SAVE_DONE: it has begun. */
 enum save_answer save_begin(struct save *save);
+
+/* Sectors that did not take what was written since the start. */
+uint32_t save_worn(const struct save *save);
 
 /* A piece of what is under way. */
 void save_step(struct save *save);

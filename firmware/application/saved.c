@@ -31,6 +31,7 @@ const char *saved_answer_name(enum saved_answer answer) {
         [SAVED_DAMAGED] = "damaged",
         [SAVED_OTHER_VERSION] = "other_version",
         [SAVED_OUT_OF_RANGE] = "out_of_range",
+        [SAVED_UNREAD] = "unread",
     };
     return (unsigned)answer < SAVED_ANSWERS ? names[answer] : "unknown";
 }
@@ -131,17 +132,20 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     return to.place;
 }
 
-static void take_parameter(struct source *from, struct parameters *parameters) {
+/* Looked for first where this firmware would have written it: the sums of names take long. */
+static void take_parameter(struct source *from, struct parameters *parameters, uint32_t first) {
     uint32_t sum = take(from);
     uint64_t bits = take(from);
     bits |= (uint64_t)take(from) << 32;
     double value;
     memcpy(&value, &bits, sizeof value);
-    for (uint32_t place = 0; place < parameters_number(); place++) {
-        const struct parameter_description *description = parameters_description(place);
+    for (uint32_t step = 0; step < parameters_number(); step++) {
+        const struct parameter_description *description =
+            parameters_description((first + step) % parameters_number());
         if (name_sum(description->name) == sum) {
             /* Out of its range it fails parameters_are_valid(). */
             *(double *)(void *)((unsigned char *)parameters + description->offset) = value;
+            return;
         }
     }
 }
@@ -159,7 +163,7 @@ static bool take_settings(struct source *from, struct settings *settings) {
         return false;
     }
     for (uint32_t parameter = 0; parameter < number; parameter++) {
-        take_parameter(from, &settings->parameters);
+        take_parameter(from, &settings->parameters, parameter);
     }
     return parameters_are_valid(&settings->parameters);
 }
@@ -225,11 +229,11 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     if (crc_of(words, end) != words[end]) {
         return SAVED_DAMAGED;
     }
+    *sequence = words[SEQUENCE_WORD];
     if (words[VERSION_WORD] != SAVED_VERSION) {
         return SAVED_OTHER_VERSION;
     }
     struct source from = {words, SAVED_HEAD_WORDS, end};
-    *sequence = words[SEQUENCE_WORD];
     bool valid = take_settings(&from, &saved->settings) &&
                  take_coefficients(&from, saved) && take_thermal(&from, saved);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;

@@ -54,6 +54,8 @@ enum saved_answer {
     SAVED_DAMAGED,
     SAVED_OTHER_VERSION,
     SAVED_OUT_OF_RANGE,
+    /* The flash does not answer: what it holds is not known. */
+    SAVED_UNREAD,
     SAVED_ANSWERS,
 };
 
@@ -62,7 +64,8 @@ const char *saved_answer_name(enum saved_answer answer);
 /* The record's words, at most SAVED_WORDS_MOST; their number. */
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words);
 
-/* Of words that were read, of which SAVED_WORDS_MOST are there. A parameter that the record does
+/* Of words that were read, of which SAVED_WORDS_MOST are there. `sequence` changes where the check sum
+   is right. A parameter that the record does
    not have is at its preset, one that this firmware does not know is left out. `saved` is changed
    even where the record is refused. */
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence);

@@ -9,7 +9,11 @@
 #define LEAST_C (-55.0)
 #define MOST_C 150.0
 /* So many in a row are no accident. */
-enum { FAILURES_MOST = 3 };
+enum { FAILURES_MOST = 3, AGREE_LEAST = 3 };
+/* How fast a table may have warmed or cooled while its thermometer was silent: 3 K a minute. */
+#define SILENT_K_S 0.05
+/* After so many time constants nothing is left of what the observer knew, and its gains divide by 0. */
+#define FORGOTTEN_LAGS 30.0
 /* How soon the table is followed: this part of the thermometer's time constant. A smaller one is less
    late where the slope changes, and makes more of the thermometer's steps. */
 #define LAG_SHARE 16.0
@@ -36,7 +40,7 @@ bool table_temperature_is_held(const struct table_temperature *table) {
 void table_temperature_choose(struct table_temperature *table, enum temperature_source source) {
     table->source = source;
     table->state = TEMPERATURE_UNKNOWN;
-    table->failures = 0;
+    table->failures = table->in_a_row = 0;
     table->tried_s = -READING_S;
 }
 
@@ -53,7 +57,7 @@ static void begin_at(struct table_temperature *table, double celsius, double now
     table->behind_k = table->slope = 0.0;
     table->time_constant_s = LEAST_FILTER_S;
     table->tried_s = table->read_s = table->changed_s = now_s;
-    table->failures = 0;
+    table->failures = table->in_a_row = 0;
 }
 
 void table_temperature_tell(struct table_temperature *table, double celsius, double now_s) {
@@ -104,6 +108,10 @@ static void take(struct table_temperature *table, double celsius, double time_co
                  double now_s) {
     double passed = now_s - table->read_s;
     use_time_constant(table, time_constant_s);
+    if (passed > FORGOTTEN_LAGS * table->time_constant_s) {
+        begin_at(table, celsius, now_s);
+        return;
+    }
     if (passed > 0.0) {
         observe(table, celsius, passed);
     }
@@ -112,10 +120,21 @@ static void take(struct table_temperature *table, double celsius, double time_co
     }
     table->shown_c = celsius;
     table->read_s = now_s;
-    table->failures = 0;
+    table->failures = table->in_a_row = 0;
     table->state = TEMPERATURE_GOOD;
     table->celsius =
         time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
+}
+
+/* A thermometer says 0 before its first conversion: what it says first has to come again. */
+static void confirm(struct table_temperature *table, double celsius, double jump_k,
+                    double now_s) {
+    bool agrees = table->in_a_row > 0 && fabs(celsius - table->shown_c) <= jump_k;
+    table->in_a_row = agrees ? table->in_a_row + 1 : 1;
+    table->shown_c = celsius;
+    if (table->in_a_row == AGREE_LEAST) {
+        begin_at(table, celsius, now_s);
+    }
 }
 
 static void read_sensor(struct table_temperature *table, const struct temperature_limits *limits,
@@ -123,19 +142,21 @@ static void read_sensor(struct table_temperature *table, const struct temperatur
     double celsius;
     table->tried_s = now_s;
     if (!read_now(table, &celsius)) {
+        table->in_a_row = 0;
         if (table->state != TEMPERATURE_UNKNOWN && ++table->failures >= FAILURES_MOST) {
             table->state = TEMPERATURE_SILENT;
         }
         return;
     }
     if (table->state == TEMPERATURE_UNKNOWN) {
-        begin_at(table, celsius, now_s);
+        confirm(table, celsius, limits->jump_k, now_s);
         return;
     }
-    if (fabs(celsius - table->shown_c) > limits->jump_k) {
+    double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
+    if (fabs(celsius - table->shown_c) > most_k) {
         /* One may be a bit that was changed on the way. What it says after so many is not believed
            before somebody has looked. */
-        if (++table->failures >= FAILURES_MOST) {
+        if (++table->in_a_row >= FAILURES_MOST) {
             table->state = TEMPERATURE_JUMPED;
         }
         return;
@@ -143,9 +164,18 @@ static void read_sensor(struct table_temperature *table, const struct temperatur
     take(table, celsius, time_constant_s, now_s);
 }
 
+/* A new bitstream or a reset of the fabric: how long ago anything was is not known any more. */
+static void begin_time_again(struct table_temperature *table, double now_s) {
+    table->tried_s = now_s - READING_S;
+    table->read_s = table->changed_s = now_s;
+}
+
 void table_temperature_follow(struct table_temperature *table,
                               const struct temperature_limits *limits, double time_constant_s,
                               double now_s) {
+    if (now_s < table->tried_s) {
+        begin_time_again(table, now_s);
+    }
     bool due = now_s - table->tried_s >= READING_S;
     if (table->source == TEMPERATURE_SENSOR && table->state != TEMPERATURE_JUMPED && due) {
         read_sensor(table, limits, time_constant_s, now_s);

@@ -15,7 +15,7 @@ typedef bool temperature_read(void *context, double *celsius);
 enum temperature_source { TEMPERATURE_NONE, TEMPERATURE_HOST, TEMPERATURE_SENSOR };
 
 enum temperature_state {
-    /* Nothing was read yet. */
+    /* Nothing was read yet, or nothing that another reading has confirmed. */
     TEMPERATURE_UNKNOWN,
     TEMPERATURE_GOOD,
     /* Held at the last good value: the thermometer does not answer, it said what the table cannot
@@ -26,7 +26,7 @@ enum temperature_state {
 };
 
 struct temperature_limits {
-    /* Kelvin from one reading to the next. */
+    /* Kelvin from one reading to the next; after a silence more. */
     double jump_k;
     /* Seconds; 0: as long as it likes. */
     double still_s;
@@ -50,7 +50,10 @@ struct table_temperature {
     double tried_s;
     double read_s;
     double changed_s;
+    /* In a row: times without an answer; readings too far from the good one, or, before there is one,
+       readings that agree. */
     uint32_t failures;
+    uint32_t in_a_row;
 };
 
 void table_temperature_use(struct table_temperature *table, temperature_read *read, void *context);

@@ -58,7 +58,7 @@ void clocks_set_up(void) {
     set_up_pll(&io, BOARD_IO_PLL_FACTOR, BOARD_IO_PLL_CONFIGURATION);
     set(SLCR_ARM_CLK_CTRL, ARM_CLOCKS_ACTIVE | BOARD_PROCESSOR_DIVISOR << 8);
     set(SLCR_APER_CLK_CTRL, register_read(SLCR_APER_CLK_CTRL) | SLCR_APER_UART0 | SLCR_APER_QSPI |
-                                SLCR_APER_I2C0);
+                                SLCR_APER_I2C0 | SLCR_APER_GPIO);
     set(SLCR_LQSPI_CLK_CTRL, CLOCKS_FLASH_DIVISOR << 8 | 1U);
     set(SLCR_UART_CLK_CTRL, CLOCKS_UART_DIVISOR << 8 | 1U);
     set(SLCR_PCAP_CLK_CTRL, CLOCKS_PORT_DIVISOR << 8 | 1U);

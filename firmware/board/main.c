@@ -167,6 +167,9 @@ static bool work_waits(void) {
 
 static void tell_settings(const struct text_sink *sink) {
     const struct application *application = &firmware.application;
+    if (upper.save.found == SAVED_UNREAD) {
+        text_word(sink, "nothing saved is in use: the flash does not answer\r\n");
+    }
     if (application->settings_origin != SETTINGS_PRESET) {
         text_word(sink, "settings ");
         text_word(sink, settings_origin_name(application->settings_origin));
@@ -205,7 +208,7 @@ static void tell_start(const struct text_sink *sink, enum fabric_state fabric) {
 static void use_flash(void) {
     flash_prepare(&upper.flash, board_registers());
     struct flash_access access = flash_access_to(&upper.flash);
-    save_prepare(&upper.save, &access, FLASH_MAP_RECORDS, FLASH_MAP_RECORD_BYTES);
+    save_prepare(&upper.save, &access, FLASH_MAP_RECORDS, FLASH_MAP_RECORDS_BYTES);
     application_use_flash(&firmware.application, &upper.save);
     static const struct image_map map = {
         .golden = FLASH_MAP_GOLDEN,

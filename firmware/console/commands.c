@@ -125,6 +125,10 @@ static void show_saved(struct console *console) {
         named(console, "saved_record", application->save->sequence);
     } else if (application->save != NULL) {
         named_word(console, "saved_record", saved_answer_name(application->save->found));
+        advise(console, saved_answer_name(application->save->found));
+    }
+    if (application->save != NULL && application->save->worn != 0) {
+        named(console, "saved_worn_sectors", save_worn(application->save));
     }
 }
 

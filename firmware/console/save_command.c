@@ -37,5 +37,10 @@ void save_step_told(struct console *console) {
     text_unsigned(&console->sink, save->sequence);
     text_word(&console->sink, ": parameters and ");
     text_unsigned(&console->sink, saved_lanes(&save->content));
-    text_word(&console->sink, " orders\r\n");
+    text_word(&console->sink, " orders");
+    if (save->worn != 0) {
+        text_word(&console->sink, "; worn sectors: ");
+        text_unsigned(&console->sink, save_worn(save));
+    }
+    text_word(&console->sink, "\r\n");
 }

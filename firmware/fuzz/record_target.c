@@ -66,7 +66,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (data[0] & SECOND_FITS) {
         fit(fuzz.flash[1]);
     }
-    save_prepare(&fuzz.save, &flash, 0, sizeof fuzz.flash[0]);
+    save_prepare(&fuzz.save, &flash, 0, sizeof fuzz.flash);
     if (!save_find(&fuzz.save)) {
         require(fuzz.save.found != SAVED_READ);
         return 0;
@@ -77,7 +77,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     /* What was understood is written and understood again. */
     memset(fuzz.flash, 0xFF, sizeof fuzz.flash);
     uint32_t number = saved_write(saved, fuzz.save.sequence, fuzz.flash[0]);
-    save_prepare(&fuzz.again, &flash, 0, sizeof fuzz.flash[0]);
+    save_prepare(&fuzz.again, &flash, 0, sizeof fuzz.flash);
     require(save_find(&fuzz.again) && fuzz.again.sequence == fuzz.save.sequence);
     require(saved_write(&fuzz.again.content, fuzz.again.sequence, fuzz.flash[1]) == number);
     require(memcmp(fuzz.flash[0], fuzz.flash[1], sizeof fuzz.flash[0]) == 0);

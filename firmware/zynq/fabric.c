@@ -86,8 +86,8 @@ static void disconnect(const struct fabric *fabric) {
     write_at(fabric, SLCR_LVL_SHFTR_EN, LEVEL_SHIFTERS_TO_FABRIC);
 }
 
-/* The boot ROM has set up the controller's pins. UG585, 12.3: linear addressing. Nothing else that
-   it leaves is supposed; with one data wire the flash's HOLD is one of the others, and driven. */
+/* flash_prepare() has connected the controller to its pins. UG585, 12.3: linear addressing. Nothing that
+   the boot ROM leaves is supposed; with one data wire the flash's HOLD is one of the others, and driven. */
 static void open_flash(const struct fabric *fabric) {
     const uint32_t off = QSPI_CONFIG_BIG_ENDIAN | QSPI_CONFIG_START | QSPI_CONFIG_MANUAL_START |
                          QSPI_CONFIG_MANUAL_SELECT | QSPI_CONFIG_NOT_SELECTED |

@@ -15,6 +15,8 @@
 #define COMMAND_ID 0x9FU
 #define COMMAND_ERASE_SECTOR 0xD8U
 #define STATUS_AT_WORK 0x01U
+/* Of a Spansion: an erase or a programming went wrong; it stays at work until that is cleared. */
+#define STATUS_WENT_WRONG 0x60U
 /* A word takes 1.3 us at 25 MHz. */
 #define WORD_TIMEOUT_US 1000U
 /* The longest of the data sheets: 2.6 s for a sector of 256 KB, 3 s for one of 64 KB; 5 ms for a
@@ -22,6 +24,13 @@
 #define ERASE_TIMEOUT_US 8000000U
 #define PROGRAM_TIMEOUT_US 50000U
 #define QUEUE_WORDS 63U
+
+/* The controller's signals leave at MIO 1 (select, with a pull-up) to MIO 6 as LVCMOS33: bank 500 of
+   both boards has 3.3 V. UG585, slcr.MIO_PIN: function in bits 7 to 1, IO type in bits 11 to 9,
+   pull-up in bit 12. */
+#define PIN_SELECT 0x1602U
+#define PIN_DATA_AND_CLOCK 0x0602U
+enum { FIRST_PIN = 1, LAST_PIN = 6 };
 
 #define KB 1024U
 #define MAKER_SPANSION 0x01U
@@ -116,8 +125,17 @@ static bool run_byte(const struct flash *flash, uint32_t command) {
     return answers;
 }
 
+/* The boot ROM does this only where it starts from the flash, not where a debugger starts us. */
+static void connect_pins(const struct flash *flash) {
+    write_at(flash, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    for (uint32_t pin = FIRST_PIN; pin <= LAST_PIN; pin++) {
+        write_at(flash, SLCR_MIO_PIN(pin), pin == FIRST_PIN ? PIN_SELECT : PIN_DATA_AND_CLOCK);
+    }
+}
+
 void flash_prepare(struct flash *flash, const struct register_access *access) {
     *flash = (struct flash){.access = *access};
+    connect_pins(flash);
 }
 
 /* Whatever the boot ROM, a debugger or linear addressing left. */
@@ -185,11 +203,16 @@ bool flash_program(void *context, uint32_t address, const uint32_t *words, uint3
 
 enum flash_activity flash_activity(void *context) {
     const struct flash *flash = context;
-    uint32_t answer;
+    uint32_t answer = 0;
     select(flash, true);
     bool answers = exchange(flash, QSPI_TXD0, COMMAND_STATUS, &answer);
     select(flash, false);
-    if (answers && (answer >> 24 & STATUS_AT_WORK) == 0) {
+    uint32_t status = answer >> 24;
+    if (answers && flash->id >> 16 == MAKER_SPANSION && (status & STATUS_WENT_WRONG) != 0) {
+        /* What the sector holds now tells the rest. */
+        return run_byte(flash, COMMAND_CLEAR_STATUS) ? FLASH_IDLE : FLASH_STUCK;
+    }
+    if (answers && (status & STATUS_AT_WORK) == 0) {
         return FLASH_IDLE;
     }
     return now_us(flash) - flash->since_us > flash->most_us ? FLASH_STUCK : FLASH_AT_WORK;

@@ -19,6 +19,7 @@ struct flash {
     uint32_t most_us;
 };
 
+/* Connects the controller to the flash's pins; nothing is read or written yet. */
 void flash_prepare(struct flash *flash, const struct register_access *access);
 
 /* What flash_access.h says; the context is a struct flash. */

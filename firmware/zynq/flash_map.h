@@ -12,9 +12,8 @@
 /* The bitstream is after both; fabric_image.h. */
 #define FLASH_MAP_BITSTREAM 0x00100000U
 #define FLASH_MAP_BITSTREAM_BYTES 0x00E00000U
-/* Two records of what was saved. Each has 256 KB, the largest sector of the flashes that are known,
-   for itself; both stay away from both ends, where some flashes have small sectors. */
+/* Records of what was saved: from here to the end of the flash, each in a sector of its own (save.h). */
 #define FLASH_MAP_RECORDS 0x00F00000U
-#define FLASH_MAP_RECORD_BYTES 0x00040000U
+#define FLASH_MAP_RECORDS_BYTES 0x00100000U
 
 #endif

@@ -9,6 +9,12 @@
 #define CLOCKS_A_PERIOD 22U
 #define DIVISOR_B_MOST 64U
 #define TIMEOUT_US 5000U
+/* General-purpose pins on the same wires. */
+#define SCL 1U
+#define SDA 2U
+enum { CLOCKS_OF_A_BYTE = 9 };
+/* Half a period of 100 kHz; the clock that is waited by has steps of 1 us. */
+#define HALF_PERIOD_US 6U
 
 static uint32_t read_at(const struct register_access *access, uint32_t address) {
     return access->read(access->context, address);
@@ -23,13 +29,47 @@ static uint32_t control_word(const struct register_access *access) {
            I2C_CONTROL_SEVEN_BITS | I2C_CONTROL_MASTER;
 }
 
+/* These wires are low for half a period or more, all others are let go: they are never driven high. */
+static void pull_low(const struct register_access *access, uint32_t wires) {
+    write_at(access, GPIO_DIRM_2, wires);
+    uint32_t start = access->microseconds(access->context);
+    while (access->microseconds(access->context) - start < HALF_PERIOD_US) {
+    }
+}
+
+/* A device in the middle of a byte lets SDA go within nine clocks; STOP ends what it takes for a
+   transfer. */
+static void clock_the_bus_free(const struct register_access *access) {
+    write_at(access, GPIO_DATA_2, 0);
+    write_at(access, GPIO_DIRM_2, 0);
+    write_at(access, GPIO_OEN_2, SCL | SDA);
+    for (uint32_t clock = 0;
+         clock < CLOCKS_OF_A_BYTE && (read_at(access, GPIO_DATA_2_RO) & SDA) == 0; clock++) {
+        pull_low(access, SCL);
+        pull_low(access, 0);
+    }
+    pull_low(access, SCL);
+    pull_low(access, SCL | SDA);
+    pull_low(access, SDA);
+    pull_low(access, 0);
+    write_at(access, GPIO_OEN_2, 0);
+}
+
+static void begin_anew(const struct register_access *access, uint32_t divisors) {
+    write_at(access, SLCR_UNLOCK, SLCR_UNLOCK_KEY);
+    write_at(access, SLCR_I2C_RST_CTRL, SLCR_I2C_RST_0);
+    clock_the_bus_free(access);
+    write_at(access, SLCR_I2C_RST_CTRL, 0);
+    write_at(access, I2C_CONTROL, divisors);
+    write_at(access, I2C_INTERRUPTS_OFF, I2C_HAPPENED_ALL);
+    write_at(access, I2C_TIME_OUT, 0xFFU);
+}
+
 void i2c_prepare(const struct register_access *access, uint32_t bus_hz) {
     uint32_t divisor = (bus_hz + CLOCKS_A_PERIOD * SCL_HZ - 1U) / (CLOCKS_A_PERIOD * SCL_HZ);
     uint32_t first = (divisor + DIVISOR_B_MOST - 1U) / DIVISOR_B_MOST;
     uint32_t second = (divisor + first - 1U) / first;
-    write_at(access, I2C_CONTROL, (first - 1U) << 14 | (second - 1U) << 8);
-    write_at(access, I2C_INTERRUPTS_OFF, I2C_HAPPENED_ALL);
-    write_at(access, I2C_TIME_OUT, 0xFFU);
+    begin_anew(access, (first - 1U) << 14 | (second - 1U) << 8);
 }
 
 /* Whatever a transfer before has left. */
@@ -38,20 +78,28 @@ static void begin(const struct register_access *access, uint32_t direction) {
     write_at(access, I2C_HAPPENED, I2C_HAPPENED_ALL);
 }
 
-static bool wait_until_done(const struct register_access *access) {
+/* 0: nothing within the time. */
+static uint32_t wait_until_it_ends(const struct register_access *access) {
     uint32_t start = access->microseconds(access->context);
     for (;;) {
         uint32_t happened = read_at(access, I2C_HAPPENED);
-        if (happened & I2C_HAPPENED_ERRORS) {
-            return false;
-        }
-        if (happened & I2C_HAPPENED_DONE) {
-            return true;
+        if (happened & (I2C_HAPPENED_ERRORS | I2C_HAPPENED_DONE)) {
+            return happened;
         }
         if (access->microseconds(access->context) - start > TIMEOUT_US) {
-            return false;
+            return 0;
         }
     }
+}
+
+/* That nobody acknowledges is no fault of the bus. */
+static bool is_done(const struct register_access *access) {
+    uint32_t happened = wait_until_it_ends(access);
+    bool done = (happened & I2C_HAPPENED_DONE) != 0 && (happened & I2C_HAPPENED_ERRORS) == 0;
+    if (!done && (happened & I2C_HAPPENED_NO_ACKNOWLEDGE) == 0) {
+        begin_anew(access, read_at(access, I2C_CONTROL) & I2C_CONTROL_DIVISORS);
+    }
+    return done;
 }
 
 bool i2c_write(const struct register_access *access, uint32_t device, const uint8_t *bytes,
@@ -62,7 +110,7 @@ bool i2c_write(const struct register_access *access, uint32_t device, const uint
     }
     /* This write starts it. */
     write_at(access, I2C_ADDRESS, device);
-    return wait_until_done(access);
+    return is_done(access);
 }
 
 bool i2c_read(const struct register_access *access, uint32_t device, uint8_t *bytes,
@@ -73,7 +121,7 @@ bool i2c_read(const struct register_access *access, uint32_t device, uint8_t *by
     begin(access, I2C_CONTROL_READ);
     write_at(access, I2C_SIZE, number);
     write_at(access, I2C_ADDRESS, device);
-    if (!wait_until_done(access)) {
+    if (!is_done(access)) {
         return false;
     }
     for (uint32_t place = 0; place < number; place++) {

@@ -25,10 +25,13 @@
 #define SLCR_APER_UART0 0x00100000U
 #define SLCR_APER_QSPI 0x00800000U
 #define SLCR_APER_I2C0 0x00040000U
+#define SLCR_APER_GPIO 0x00400000U
 #define SLCR_LQSPI_CLK_CTRL 0xF800014CU
 #define SLCR_UART_CLK_CTRL 0xF8000154U
 #define SLCR_PCAP_CLK_CTRL 0xF8000168U
 #define SLCR_FPGA0_CLK_CTRL 0xF8000170U
+#define SLCR_I2C_RST_CTRL 0xF8000224U
+#define SLCR_I2C_RST_0 0x1U
 #define SLCR_FPGA_RST_CTRL 0xF8000240U
 /* Bit 0 is of processor 0. Its watchdog's reset goes, at 0, where that of the pin PS_SRST_B goes,
    to the whole system, which clears the fabric; at 1 to that processor alone. */
@@ -136,8 +139,16 @@
 #define I2C_STATUS_RECEIVED 0x0020U
 #define I2C_HAPPENED_ALL 0x02FFU
 #define I2C_HAPPENED_DONE 0x0001U
+#define I2C_HAPPENED_NO_ACKNOWLEDGE 0x0004U
 /* No acknowledge, time-out, queues beyond their ends, another master. */
 #define I2C_HAPPENED_ERRORS 0x02ECU
+
+/* General-purpose pins that leave by the fabric, bank 2: values, what the wires are, direction (1: out),
+   enable. */
+#define GPIO_DATA_2 0xE000A048U
+#define GPIO_DATA_2_RO 0xE000A068U
+#define GPIO_DIRM_2 0xE000A284U
+#define GPIO_OEN_2 0xE000A288U
 
 /* UART 0. */
 #define UART_BASE 0xE0000000U

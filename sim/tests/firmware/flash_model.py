@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from sim.tests.firmware.library import firmware
+from sim.tests.firmware.pin_model import Pins
 from sim.tests.firmware.zynq_model import (
     AT,
     QSPI_LEFT,
@@ -29,7 +30,8 @@ CHIPS = {
 """JEDEC ID and what D8h erases: S25FL128S, table "device ID"; N25Q128, W25Q128, "RDID"."""
 FLASH_BYTES = 16 << 20
 PAGE_BYTES = 256
-WORKS, ENABLED = 1, 2
+WORKS, ENABLED, ERASE_FAILED, PROGRAM_FAILED = 1, 2, 1 << 5, 1 << 6
+"""Status; the last two of a Spansion, which with one of them stays at work until 30h clears it."""
 NOT_SELECTED, MANUAL_SELECT, MANUAL_START, START = 1 << 10, 1 << 14, 1 << 15, 1 << 16
 RECEIVED = 1 << 4
 READ_US = 1
@@ -39,7 +41,9 @@ ERASE_US, PROGRAM_US = 520_000, 750
 class Chip:
     """Bytes, of which programming clears bits and erasing sets those of a sector.
 
-    ``fault``: silent, stuck (what was begun never ends), protected, or a bit that cannot be set.
+    ``fault``: silent, silent_after_id (from then on), stuck (what was begun never ends), protected,
+    or a bit that cannot be set.
+    ``worn``: address of a sector and what fails there, ``erase`` or ``program``.
     What is under way is kept with what was there before: ``lose_power`` can end it anywhere.
     """
 
@@ -47,6 +51,8 @@ class Chip:
         self.id, self.sector = CHIPS[kind]
         self.content = bytearray(b"\xff" * FLASH_BYTES)
         self.fault = fault
+        self.worn: dict[int, str] = {}
+        self.failed = 0
         self.enabled = False
         self.busy_until_us = 0.0
         self.received = bytearray()
@@ -91,8 +97,14 @@ class Chip:
         if self.fault == "silent" or place == 0:
             return 0xFF
         if command == 0x05:
-            return (WORKS if working else 0) | (ENABLED if self.enabled else 0)
+            failed = 0 if working else self.failed
+            works = WORKS if working or failed else 0
+            return works | (ENABLED if self.enabled else 0) | failed
+        working = working or bool(self.failed)
         assert not working, f"{command:#x} while something is under way"
+        if command != 0x9F and self.fault == "silent_after_id":
+            self.fault = "silent"
+            return 0xFF
         if command == 0x9F:
             return self.id[place - 1] if place <= len(self.id) else 0
         if command == 0x03 and place >= 4:
@@ -111,15 +123,20 @@ class Chip:
             self.erase(now_us)
         elif command == 0x02:
             self.program(now_us)
+        elif command == 0x30:
+            self.failed = 0
         else:
-            assert command in (None, 0x03, 0x05, 0x9F, 0x30), self.received.hex()
+            assert command in (None, 0x03, 0x05, 0x9F), self.received.hex()
         self.received.clear()
 
     def erase(self, now_us: int) -> None:
         assert self.enabled, "no write enable"
         first = self.address() // self.sector * self.sector
         self.under_way = first, bytes(self.content[first : first + self.sector])
-        if self.fault != "protected":
+        if self.worn.get(first) == "erase":
+            self.fail(ERASE_FAILED)
+            self.content[first : first + self.sector : 3] = bytes(len(range(0, self.sector, 3)))
+        elif self.fault != "protected":
             self.content[first : first + self.sector] = b"\xff" * self.sector
         self.erased.append(first)
         self.finish(now_us + ERASE_US)
@@ -130,12 +147,20 @@ class Chip:
         assert address % PAGE_BYTES + len(data) <= PAGE_BYTES, "it would wrap within the page"
         self.under_way = address, bytes(self.content[address : address + len(data)])
         for place, byte in enumerate(data, start=address):
-            self.content[place] &= byte
-        if self.fault == "bad_bit":
+            if self.fault != "protected":
+                self.content[place] &= byte
+        worn = self.worn.get(address // self.sector * self.sector) == "program"
+        if worn:
+            self.fail(PROGRAM_FAILED)
+        if self.fault == "bad_bit" or worn:
             bad = min(8, len(data) - 1)
             self.content[address + bad] ^= 1
         self.programmed.append((address, data))
         self.finish(now_us + PROGRAM_US)
+
+    def fail(self, bit: int) -> None:
+        """S25FL128S, status register 1; the other flashes say it in a register of their own."""
+        self.failed = bit if self.id[0] == 0x01 else 0
 
     def finish(self, until_us: int) -> None:
         self.enabled = False
@@ -147,6 +172,7 @@ class Controller:
 
     def __init__(self, chip: Chip, fault: str = "") -> None:
         self.chip = chip
+        self.pins = Pins()
         self.fault = fault
         self.now_us = 0
         self.words = {AT["QSPI_CONFIG"]: QSPI_LEFT, AT["QSPI_LQSPI_CFG"]: 0x8000_010B}
@@ -173,15 +199,17 @@ class Controller:
             self.send(word, 4 if address == AT["QSPI_TXD0"] else 1)
             return
         self.words[address] = word
+        self.pins.write(address, word)
         if address == AT["QSPI_CONFIG"]:
             assert word & MANUAL_SELECT, "the controller would let the line go between two words"
             self.follow_select(selected=not word & NOT_SELECTED)
 
     def follow_select(self, *, selected: bool) -> None:
-        if selected and not self.selected:
-            self.chip.select()
-        elif self.selected and not selected:
-            self.chip.deselect(self.now_us)
+        if self.pins.reach_the_flash():
+            if selected and not self.selected:
+                self.chip.select()
+            elif self.selected and not selected:
+                self.chip.deselect(self.now_us)
         self.selected = selected
 
     def send(self, word: int, number: int) -> None:
@@ -192,9 +220,11 @@ class Controller:
         assert config & QSPI_LINEAR == QSPI_LINEAR
         assert not config & (MANUAL_START | START)
         assert QSPI_REFERENCE_MHZ / (2 << (config >> 3 & 7)) <= QSPI_MOST_MHZ
-        answer = bytes(
-            self.chip.exchange(byte, self.now_us) for byte in word.to_bytes(4, "little")[:number]
-        )
+        sent = word.to_bytes(4, "little")[:number]
+        # A wire that nothing drives is pulled up.
+        answer = b"\xff" * number
+        if self.pins.reach_the_flash():
+            answer = bytes(self.chip.exchange(byte, self.now_us) for byte in sent)
         if self.fault != "silent":
             # Less than four bytes come in the upper end of the word.
             self.queue.append(int.from_bytes(answer.rjust(4, b"\0"), "little"))

@@ -6,6 +6,7 @@ not from the C code: only the addresses' names are looked up in its header.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Any, Protocol
 
@@ -14,6 +15,11 @@ from sim.tests.firmware.zynq_model import AT
 
 DONE, NO_ACKNOWLEDGE = 1, 4
 RECEIVED = 1 << 5
+SCL, SDA = 1, 2
+"""Bits of the general-purpose pins that are wired to the bus through the fabric (EMIO)."""
+GPIO_OUT, GPIO_IN, GPIO_DIRECTION, GPIO_ENABLE = 0xE000_A048, 0xE000_A068, 0xE000_A284, 0xE000_A288
+"""Bank 2: DATA_2, DATA_2_RO, DIRM_2, OEN_2 (UG585, appendix B.19)."""
+I2C_RESET, I2C0_RESET = 0xF800_0224, 1
 READ, MASTER, SEVEN_BITS, ACKNOWLEDGE, CLEAR_QUEUE = 1, 2, 4, 8, 64
 QUEUE = 16
 
@@ -72,13 +78,25 @@ class Tmp117:
 
 
 class I2cModel:
-    """The controller; ``stuck``: a transfer never ends."""
+    """The controller; ``stuck``: a transfer never ends.
+
+    ``hold_sda``: a device was cut off in the middle of a byte and waits with SDA low for so many
+    clocks more; then for the STOP. A transfer that begins meanwhile hangs the controller, until it
+    is reset.
+    """
 
     def __init__(self, **devices: Device) -> None:
         """``at_48=...``: devices by address."""
         self.devices = {int(name.removeprefix("at_"), 16): item for name, item in devices.items()}
         self.stuck = False
         self.now_us = 0
+        self.bits_held = 0
+        self.amid_a_byte = False
+        self.hung = False
+        self.fastest_us = math.inf
+        self.log: list[tuple[int, int]] = []
+        self._wires = SCL | SDA
+        self._changed_us = -1000
         self.queue: deque[int] = deque()
         self.words: dict[int, int] = {}
         self.happened = 0x3FF
@@ -87,12 +105,50 @@ class I2cModel:
         self._calls = (
             ffi.callback("register_access_read", self.read),
             ffi.callback("register_access_write", self.write),
-            ffi.callback("register_access_microseconds", lambda _: self.now_us & 0xFFFF_FFFF),
+            ffi.callback("register_access_microseconds", self.microseconds),
         )
         self.access = ffi.new("struct register_access *", list(self._calls))
 
+    def hold_sda(self, clocks: int) -> None:
+        self.bits_held = clocks
+        self.amid_a_byte = True
+
+    def wires(self) -> int:
+        """SCL and SDA as they are now; pulled low by the pins or by the device, or high."""
+        driven = self.words.get(GPIO_DIRECTION, 0) & self.words.get(GPIO_ENABLE, 0)
+        assert not driven & self.words.get(GPIO_OUT, 0), "no wire is ever driven high"
+        return (SCL | SDA) & ~driven & ~(SDA if self.bits_held else 0)
+
+    def follow_wires(self) -> None:
+        before, now = self._wires, self.wires()
+        if before == now:
+            return
+        if (before ^ now) & SCL:
+            self.fastest_us = min(self.fastest_us, self.now_us - self._changed_us)
+            self._changed_us = self.now_us
+        self._wires = now
+        if now & SCL and not before & SCL and self.bits_held:
+            self.bits_held -= 1
+            self._wires = self.wires()
+        elif before & now & SCL and now & SDA:
+            # A STOP: SDA rises while SCL is high.
+            self.amid_a_byte = False
+
+    def reset(self) -> None:
+        self.hung = False
+        self.queue.clear()
+        self.happened = 0
+        for name in ("I2C_CONTROL", "I2C_TIME_OUT"):
+            self.words.pop(AT[name], None)
+
+    def microseconds(self, _: Any) -> int:
+        self.now_us += 1
+        return self.now_us & 0xFFFF_FFFF
+
     def read(self, _: Any, address: int) -> int:
         self.now_us += 1
+        if address == GPIO_IN:
+            return self.wires()
         if address == AT["I2C_HAPPENED"]:
             return self.happened
         if address == AT["I2C_STATUS"]:
@@ -102,6 +158,7 @@ class I2cModel:
         return self.words.get(address, 0)
 
     def write(self, _: Any, address: int, word: int) -> None:
+        self.log.append((address, word))
         if address == AT["I2C_HAPPENED"]:
             self.happened &= ~word
         elif address == AT["I2C_DATA"]:
@@ -109,18 +166,24 @@ class I2cModel:
             self.queue.append(word)
         elif address == AT["I2C_ADDRESS"]:
             self.transfer(word)
+        elif address == I2C_RESET and word & I2C0_RESET:
+            self.reset()
         else:
             if address == AT["I2C_CONTROL"] and word & CLEAR_QUEUE:
                 self.queue.clear()
                 word &= ~CLEAR_QUEUE
             self.words[address] = word
+            self.follow_wires()
 
     def transfer(self, address: int) -> None:
         control = self.words[AT["I2C_CONTROL"]]
         assert control & (MASTER | SEVEN_BITS | ACKNOWLEDGE) == MASTER | SEVEN_BITS | ACKNOWLEDGE
         assert self.happened & (DONE | NO_ACKNOWLEDGE) == 0, "what happened before is still there"
+        assert self.words[AT["I2C_TIME_OUT"]] == 0xFF
+        assert not self.words.get(GPIO_DIRECTION, 0), "the pins let the wires go"
         self.transfers += 1
-        if self.stuck:
+        self.hung = self.hung or self.amid_a_byte
+        if self.stuck or self.hung:
             return
         device = self.devices.get(address)
         if device is None:

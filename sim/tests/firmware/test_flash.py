@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from sim.tests.firmware.flash_model import CHIPS, ERASE_US, Chip, Controller
 from sim.tests.firmware.library import firmware
+from sim.tests.firmware.pin_model import QSPI_PINS, pin_address
 from sim.tests.firmware.zynq_model import AT
 
 RECORD = 0xF0_0000
@@ -95,3 +96,25 @@ def test_linear_reading_afterwards_finds_what_it_needs() -> None:
     opened(controller)
     assert controller.words[AT["QSPI_LQSPI_CFG"]] >> 31 == 0
     assert controller.words[AT["QSPI_LPBK_DLY_ADJ"]] == 0
+
+
+def test_the_flash_is_reached_without_the_boot_rom() -> None:
+    """After `make flash` over JTAG nothing has connected the controller to the pins."""
+    controller = Controller(Chip())
+    _, sector = opened(controller)
+    assert sector == controller.chip.sector
+    assert {pin: controller.words[pin_address(pin)] for pin in QSPI_PINS} == {
+        1: 0x1602,
+        **dict.fromkeys(range(2, 7), 0x0602),
+    }, "LVCMOS33; a pull-up at the select line"
+
+
+@pytest.mark.parametrize("word", [0x0601, 0x0202, 0x0402, 0x0603, 0x0600, 0x06E2])
+@pytest.mark.parametrize("pin", QSPI_PINS)
+def test_a_pin_that_is_not_the_flashs(pin: int, word: int) -> None:
+    """The model itself: no function, 1.8 V, 2.5 V, not driven, general purpose, another device."""
+    controller = Controller(Chip())
+    flash, _ = opened(controller)
+    controller.pins.words[pin] = word
+    _, library = firmware()
+    assert library.flash_open(flash) == 0

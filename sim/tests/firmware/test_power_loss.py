@@ -15,13 +15,14 @@ from scripts.image import boot_image
 from sim.tests.firmware import test_image_store
 from sim.tests.firmware.flash_model import Chip
 from sim.tests.firmware.test_image_store import NEW, OLD, program, silent, starts
-from sim.tests.firmware.test_save import RECORDS, STEPS_MOST, Board, flash_of, turn
+from sim.tests.firmware.test_save import REGION, STEPS_MOST, Board, Memory, places_of, turn
 
 from arctrue.device.flash import GOLDEN, write_image
 
 ORDERS = ("up", "down", "none")
 RECORD_BYTES = 4096
-RECORD_END = RECORDS[0] + RECORD_BYTES
+SECTORS = 16
+"""Of 64 KB in the region of the records."""
 
 
 class Torn:
@@ -59,13 +60,14 @@ class Torn:
 
 
 @pytest.fixture(scope="module")
-def saved_twice() -> Chip:
-    """Records 1 and 2, each with the coefficients of a turn; record 3 goes where record 1 is."""
+def saved_everywhere() -> Chip:
+    """A record in each sector, with the coefficients of a turn; the next goes where record 1 is."""
     board = Board(Chip("n25q128"))
     board.firmware.send("set orders 3")
-    for number in range(2):
-        board.work(range(number + 1, number + 2))
-        board.order("save")
+    board.work(range(1, 3))
+    for number in range(1, SECTORS + 1):
+        assert board.order("save").startswith(f"ok, record {number}: ")
+    assert board.chip.erased == places_of(board.chip)
     return board.chip
 
 
@@ -76,35 +78,46 @@ def copy_of(chip: Chip) -> Chip:
 
 
 def found_in(chip: Chip) -> int | None:
-    first, second = (bytes(chip.content[place : place + RECORD_BYTES]) for place in RECORDS)
-    return flash_of(first, second).found()
+    return Memory(memoryview(chip.content)[REGION.start : REGION.stop], chip.sector).found()
 
 
-def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(saved_twice: Chip) -> None:
-    """Record 3 counts only where all its bytes are those that were sent."""
-    board = Board(copy_of(saved_twice))
+def record_at(chip: Chip, place: int) -> bytes:
+    return bytes(chip.content[place : place + RECORD_BYTES])
+
+
+@pytest.mark.parametrize("wear", ["", "erase", "program"])
+def test_a_save_that_is_cut_off_anywhere_leaves_the_record_before(
+    saved_everywhere: Chip, wear: str
+) -> None:
+    """The new one counts only where all its bytes are those that were sent.
+
+    With a worn sector in its way the write that fails is cut off too, and the next one.
+    """
+    board = Board(copy_of(saved_everywhere))
+    first, second = places_of(board.chip)[:2]
+    board.chip.worn = {first: wear} if wear else {}
+    place = second if wear else first
     board.firmware.send("set keep 0.5")
     seen: list[tuple[str, int | None, bytes]] = []
     torn = Torn(
         board.chip,
-        lambda at: seen.append(
-            (at, found_in(board.chip), bytes(board.chip.content[RECORDS[0] : RECORD_END]))
-        ),
+        lambda at: seen.append((at, found_in(board.chip), record_at(board.chip, place))),
         every_byte=1024,
     )
-    assert board.order("save").startswith("ok, record 3")
-    whole = bytes(board.chip.content[RECORDS[0] : RECORD_END])
+    saved = SECTORS + (2 if wear else 1)
+    assert board.order("save").startswith(f"ok, record {saved}")
+    whole = record_at(board.chip, place)
     assert len(whole.rstrip(b"\xff")) < 1024, "every byte of the record was tried"
     assert torn.cuts > 3 * len(whole.rstrip(b"\xff"))
     for at, number, content in seen:
-        assert number == (3 if content == whole else 2), at
+        assert number == (saved if content == whole else SECTORS), at
 
 
 @pytest.mark.parametrize("write", range(4))
 @pytest.mark.parametrize("order", ORDERS)
-def test_the_board_comes_up_and_saves_again(saved_twice: Chip, write: int, order: str) -> None:
+def test_the_board_comes_up_and_saves_again(saved_everywhere: Chip, write: int, order: str) -> None:
     """The erase and three pages, cut off in the middle; all of the firmware starts from that."""
-    chip = copy_of(saved_twice)
+    chip = copy_of(saved_everywhere)
     board = Board(chip)
     before = int(board.status("saved_record")[0])
     board.firmware.send("set keep 0.5")

@@ -23,6 +23,7 @@ from sim.tests.firmware.emulator import (
     symbol,
     word,
 )
+from sim.tests.firmware.pin_model import QSPI_PINS, pin_address
 from sim.tests.firmware.test_estimates import counts_of
 from sim.tests.firmware.zynq_model import AT, QSPI_REFERENCE_MHZ, bitstream, image
 
@@ -394,6 +395,8 @@ def test_the_clocks(tmp_path: Path) -> None:
         assert baud == pytest.approx(115_200, rel=0.025)
         buses = machine.read_register(AT["SLCR_APER_CLK_CTRL"])
         assert buses >> 20 & buses >> 23 & 1, "UART 0 and flash"
+        pins = [machine.read_register(pin_address(pin)) for pin in QSPI_PINS]
+        assert pins == [0x1602, *[0x0602] * 5], "the flash's, at 3.3 V"
 
 
 def test_what_was_left_of_interrupts_is_forgotten(tmp_path: Path) -> None:

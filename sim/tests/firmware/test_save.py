@@ -26,7 +26,8 @@ from sim.tests.firmware.test_load import (
     turn,
 )
 
-RECORDS = 0xF0_0000, 0xF4_0000
+REGION = range(0xF0_0000, 0x100_0000)
+"""A record a sector: 4 of 256 KB, 16 of 64 KB."""
 STEPS_MOST = 1_000
 """Of 10 ms: an erase takes 0.5 s and is given up after 8 s."""
 
@@ -48,7 +49,7 @@ class Board:
         library.flash_prepare(self.flash, self.controller.access)
         self.save = ffi.new("struct save *")
         access = ffi.new("struct flash_access *", library.flash_access_to(self.flash))
-        library.save_prepare(self.save, access, RECORDS[0], RECORDS[1] - RECORDS[0])
+        library.save_prepare(self.save, access, REGION.start, len(REGION))
         application = self.firmware.application
         library.application_use_flash(application, self.save)
         library.application_recover(application, after_fault)
@@ -221,13 +222,133 @@ def test_forget_then_save_forgets_in_the_flash_too(working: Board) -> None:
     assert (working.status("saved"), working.status("saved_record")) == (["none"], ["2"])
 
 
-def test_records_are_written_in_turn_and_nothing_else(working: Board) -> None:
-    for number in range(1, 4):
-        working.order("save")
-        assert working.status("saved_record") == [str(number)]
-    assert working.chip.erased == [RECORDS[0], RECORDS[1], RECORDS[0]]
-    for address, data in working.chip.programmed:
-        assert any(r <= address and address + len(data) <= r + (4 << 10) for r in RECORDS)
+def places_of(chip: Chip) -> list[int]:
+    return list(REGION[:: chip.sector])
+
+
+@pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
+def test_records_are_written_in_turn_and_nothing_else(kind: str) -> None:
+    board = Board(Chip(kind))
+    places = places_of(board.chip)
+    for number in range(1, len(places) + 3):
+        board.order("save")
+        assert board.status("saved_record") == [str(number)]
+    assert board.chip.erased == [*places, *places[:2]]
+    assert_only_records_are_written(board.chip)
+
+
+def assert_only_records_are_written(chip: Chip) -> None:
+    """Never a boot image, nor the bitstream."""
+    for address in chip.erased:
+        assert address in REGION
+    for address, data in chip.programmed:
+        assert address in REGION
+        assert address % chip.sector + len(data) <= 4 << 10
+
+
+def saved_times(number: int, kind: str = "s25fl128s_256k") -> Board:
+    """Its records are told apart by ``keep``, in hundredths of their number."""
+    board = Board(Chip(kind))
+    for record in range(1, number + 1):
+        board.firmware.send(f"set keep 0.{record:02}")
+        assert board.order("save").startswith(f"ok, record {record}: ")
+    return board
+
+
+@pytest.mark.parametrize("silence", ["all", "after_its_id"])
+def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> None:
+    """It had begun again with number 1, in the sector of the latest record."""
+    board = saved_times(5)
+    board.chip.fault = "silent" if silence == "all" else "silent_after_id"
+    board.power_on()
+    assert board.status("saved_record") == ["unread"]
+    assert any("did not answer" in advice for advice in board.status("advice"))
+    assert parameters(board)["keep"] == "0.800000000"
+    board.chip.fault = "silent"
+    erased = len(board.chip.erased)
+    assert board.order("save") == "error: save flash_unknown\r\n"
+    board.chip.fault = ""
+    assert board.order("save") == "error: save not_read_at_start\r\n"
+    assert "not in use" in board.firmware.send("help not_read_at_start")
+    assert len(board.chip.erased) == erased, "nothing is written before somebody was asked"
+    assert board.status("saved_record") == ["5"]
+    board.power_on()
+    assert parameters(board)["keep"] == "0.050000000", "what was saved is used again"
+
+
+def test_the_operator_may_replace_what_was_not_read_at_the_start() -> None:
+    board = saved_times(6)
+    board.chip.fault = "silent"
+    board.power_on()
+    board.chip.fault = ""
+    board.firmware.send("set keep 0.9")
+    assert board.order("save").startswith("error: save not_read_at_start")
+    assert board.order("save").startswith("ok, record 7: ")
+    board.power_on()
+    assert board.status("saved_record") == ["7"]
+    assert parameters(board)["keep"] == "0.900000000"
+
+
+def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> None:
+    board = Board(Chip())
+    board.chip.fault = "silent"
+    board.power_on()
+    board.chip.fault = ""
+    assert board.order("save").startswith("ok, record 1: ")
+
+
+@pytest.mark.parametrize("wear", ["erase", "program"])
+@pytest.mark.parametrize("kind", ["s25fl128s_256k", "n25q128"])
+def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
+    """Two of them next to each other; each is tried once until the power goes."""
+    board = saved_times(1, kind)
+    places = places_of(board.chip)
+    board.chip.worn = {places[1]: wear, places[2]: wear}
+    for number in range(2, len(places) + 4):
+        board.firmware.send(f"set keep 0.{number:02}")
+        told = board.order("save")
+        assert told.startswith("ok, record "), told
+        assert told.endswith("; worn sectors: 2\r\n")
+        assert board.status("saved_worn_sectors") == ["2"]
+    assert [board.chip.erased.count(place) for place in places[1:3]] == [1, 1]
+    (kept,) = board.status("saved_record")
+    board.power_on()
+    assert board.status("saved_record") == [kept]
+    assert parameters(board)["keep"] == f"0.{number:02}0000000"
+    assert_only_records_are_written(board.chip)
+
+
+def test_the_last_good_sector_keeps_its_record() -> None:
+    """All others are worn: the save is refused, and what is there stays."""
+    board = saved_times(2)
+    good = places_of(board.chip)[1]
+    board.chip.worn = {place: "program" for place in places_of(board.chip) if place != good}
+    for _ in range(3):
+        assert board.order("save") == "error: save flash_not_read_back\r\n"
+        assert board.status("saved_record") == ["2"]
+    board.power_on()
+    assert parameters(board)["keep"] == "0.020000000"
+    assert board.chip.erased.count(good) == 1
+
+
+def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
+    """It is whole all the same: only its reading back failed; the next save has a higher number."""
+    board = saved_times(1)
+    board.firmware.send("set keep 0.5")
+    board.firmware.send("save")
+    for _ in range(STEPS_MOST):
+        if board.save.state == c_library()[1].SAVE_READING_BACK:
+            break
+        board.controller.now_us += 10_000
+        board.firmware.step()
+    board.controller.fault = "silent"
+    board.controller.now_us += 100_000
+    assert board.firmware.step() == "error: save flash_stuck\r\n"
+    board.controller.fault = ""
+    board.firmware.send("set keep 0.6")
+    assert board.order("save").startswith("ok, record 3: ")
+    board.power_on()
+    assert parameters(board)["keep"] == "0.600000000"
 
 
 @pytest.mark.parametrize(
@@ -242,6 +363,8 @@ def test_records_are_written_in_turn_and_nothing_else(working: Board) -> None:
 def test_a_flash_that_does_not_take_it(working: Board, fault: str, reason: str) -> None:
     working.order("save")
     working.order("save")
+    for place in places_of(working.chip)[2:]:
+        working.chip.content[place : place + 4096] = bytes(4096)
     working.chip.fault = fault
     assert working.order("save") == f"error: save {reason}\r\n"
     assert len(working.firmware.send(f"help {reason}").splitlines()[0].split()) > 5
@@ -261,21 +384,21 @@ def test_the_turns_go_on_while_the_flash_is_erased(working: Board) -> None:
 
 
 class Memory:
-    """A flash as bytes, for what reads many of them."""
+    """The region of the records as bytes, for what reads many of them."""
 
-    def __init__(self, content: bytes) -> None:
+    def __init__(self, content: bytes | memoryview, sector: int = 4096) -> None:
         ffi, library = c_library()
         self.content = content
         self._calls = (
-            ffi.callback("flash_access_open", lambda _: 4096),
+            ffi.callback("flash_access_open", lambda _: sector),
             ffi.callback("flash_access_read", self.read),
         )
         access = ffi.new("struct flash_access *", [*self._calls, ffi.NULL, ffi.NULL, ffi.NULL])
         self.save = ffi.new("struct save *")
-        library.save_prepare(self.save, access, 0, len(content) // 2)
+        library.save_prepare(self.save, access, 0, len(content))
 
     def read(self, _: Any, address: int, words: Any, number: int) -> bool:
-        data = self.content[address : address + 4 * number].ljust(4 * number, b"\xff")
+        data = bytes(self.content[address : address + 4 * number]).ljust(4 * number, b"\xff")
         c_library()[0].buffer(words, 4 * number)[:] = data
         return True
 
@@ -286,14 +409,23 @@ class Memory:
         return int(self.save.sequence)
 
 
+def record_of(chip: Chip, place: int) -> bytes:
+    """The record in a sector, as long as what was last programmed there."""
+    length = 0
+    for address, data in chip.programmed:
+        if place <= address < place + chip.sector:
+            first = address == place
+            length = len(data) if first else address + len(data) - place
+    return bytes(chip.content[place : place + length])
+
+
 def records(working: Board) -> tuple[bytes, bytes]:
     """Two records that follow each other, as the flash holds them."""
     working.order("save")
     working.firmware.send("set keep 0.25")
     working.work(range(20, 22))
     working.order("save")
-    length = max(a + len(d) for a, d in working.chip.programmed if a >= RECORDS[1]) - RECORDS[1]
-    first, second = (bytes(working.chip.content[r : r + length]) for r in RECORDS)
+    first, second = (record_of(working.chip, place) for place in places_of(working.chip)[:2])
     return first, second
 
 
@@ -305,8 +437,9 @@ def test_power_lost_at_any_byte_of_the_write(working: Board) -> None:
     """Record 3 goes where record 1 was: erased in part, erased, or written up to any byte."""
     first, second = records(working)
     working.order("save")
-    length = max(a + len(d) for a, d in working.chip.programmed if a < RECORDS[1]) - RECORDS[0]
-    third = bytes(working.chip.content[RECORDS[0] : RECORDS[0] + length])
+    third = record_of(working.chip, places_of(working.chip)[2])
+    length = len(third)
+    first = first.ljust(length, b"\xff")
     draw = np.random.default_rng(1)
     for cut in range(length):
         # The byte under way has any of its bits.

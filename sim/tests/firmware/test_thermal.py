@@ -89,7 +89,7 @@ def running() -> Firmware:
     made.library.application_start(made.application)
     made.core.see_index()
     made.send("set orders 8")
-    made.thermometer.pass_time(1.0)
+    made.thermometer.pass_time(2.0, 4)
     for seed in range(1, 4):
         made.turn(turn(seed, disc=warm(COLD_C)))
     assert set(send(made, load_frames(following()))) == {"ok"}
@@ -199,6 +199,86 @@ def test_a_thermometer_that_fails_leaves_the_last_good_model(
     running.thermometer.pass_time(2.0, 4)
     assert field(running, "thermometer_state") == "good"
     assert order1_left(running, 21.2) < 0.12
+
+
+def test_a_thermometer_that_comes_back_warmer_is_believed(running: Firmware) -> None:
+    """Two minutes without its cable, while the table goes on warming: nobody has to act."""
+    running.thermometer.celsius = None
+    running.thermometer.pass_time(120.0, 240)
+    assert field(running, "thermometer_state") == "silent"
+    running.thermometer.celsius = COLD_C + 1.5
+    running.thermometer.pass_time(2.0, 4)
+    assert field(running, "thermometer_state") == "good"
+    assert order1_left(running, COLD_C + 1.5) < 0.12
+
+
+def test_after_a_silence_not_everything_is_believed(running: Firmware) -> None:
+    """3 K a minute are allowed for: no table warms by 20 K in two minutes."""
+    running.thermometer.celsius = None
+    running.thermometer.pass_time(120.0, 240)
+    running.thermometer.celsius = COLD_C + 20.0
+    running.thermometer.pass_time(0.6)
+    assert field(running, "thermometer_state") == "silent", "one may be a bit that was changed"
+    running.thermometer.pass_time(2.0, 4)
+    assert field(running, "thermometer_state") == "jumped"
+    assert order1_left(running, COLD_C) < 0.12
+
+
+def followed(readings: list[float | None], lag_s: float = 0.0, every_s: float = 0.5) -> Any:
+    """The table's temperature after these readings; None: no answer."""
+    ffi, library = c_library()
+    at = iter(readings)
+
+    def read(_: Any, celsius: Any) -> bool:
+        value = next(at)
+        celsius[0] = 0.0 if value is None else value
+        return value is not None
+
+    call = ffi.callback("temperature_read", read)
+    table, limits = ffi.new("struct table_temperature *"), ffi.new("struct temperature_limits *")
+    limits.jump_k = 1.0
+    library.table_temperature_use(table, call, ffi.NULL)
+    for number in range(len(readings)):
+        library.table_temperature_follow(table, limits, lag_s, (number + 1) * every_s)
+    return table
+
+
+def test_the_first_reading_is_confirmed_before_it_is_used() -> None:
+    """An ADT7420 says 0 °C until its first conversion."""
+    _, library = c_library()
+    table = followed([0.0, 21.0])
+    assert not library.table_temperature_is_known(table)
+    table = followed([0.0, 21.0, 21.01, 21.0])
+    assert (table.state, table.celsius) == (library.TEMPERATURE_GOOD, 21.0)
+    table = followed([0.0, 21.0, 0.0, 21.0, 0.0, 21.0])
+    assert not library.table_temperature_is_known(table), "no two agree"
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 3.0, 60.0])
+def test_a_long_pause_leaves_a_temperature(lag_s: float) -> None:
+    """The observer's gains have no value where all of the lag has decayed: it begins anew."""
+    readings = [20.0] * 8 + [None] * 1200 + [20.5] * 3
+    table = followed(readings, lag_s)
+    assert table.celsius == pytest.approx(20.5, abs=0.1)
+
+
+def test_a_core_whose_time_begins_again_does_not_freeze_the_thermometer(
+    running: Firmware,
+) -> None:
+    """Another bitstream, or a reset of the fabric: the clock of the readings is at 0 again."""
+    running.thermometer.pass_time(100.0, 200)
+    running.thermometer.now_s = 0.0
+    running.thermometer.celsius = COLD_C + 0.8
+    running.thermometer.pass_time(1.0, 2)
+    assert float(field(running, "thermometer_c")) == pytest.approx(COLD_C + 0.8)
+    assert order1_left(running, COLD_C + 0.8) < 0.12
+    running.send("set temperature_still_s 5")
+    running.thermometer.pass_time(6.0, 12)
+    assert field(running, "thermometer_state") == "unchanged"
+    running.thermometer.celsius = None
+    running.thermometer.now_s = 0.0
+    running.thermometer.pass_time(2.0, 4)
+    assert field(running, "thermometer_state") == "silent"
 
 
 def test_one_wrong_reading_is_not_taken(running: Firmware) -> None:

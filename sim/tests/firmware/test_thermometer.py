@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from sim.tests.firmware.i2c_model import Adt7420, I2cModel, Tmp117
+from sim.tests.firmware.i2c_model import I2C0_RESET, I2C_RESET, Adt7420, I2cModel, Tmp117
 from sim.tests.firmware.library import firmware
 
 BUS_HZ = 650_000_000 // 6
@@ -96,3 +96,46 @@ def test_a_bus_that_is_stuck_is_given_up() -> None:
     model.stuck = False
     read(thermometer)
     assert read(thermometer) == 25.0
+
+
+@pytest.mark.parametrize("clocks", range(1, 10))
+@pytest.mark.parametrize(("made", "address"), [(Adt7420, "48"), (Tmp117, "49")])
+def test_a_device_that_holds_sda_is_brought_back(clocks: int, made: Any, address: str) -> None:
+    """It was sending a byte when the master went: up to nine clocks and a STOP, then it listens."""
+    model = I2cModel(**{f"at_{address}": made(21.5)})
+    thermometer = found(model)
+    for _ in range(3):
+        model.hold_sda(clocks)
+        assert read(thermometer) is None
+        assert read(thermometer) in (None, 21.5), "it may be looked for first"
+        assert read(thermometer) == 21.5
+    assert model.fastest_us >= 5, "half a period of 100 kHz"
+
+
+@pytest.mark.parametrize("clocks", range(1, 10))
+def test_a_device_that_holds_sda_at_the_start_is_found(clocks: int) -> None:
+    """The processor was reset in the middle of a transfer; the thermometer was not."""
+    model = I2cModel(at_48=Tmp117(20.0))
+    model.hold_sda(clocks)
+    thermometer = found(model)
+    assert (name(thermometer), read(thermometer)) == ("tmp117", 20.0)
+    assert model.scl_hz(BUS_HZ) <= 100_000
+
+
+def test_a_wire_that_stays_low_takes_no_longer_than_a_bus_that_is_stuck() -> None:
+    model = I2cModel(at_48=Adt7420())
+    thermometer = found(model)
+    model.hold_sda(1_000_000)
+    start = model.now_us
+    assert read(thermometer) is None
+    assert model.now_us - start < 30_000
+    model.bits_held = 1
+    read(thermometer)
+    read(thermometer)
+    assert read(thermometer) == 25.0
+
+
+def test_a_device_that_is_not_there_is_no_reason_to_reset_the_controller() -> None:
+    model = I2cModel()
+    found(model)
+    assert model.log.count((I2C_RESET, I2C0_RESET)) == 1, "once, when the bus is prepared"

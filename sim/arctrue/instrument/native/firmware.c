@@ -96,7 +96,7 @@ static void prepare(struct processor *processor, const struct core_access *core,
     application_keep_settings(&processor->application, &processor->kept, settle);
     const struct flash_access flash = {flash_open,    flash_read,     flash_erase,
                                        flash_program, flash_activity, processor};
-    save_prepare(&processor->save, &flash, 0, sizeof processor->flash[0]);
+    save_prepare(&processor->save, &flash, 0, sizeof processor->flash);
     application_use_flash(&processor->application, &processor->save);
     application_recover(&processor->application, after_fault != 0);
 }
