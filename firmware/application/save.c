@@ -16,6 +16,7 @@ const char *save_answer_name(enum save_answer answer) {
         [SAVE_STUCK] = "flash_stuck",
         [SAVE_NOT_ERASED] = "flash_not_erased",
         [SAVE_NOT_READ_BACK] = "flash_not_read_back",
+        [SAVE_FEWER] = "fewer_orders",
     };
     return (unsigned)answer < SAVE_ANSWERS ? names[answer] : "unknown";
 }
@@ -46,6 +47,12 @@ static enum saved_answer read(struct save *save, uint32_t record, uint32_t *sequ
     return saved_read(save->words, &save->content, sequence);
 }
 
+/* Of the record that is the later whole one. */
+static void note_kept(struct save *save) {
+    save->kept_lanes = saved_lanes(&save->content);
+    save->kept_counts_per_rev = save->content.own.counts_per_rev;
+}
+
 /* The first record is read again where it is the later one: there is room for one. */
 bool save_find(struct save *save) {
     uint32_t sequence[RECORDS] = {0, 0};
@@ -68,6 +75,9 @@ bool save_find(struct save *save) {
     }
     save->sequence = sequence[save->latest];
     save->found = found[save->latest] == SAVED_EMPTY ? found[1] : found[save->latest];
+    if (save->found == SAVED_READ) {
+        note_kept(save);
+    }
     return save->found == SAVED_READ;
 }
 
@@ -82,7 +92,10 @@ static uint32_t next_record(const struct save *save) {
     return save->found == SAVED_READ ? 1U - save->latest : 0U;
 }
 
-enum save_answer save_begin(struct save *save) {
+enum save_answer save_begin(struct save *save, uint32_t least) {
+    if (saved_lanes(&save->content) < least) {
+        return SAVE_FEWER;
+    }
     if (!open(save)) {
         return SAVE_NO_FLASH;
     }
@@ -148,6 +161,7 @@ static void read_back(struct save *save) {
         save->latest = next_record(save);
         save->sequence++;
         save->found = SAVED_READ;
+        note_kept(save);
     }
     end(save, answer);
 }

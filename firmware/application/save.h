@@ -27,6 +27,8 @@ enum save_answer {
     SAVE_STUCK,
     SAVE_NOT_ERASED,
     SAVE_NOT_READ_BACK,
+    /* The record holds more orders than would be kept, and nobody asked for that. */
+    SAVE_FEWER,
     SAVE_ANSWERS,
 };
 
@@ -43,6 +45,9 @@ struct save {
     enum saved_answer found;
     uint32_t latest;
     uint32_t sequence;
+    /* Lanes of that record, and of which table they are; 0: there is none. */
+    uint32_t kept_lanes;
+    uint32_t kept_counts_per_rev;
     struct saved content;
     /* The record on its way to the flash or from there. */
     uint32_t place;
@@ -59,8 +64,9 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
 /* The later of the records that are whole, into `content`. False: there is none. */
 bool save_find(struct save *save);
 
-/* What `content` holds, where nothing is under way. SAVE_DONE: it has begun. */
-enum save_answer save_begin(struct save *save);
+/* What `content` holds, where nothing is under way. SAVE_DONE: it has begun. A save never shrinks what
+   is kept without being asked: `least` lanes there must be, 0 where the operator asked for less. */
+enum save_answer save_begin(struct save *save, uint32_t least);
 
 /* A piece of what is under way. */
 void save_step(struct save *save);
