@@ -290,6 +290,8 @@ static void begin_with_nothing(struct application *application) {
 
 void application_forget(struct application *application) {
     load_forget(&application->load);
+    application->active = (struct coefficients){0};
+    application->forgotten = true;
     application->saved_state = SAVED_NONE;
     begin_with_nothing(application);
 }
@@ -462,8 +464,29 @@ enum load_answer application_load_end(struct application *application, uint32_t 
                     crc);
 }
 
-/* What waits for its first turn is saved again, unless it is of another table; what no turn has confirmed is
-   replaced by what is active. */
+/* The calibration's lanes of what is at work or was before the core began anew, and what is loaded,
+   also while a turn has yet to judge it again. */
+static void save_known(const struct application *application, struct saved *saved) {
+    const struct load *load = &application->load;
+    bool waits = application->saved_state == SAVED_WAITING;
+    if (!waits || load_at_work(load) != NULL) {
+        bool kept = load->loaded_state != LOADED_REJECTED;
+        saved->loaded = kept ? load->loaded : (struct coefficients){0};
+        saved->thermal = kept ? load->thermal : (struct thermal){0};
+        saved->unjudged = kept ? load->unjudged : 0;
+    }
+    saved->own = application->active;
+    for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
+        if (coefficients_have(&saved->loaded, saved->own.lane[lane].order) ||
+            coefficients_have(&load->loaded, saved->own.lane[lane].order)) {
+            saved->own.lane[lane] = (struct lane){0};
+        }
+    }
+}
+
+/* What waits for its first turn is saved again, unless it is of another table; what a turn speaks
+   against is replaced as soon as there is something else. Whatever is not at work for a moment,
+   because the index is looked for again, is kept. */
 enum save_answer application_save(struct application *application) {
     struct save *save = application->save;
     if (save == NULL) {
@@ -472,26 +495,32 @@ enum save_answer application_save(struct application *application) {
     if (save->state != SAVE_IDLE) {
         return SAVE_UNDER_WAY;
     }
-    enum save_answer known = save_look_again(save);
-    if (known != SAVE_DONE) {
-        return known;
+    enum save_answer readable = save_look_again(save);
+    if (readable != SAVE_DONE) {
+        return readable;
     }
     struct saved *saved = &save->content;
+    uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    bool of_this_table = saved->own.counts_per_rev == counts_per_rev && !application->forgotten;
+    bool known = application->active.counts_per_rev == counts_per_rev &&
+                 coefficients_most_order(&application->active) != 0;
     saved->settings = present_settings(application);
-    if (application->saved_state == SAVED_WAITING && !application->has_active &&
-        saved->own.counts_per_rev == application->parameters.counts_per_rev) {
-        return save_begin(save);
+    if (!of_this_table) {
+        *saved = (struct saved){.settings = saved->settings};
     }
-    *saved = (struct saved){.settings = saved->settings};
-    if (application->has_active) {
-        load_own_lanes(&application->load, &application->active, &saved->own);
-        saved->loaded = application->load.loaded;
-        saved->thermal = application->load.thermal;
+    if (known) {
+        save_known(application, saved);
     }
-    saved->own.counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
-    saved->loaded.counts_per_rev = saved->own.counts_per_rev;
-    application->saved_state = SAVED_NONE;
-    return save_begin(save);
+    saved->own.counts_per_rev = counts_per_rev;
+    saved->loaded.counts_per_rev = counts_per_rev;
+    bool asked = application->forgotten || application->has_active ||
+                 save->kept_counts_per_rev != counts_per_rev;
+    enum save_answer answer = save_begin(save, asked ? 0 : save->kept_lanes);
+    if (answer == SAVE_DONE && (known || application->forgotten) &&
+        application->saved_state != SAVED_WAITING) {
+        application->saved_state = SAVED_NONE;
+    }
+    return answer;
 }
 
 void application_freeze(struct application *application, bool frozen) {
@@ -615,8 +644,8 @@ static uint32_t alarms_of(struct application *application) {
     if (application->report.result != TURN_REFUSED) {
         double error = application->report.prediction.active_arcsec;
         alarms |= estimate->noise_arcsec > parameters->alarm_noise_arcsec ? ALARM_NOISE : 0;
-        alarms |= application->has_active && error > parameters->alarm_error_arcsec ? ALARM_ERROR
-                                                                                    : 0;
+        bool wrong = error > parameters->alarm_error_arcsec || application->load.watch.at_fault;
+        alarms |= application->has_active && wrong ? ALARM_ERROR : 0;
         alarms |= fabs(off_rad) * ARCSEC_PER_RAD > parameters->alarm_separation_arcsec
                       ? ALARM_SEPARATION
                       : 0;
@@ -645,6 +674,7 @@ static bool load_candidate(struct application *application) {
     core_swap(core);
     application->active = application->candidate;
     application->has_active = true;
+    application->forgotten = false;
     application->inherited = false;
     application->swaps++;
     application->swap_looks = 0;
@@ -754,25 +784,24 @@ static void forget_old_faults(struct application *application) {
 /* What was loaded or saved is applied while the calibration is frozen, too. */
 static void take_set(struct application *application) {
     struct load *load = &application->load;
-    bool saved = application->candidate_origin == OF_SAVED;
+    enum candidate_origin origin = application->candidate_origin;
     if (!load_candidate(application)) {
         application->report.result = TURN_KEPT;
         application->report.alarms |= ALARM_COEFFICIENTS;
-        if (!saved) {
+        if (origin == OF_LOAD) {
             load_refuse(load, LOAD_NOT_READ_BACK);
         }
         return;
     }
     application->report.result = TURN_APPLIED;
-    if (!saved) {
-        load_take_over(load, &load->received, &load->received_thermal);
-        return;
-    }
-    application->saved_state = SAVED_CONFIRMED;
-    enum load_state before = load->state;
-    load_take_over(load, &application->save->content.loaded, &application->save->content.thermal);
-    if (before == LOAD_RECEIVING || before == LOAD_WAITING) {
-        load->state = before;
+    if (origin == OF_LOAD) {
+        load_take_over_received(load);
+    } else if (origin == OF_PENDING) {
+        load_at_work_again(load);
+    } else {
+        const struct saved *saved = &application->save->content;
+        application->saved_state = SAVED_CONFIRMED;
+        load_take_over(load, &saved->loaded, &saved->thermal, saved->unjudged);
     }
 }
 
@@ -829,7 +858,8 @@ static void watch_zero(struct application *application) {
 static void follow_temperature(struct application *application) {
     const struct load *load = &application->load;
     const struct thermal *thermal = application_thermal(application, &load->thermal);
-    if (!application->has_active || thermal == NULL || thermal->lanes == 0) {
+    if (!application->has_active || thermal == NULL || thermal->lanes == 0 ||
+        load_at_work(load) == NULL) {
         return;
     }
     application->candidate = application->active;
@@ -857,7 +887,7 @@ static const struct thermal *thermal_in_use(const struct application *applicatio
         return &application->save->content.thermal;
     }
     const struct load *load = &application->load;
-    return load->state == LOAD_WAITING ? &load->received_thermal : &load->thermal;
+    return load->whole ? &load->received_thermal : &load->thermal;
 }
 
 static void read_table_temperature(struct application *application) {

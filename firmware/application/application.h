@@ -10,6 +10,7 @@
 #include "capture_copy.h"
 #include "core.h"
 #include "fourier.h"
+#include "further_orders.h"
 #include "gate.h"
 #include "kept_settings.h"
 #include "least_squares.h"
@@ -44,10 +45,10 @@ enum settings_origin {
 /* What has become of the coefficients that were saved. */
 enum saved_state {
     SAVED_NONE,
-    /* A captured turn has yet to confirm them. */
+    /* Captured turns have yet to confirm them. */
     SAVED_WAITING,
     SAVED_CONFIRMED,
-    /* With them the predicted error does not fall: they wait for the next `rearm`. */
+    /* A turn speaks against them: they wait for the next `rearm`. */
     SAVED_NOT_CONFIRMED,
 };
 
@@ -55,7 +56,7 @@ enum saved_state {
 enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
 
 /* Where the candidate comes from. */
-enum candidate_origin { OF_TURN, OF_LOAD, OF_SAVED };
+enum candidate_origin { OF_TURN, OF_LOAD, OF_PENDING, OF_SAVED };
 
 enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };
 
@@ -86,6 +87,8 @@ struct turn_report {
     enum refusal reason;
     struct capture_fault fault;
     struct gate_prediction prediction;
+    /* What the loaded orders leave, of both predictions. */
+    double loaded_arcsec;
     uint32_t alarms;
     /* A, B and Z stand: the output lay too far behind. */
     bool output_stands;
@@ -102,6 +105,7 @@ union calibration_workspace {
     struct fourier_workspace fourier;
     struct least_squares_workspace least_squares;
     struct reading_workspace reading;
+    struct further_workspace further;
 };
 
 /* What was written to memory is to outlive a new start. */
@@ -161,7 +165,10 @@ struct application {
     struct save *save;
     enum saved_state saved_state;
     enum candidate_origin candidate_origin;
+    /* `active` is at work. Where it is not, it is what was at work before the core began anew. */
     bool has_active;
+    /* The operator wants nothing kept of what was known. */
+    bool forgotten;
     /* The correction of before a fault is still at work; its coefficients are not known here. */
     bool inherited;
     double usual_noise_arcsec;
@@ -242,9 +249,9 @@ void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
 enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAULT_AGAIN };
-/* End the fault of the output; nothing else in the firmware does. */
 /* The next turn is copied for the console, with times: it is captured at equal ones. */
 void application_want_dump(struct application *application);
+/* End the fault of the output; nothing else in the firmware does. */
 enum output_answer application_clear_output(struct application *application);
 /* When the core takes its samples. */
 enum core_capture application_capture(const struct application *application);

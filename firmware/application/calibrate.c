@@ -2,9 +2,11 @@
 
 #include "calibrate.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
+#include "judge.h"
 #include "separation.h"
 #include "units.h"
 
@@ -80,7 +82,7 @@ static void show_loaded_orders(uint64_t hidden, struct estimate *estimate,
 
 static uint32_t lanes_used(const struct coefficients *coefficients) {
     uint32_t used = 0;
-    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
+    for (uint32_t lane = 0; coefficients != NULL && lane < coefficients->lanes; lane++) {
         used += coefficients->lane[lane].order != 0;
     }
     return used;
@@ -88,7 +90,7 @@ static uint32_t lanes_used(const struct coefficients *coefficients) {
 
 static void combine(struct application *application, const struct coefficients *own) {
     const struct load *load = &application->load;
-    load_combine(&load->loaded, application_thermal(application, &load->thermal),
+    load_combine(load_at_work(load), application_thermal(application, &load->thermal),
                  application->table.celsius, own, application->configuration.lanes,
                  &application->candidate);
     application->candidate.counts_per_rev = own->counts_per_rev;
@@ -106,10 +108,53 @@ static bool has_dropped_orders(const struct coefficients *active,
     return false;
 }
 
+static struct judge judge_of(struct application *application, const struct turn *turn) {
+    return (struct judge){
+        .turn = turn,
+        .estimate = &application->measured,
+        .workspace = &application->workspace.further,
+        .gain_limit = application->parameters.gain_limit,
+    };
+}
+
+/* Before the turn is averaged: an average would lag behind an order that changes. */
+static void watch_loaded(struct application *application, const struct turn *turn) {
+    struct load *load = &application->load;
+    const struct coefficients *set = load_at_work(load);
+    watch_begin(&load->watch);
+    if (set == NULL || !application->has_active) {
+        return;
+    }
+    const struct judge judge = judge_of(application, turn);
+    judge_look(&judge, set);
+    for (uint32_t place = 0; place < set->lanes; place++) {
+        uint32_t order = set->lane[place].order;
+        struct vector applied = coefficients_components(&application->active, order);
+        if (order == 0) {
+            continue;
+        }
+        const struct sight sight = judge_sight(&judge, order, applied);
+        if (sight.state == SIGHT_CLEAR) {
+            watch_lane(&load->watch, place, &sight, applied);
+        }
+    }
+}
+
+/* What the loaded orders leave is there with either. */
+static void add_loaded(struct application *application) {
+    struct gate_prediction *prediction = &application->report.prediction;
+    double square = application->load.watch.mean_square;
+    double active = prediction->active_arcsec;
+    double candidate = prediction->candidate_arcsec;
+    application->report.loaded_arcsec = sqrt(square);
+    prediction->active_arcsec = sqrt(active * active + square);
+    prediction->candidate_arcsec = sqrt(candidate * candidate + square);
+}
+
 static enum refusal make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
-    const struct coefficients *loaded = &application->load.loaded;
+    const struct coefficients *loaded = load_at_work(&application->load);
     uint32_t lanes = application->configuration.lanes;
     uint32_t own_lanes = lanes - lanes_used(loaded);
     struct coefficients own;
@@ -127,6 +172,7 @@ static enum refusal make_candidate(struct application *application) {
     const struct coefficients *active = application->has_active ? &application->active : NULL;
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
     reason = gate_judge(&application->report.prediction);
+    add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
         has_dropped_orders(active, loaded, estimate->orders)) {
         /* `orders` was lowered: what no turn judges any more is not applied any more. */
@@ -141,39 +187,93 @@ static enum refusal make_candidate(struct application *application) {
     return reason;
 }
 
-/* The saved coefficients, where with them head 2 less head 1 scatters clearly less. */
+/* What is told of a turn whose candidate is no calibration's. */
+static void take_as_candidate(struct application *application, enum candidate_origin origin) {
+    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    application->candidate_origin = origin;
+    application->estimate = application->measured;
+    application->report.prediction =
+        gate_predict(&application->measured, active, &application->candidate);
+}
+
+static const struct coefficients *active_of(const struct application *application) {
+    return application->has_active ? &application->active : NULL;
+}
+
+/* The saved coefficients; the calibration's own of before where there are none of this start. */
 static void judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    const struct judge judge = judge_of(application, turn);
+    const struct coefficients *active = active_of(application);
     uint32_t lanes = application->configuration.lanes;
     load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
-                 application->table.celsius, &saved->own, lanes, &application->candidate);
+                 application->table.celsius, active != NULL ? active : &saved->own, lanes,
+                 &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
-    if (fits && load_is_better(turn, active, &application->candidate)) {
-        application->candidate_origin = OF_SAVED;
-        application->estimate = application->measured;
-    } else {
+    enum judgement found =
+        fits ? judge_again(&judge, &saved->loaded, saved->unjudged,
+                           application->parameters.alarm_error_arcsec, &application->candidate)
+             : JUDGED_WRONG;
+    if (found == JUDGED_RIGHT) {
+        take_as_candidate(application, OF_SAVED);
+    } else if (found == JUDGED_WRONG) {
         application->saved_state = SAVED_NOT_CONFIRMED;
     }
 }
 
-/* The loaded set is the idle bank's only owner in this turn. */
+/* What has come is the idle bank's only owner in this turn. */
 static void judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    const struct judge judge = judge_of(application, turn);
+    const struct coefficients *active = active_of(application);
     struct coefficients own;
-    load_own_lanes(load, active, &own);
-    uint32_t lanes = application->configuration.lanes;
-    load_combine(&load->received, application_thermal(application, &load->received_thermal),
-                 application->table.celsius, &own, lanes, &application->candidate);
-    bool taken_away = lanes_used(&load->received) == 0;
-    if (!taken_away && !load_is_no_worse(turn, active, &application->candidate)) {
-        load_refuse(load, LOAD_WORSE);
+    if (load->received.counts_per_rev != application->capture.counts_per_rev) {
+        load_refuse(load, LOAD_ANOTHER_TABLE);
         return;
     }
-    application->candidate_origin = OF_LOAD;
-    application->estimate = application->measured;
+    load_own_lanes(load, active, &own);
+    load_combine(&load->received, application_thermal(application, &load->received_thermal),
+                 application->table.celsius, &own, application->configuration.lanes,
+                 &application->candidate);
+    enum load_answer answer = judge_received(&judge, load, active, &application->candidate);
+    if (answer == LOAD_TAKEN) {
+        take_as_candidate(application, OF_LOAD);
+    } else if (answer != LOAD_NOT_YET) {
+        load_refuse(load, answer);
+    }
+}
+
+/* What was loaded before the start: its own orders alone have to show that it is right. */
+static void judge_pending(struct application *application, const struct turn *turn) {
+    struct load *load = &application->load;
+    const struct judge judge = judge_of(application, turn);
+    const struct thermal *thermal = application_thermal(application, &load->thermal);
+    const struct coefficients *active = active_of(application);
+    uint32_t lanes = application->configuration.lanes;
+    struct coefficients *candidate = &application->candidate;
+    load_combine(&load->loaded, thermal, application->table.celsius, NULL, lanes, candidate);
+    enum judgement found = judge_again(&judge, &load->loaded, load->unjudged, 0.0, candidate);
+    if (found == JUDGED_WRONG) {
+        load_reject(load, LOAD_WORSE);
+    } else if (found == JUDGED_RIGHT) {
+        load_combine(&load->loaded, thermal, application->table.celsius, active, lanes,
+                     candidate);
+        take_as_candidate(application, OF_PENDING);
+    }
+}
+
+static void judge_sets(struct application *application, const struct turn *turn) {
+    const struct load *load = &application->load;
+    if (application->saved_state == SAVED_WAITING) {
+        judge_saved(application, turn);
+    }
+    if (application->candidate_origin == OF_TURN && load->whole) {
+        judge_load(application, turn);
+    }
+    if (application->candidate_origin == OF_TURN && load->loaded_state == LOADED_PENDING) {
+        judge_pending(application, turn);
+    }
 }
 
 enum refusal calibrate_turn(struct application *application) {
@@ -185,12 +285,8 @@ enum refusal calibrate_turn(struct application *application) {
     if (reason == NOT_REFUSED) {
         reason = estimate_turn(application, &turn);
     }
-    if (reason == NOT_REFUSED && application->saved_state == SAVED_WAITING) {
-        judge_saved(application, &turn);
-    }
-    if (reason == NOT_REFUSED && application->candidate_origin == OF_TURN &&
-        application->load.state == LOAD_WAITING) {
-        judge_load(application, &turn);
+    if (reason == NOT_REFUSED) {
+        judge_sets(application, &turn);
     }
     if (application->candidate_origin != OF_TURN) {
         return NOT_REFUSED;
@@ -198,5 +294,9 @@ enum refusal calibrate_turn(struct application *application) {
     if (reason == NOT_REFUSED) {
         reason = judge_noise(application);
     }
-    return reason == NOT_REFUSED ? make_candidate(application) : reason;
+    if (reason == NOT_REFUSED) {
+        watch_loaded(application, &turn);
+        reason = make_candidate(application);
+    }
+    return reason;
 }

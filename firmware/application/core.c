@@ -264,9 +264,12 @@ void core_clear_output(const struct core_access *core) {
     write_at(core, AT(command), BIT(COMMAND__CLEAR_OUTPUT));
 }
 
-static void lane_words(const struct lane *lane, uint32_t words[WORDS_A_LANE]) {
-    words[0] = (uint32_t)lane->phase_step;
-    words[1] = (uint32_t)(lane->phase_step >> 32);
+static void lane_words(const struct coefficients *coefficients, uint32_t place,
+                       uint32_t words[WORDS_A_LANE]) {
+    const struct lane *lane = &coefficients->lane[place];
+    uint64_t step = coefficients_phase_step(lane->order, coefficients->counts_per_rev);
+    words[0] = (uint32_t)step;
+    words[1] = (uint32_t)(step >> 32);
     words[2] = lane->phase_offset;
     words[3] = (uint32_t)lane->amplitude;
 }
@@ -279,7 +282,7 @@ void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        lane_words(&coefficients->lane[lane], words);
+        lane_words(coefficients, lane, words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             write_at(core, lane_offset(lane, word), words[word]);
         }
@@ -292,7 +295,7 @@ bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        lane_words(&coefficients->lane[lane], words);
+        lane_words(coefficients, lane, words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
             if (read_at(core, lane_offset(lane, word)) != words[word]) {
                 return false;

@@ -11,10 +11,8 @@
 #include "units.h"
 
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
-#define STEP_MASK ((1ULL << ARCTRUE_PHASE_STEP_WIDTH) - 1)
-#define STEP_TURNS (1.0 / (double)(1ULL << ARCTRUE_PHASE_STEP_WIDTH))
-/* Standard deviations of a variance of as many samples. */
-#define NOISE_DEVIATIONS 3.0
+/* What the frame that forces says: it has no number of its own. */
+enum { FORCE_WORD = 1 };
 
 const char *load_state_name(enum load_state state) {
     static const char *const names[] = {"none", "receiving", "waiting", "active", "refused"};
@@ -34,6 +32,7 @@ const char *load_answer_name(enum load_answer answer) {
         [LOAD_TOO_STEEP] = "too_steep",
         [LOAD_WORSE] = "worse_prediction",
         [LOAD_NOT_READ_BACK] = "not_read_back",
+        [LOAD_UNSEEN] = "unseen_order",
     };
     return (unsigned)answer < LOAD_ANSWERS ? names[answer] : "unknown";
 }
@@ -52,6 +51,7 @@ static bool is_loaded(const struct load *load) {
 void load_refuse(struct load *load, enum load_answer reason) {
     load->state = LOAD_REFUSED;
     load->reason = reason;
+    load->whole = false;
 }
 
 static enum load_answer refused(struct load *load, enum load_answer reason) {
@@ -59,33 +59,79 @@ static enum load_answer refused(struct load *load, enum load_answer reason) {
     return reason;
 }
 
-void load_abort(struct load *load) {
-    load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
+/* As it is without anything that is coming. */
+static void settle(struct load *load) {
+    load->whole = false;
+    if (load->loaded_state == LOADED_PENDING) {
+        load->state = LOAD_WAITING;
+    } else {
+        load->state = load_at_work(load) != NULL ? LOAD_ACTIVE : LOAD_NONE;
+    }
 }
 
+void load_abort(struct load *load) {
+    settle(load);
+}
+
+const struct coefficients *load_at_work(const struct load *load) {
+    return load->loaded_state == LOADED_AT_WORK && is_loaded(load) ? &load->loaded : NULL;
+}
+
+/* What is coming at the same time goes on. */
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal) {
+                    const struct thermal *thermal, uint64_t unjudged) {
     load->loaded = *set;
     load->thermal = *thermal;
-    load->state = is_loaded(load) ? LOAD_ACTIVE : LOAD_NONE;
+    load->unjudged = unjudged;
+    load->loaded_crc = 0;
+    load_at_work_again(load);
+}
+
+void load_take_over_received(struct load *load) {
+    uint32_t crc = load->crc;
+    load->whole = false;
+    load_take_over(load, &load->received, &load->received_thermal, load->received_unjudged);
+    load->loaded_crc = crc;
+    settle(load);
+}
+
+void load_at_work_again(struct load *load) {
+    load->loaded_state = LOADED_AT_WORK;
+    load->watch = (struct loaded_watch){.shown = 0};
+    if (load->state != LOAD_RECEIVING && !load->whole) {
+        settle(load);
+    }
+}
+
+void load_reject(struct load *load, enum load_answer reason) {
+    load->loaded_state = LOADED_REJECTED;
+    if (load->state != LOAD_RECEIVING && !load->whole) {
+        load_refuse(load, reason);
+    }
 }
 
 void load_forget(struct load *load) {
     memset(load, 0, sizeof *load);
 }
 
+static void begin_evidence(struct load *load) {
+    memset(load->evidence, 0, sizeof load->evidence);
+    load->undecided = 0;
+    load->refused_order = 0;
+}
+
 void load_again(struct load *load, uint32_t counts_per_rev) {
-    if (load->state == LOAD_RECEIVING || load->state == LOAD_WAITING || !is_loaded(load)) {
+    begin_evidence(load);
+    if (!is_loaded(load)) {
         return;
     }
-    load->received = load->loaded;
-    load->received_thermal = load->thermal;
-    load->loaded = (struct coefficients){0};
-    load->thermal = (struct thermal){0};
-    if (load->received.counts_per_rev == counts_per_rev) {
-        load->state = LOAD_WAITING;
+    if (load->loaded.counts_per_rev == counts_per_rev) {
+        load->loaded_state = LOADED_PENDING;
+        if (load->state != LOAD_RECEIVING && !load->whole) {
+            settle(load);
+        }
     } else {
-        load_refuse(load, LOAD_ANOTHER_TABLE);
+        load_reject(load, LOAD_ANOTHER_TABLE);
     }
 }
 
@@ -104,6 +150,9 @@ enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_
     load->crc = crc_of(0, words, 2);
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
+    load->whole = false;
+    load->forced = false;
+    begin_evidence(load);
     return LOAD_TAKEN;
 }
 
@@ -116,14 +165,13 @@ enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
     if (load->state != LOAD_RECEIVING || number != load->next || number >= load->frames) {
         return LOAD_WRONG_FRAME;
     }
-    struct lane lane = {0, phase_offset, amplitude, order};
+    const struct lane lane = {phase_offset, amplitude, order};
     if (!coefficients_lane_is_valid(&lane)) {
         return refused(load, LOAD_OUT_OF_RANGE);
     }
     if (coefficients_have(&load->received, order)) {
         return refused(load, LOAD_ORDER_TWICE);
     }
-    lane.phase_step = coefficients_phase_step(order, load->received.counts_per_rev);
     load->received.lane[load->next++] = lane;
     load->crc = crc_of(load->crc, words, 4);
     return LOAD_TAKEN;
@@ -172,6 +220,19 @@ enum load_answer load_temperature(struct load *load, int32_t reference_mc,
     return LOAD_TAKEN;
 }
 
+enum load_answer load_force(struct load *load, uint32_t crc) {
+    const uint32_t words[] = {FORCE_WORD};
+    if (crc_of(0, words, 1) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    load->forced = true;
+    load->crc = crc_of(load->crc, words, 1);
+    return LOAD_TAKEN;
+}
+
 /* |d eps / d R| at most: 1 and the corrected angle would no longer rise with the angle. */
 static double steepest(const struct coefficients *coefficients) {
     double slope = 0.0;
@@ -204,14 +265,16 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
         return refused(load, LOAD_TOO_STEEP);
     }
     load->state = LOAD_WAITING;
+    load->whole = true;
     return LOAD_TAKEN;
 }
 
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own) {
-    *own = (struct coefficients){0};
+    *own = (struct coefficients){.counts_per_rev =
+                                     active != NULL ? active->counts_per_rev : 0};
     for (uint32_t lane = 0; active != NULL && lane < active->lanes; lane++) {
-        if (!coefficients_have(&load->loaded, active->lane[lane].order)) {
+        if (!coefficients_have(load_at_work(load), active->lane[lane].order)) {
             own->lane[own->lanes++] = active->lane[lane];
         }
     }
@@ -220,84 +283,22 @@ void load_own_lanes(const struct load *load, const struct coefficients *active,
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate) {
     uint32_t used = 0;
-    *candidate =
-        (struct coefficients){.lanes = lanes, .counts_per_rev = set->counts_per_rev};
-    for (uint32_t lane = 0; lane < set->lanes && used < lanes; lane++) {
+    uint32_t of_set = set != NULL ? set->lanes : 0;
+    uint32_t of_own = own != NULL ? own->lanes : 0;
+    const struct coefficients *either = set != NULL ? set : own;
+    *candidate = (struct coefficients){
+        .lanes = lanes,
+        .counts_per_rev = either != NULL ? either->counts_per_rev : 0,
+    };
+    for (uint32_t lane = 0; lane < of_set && used < lanes; lane++) {
         if (set->lane[lane].order != 0) {
             candidate->lane[used++] = thermal_lane_at(thermal, &set->lane[lane], celsius);
         }
     }
-    for (uint32_t lane = 0; lane < own->lanes && used < lanes; lane++) {
+    for (uint32_t lane = 0; lane < of_own && used < lanes; lane++) {
         uint32_t order = own->lane[lane].order;
         if (order != 0 && !coefficients_have(set, order)) {
             candidate->lane[used++] = own->lane[lane];
         }
     }
-}
-
-/* Counts at a reading, with the gateware's own phase: K R + Phi modulo a turn. */
-static double error_counts(const struct coefficients *coefficients, int32_t angle) {
-    double sum = 0.0;
-    for (uint32_t lane = 0; coefficients != NULL && lane < coefficients->lanes; lane++) {
-        const struct lane *word = &coefficients->lane[lane];
-        uint64_t offset = (uint64_t)word->phase_offset
-                          << (ARCTRUE_PHASE_STEP_WIDTH - ARCTRUE_PHASE_WIDTH);
-        uint64_t phase = (word->phase_step * (uint32_t)angle + offset) & STEP_MASK;
-        if (word->amplitude != 0) {
-            sum += word->amplitude * cos(2.0 * PI * STEP_TURNS * (double)phase);
-        }
-    }
-    return sum / AMPLITUDE_STEPS;
-}
-
-struct spread {
-    double sum;
-    double squares;
-};
-
-static void add(struct spread *spread, double value) {
-    spread->sum += value;
-    spread->squares += value * value;
-}
-
-static double variance(const struct spread *spread, uint32_t samples) {
-    double mean = spread->sum / samples;
-    return fmax(spread->squares / samples - mean * mean, 0.0);
-}
-
-/* What is left of the variance of head 2 less head 1, of what there is now. */
-static double share_left(const struct turn *turn, const struct coefficients *active,
-                         const struct coefficients *candidate) {
-    struct spread now = {0.0, 0.0};
-    struct spread of_disc = {0.0, 0.0};
-    struct spread of_head1 = {0.0, 0.0};
-    int32_t first = turn_reading(turn, 0).difference;
-    for (uint32_t sample = 0; sample < turn->samples; sample++) {
-        struct reading reading = turn_reading(turn, sample);
-        double difference = counts_apart(reading.difference, first);
-        double active1 = error_counts(active, reading.angle1);
-        double active2 = error_counts(active, reading.angle2);
-        double candidate1 = error_counts(candidate, reading.angle1);
-        double candidate2 = error_counts(candidate, reading.angle2);
-        add(&now, difference - active2 + active1);
-        add(&of_disc, difference - candidate2 + candidate1);
-        add(&of_head1, difference - active2 + candidate1);
-    }
-    double least = fmin(variance(&of_disc, turn->samples), variance(&of_head1, turn->samples));
-    double all = variance(&now, turn->samples);
-    return all > 0.0 ? least / all : 1.0;
-}
-
-static double by_noise(const struct turn *turn) {
-    return NOISE_DEVIATIONS * sqrt(2.0 / turn->samples);
-}
-
-bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
-                      const struct coefficients *candidate) {
-    return share_left(turn, active, candidate) <= 1.0 + by_noise(turn);
-}
-
-bool load_is_better(const struct turn *turn, const struct coefficients *active,
-                    const struct coefficients *candidate) {
-    return share_left(turn, active, candidate) < 1.0 - by_noise(turn);
 }

@@ -3,8 +3,8 @@
 /* Coefficients that the operator loads, beside those of the calibration.
 
    They come in frames, each with its number and a CRC, and are taken whole or not at all. What is
-   whole is judged on the next captured turn, together with what is active. An order that has a
-   loaded lane belongs to it: the calibration leaves it alone. */
+   whole waits until captured turns have judged each of its orders. An order that has a loaded lane
+   belongs to it: the calibration leaves it alone. */
 
 #ifndef ARCTRUE_LOAD_H
 #define ARCTRUE_LOAD_H
@@ -14,17 +14,27 @@
 
 #include "capture.h"
 #include "coefficients.h"
+#include "loaded_watch.h"
 #include "thermal.h"
 
 enum load_state {
     LOAD_NONE,
     /* Frames are coming. */
     LOAD_RECEIVING,
-    /* Whole; the next turn judges. */
+    /* Turns judge what has come, or what was loaded before a start. */
     LOAD_WAITING,
     LOAD_ACTIVE,
     /* What was loaded before stays. */
     LOAD_REFUSED,
+};
+
+/* What became of the loaded set since the core began anew. */
+enum loaded_state {
+    LOADED_AT_WORK,
+    /* A turn has yet to judge it again. */
+    LOADED_PENDING,
+    /* It is of another table, or a turn speaks against it: kept until the next start. */
+    LOADED_REJECTED,
 };
 
 enum load_answer {
@@ -41,7 +51,11 @@ enum load_answer {
     LOAD_TOO_STEEP,
     LOAD_WORSE,
     LOAD_NOT_READ_BACK,
+    /* Two heads cannot see an order of it: `load force`. */
+    LOAD_UNSEEN,
     LOAD_ANSWERS,
+    /* Of a judgement: more turns are needed. */
+    LOAD_NOT_YET,
 };
 
 struct load {
@@ -57,6 +71,23 @@ struct load {
     /* How their lanes follow the temperature. */
     struct thermal received_thermal;
     struct thermal thermal;
+    /* What was received is whole and not yet judged. */
+    bool whole;
+    /* The operator takes orders of it that no turn can judge. */
+    bool forced;
+    /* Logarithm of the odds of each of its lanes, of the turns so far. */
+    float evidence[LANES_LIMIT];
+    /* Its lanes by place: that need more turns, and that nobody could judge. */
+    uint64_t undecided;
+    uint64_t received_unjudged;
+    /* An order that it was refused for; 0: none. */
+    uint32_t refused_order;
+    /* Of the loaded set: where it stands, the lanes that nobody could judge, the CRC of all its
+       frames (0: it was saved), and what each turn shows of it. */
+    enum loaded_state loaded_state;
+    uint64_t unjudged;
+    uint32_t loaded_crc;
+    struct loaded_watch watch;
 };
 
 const char *load_state_name(enum load_state state);
@@ -74,6 +105,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* At which temperature the lanes are as they are written, and how the thermometer lags. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
+/* Orders of what is coming that no turn can judge are taken unjudged. */
+enum load_answer load_force(struct load *load, uint32_t crc);
 /* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */
 enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
                           const struct coefficients *active, uint32_t crc);
@@ -84,9 +117,18 @@ void load_refuse(struct load *load, enum load_answer reason);
 /* What is coming or waiting is dropped; what is loaded stays. */
 void load_abort(struct load *load);
 
-/* `set` belongs to the operator from now on. */
+/* What was received, or a set from elsewhere (`unjudged`: its lanes that nobody could judge),
+   belongs to the operator from now on. */
+void load_take_over_received(struct load *load);
 void load_take_over(struct load *load, const struct coefficients *set,
-                    const struct thermal *thermal);
+                    const struct thermal *thermal, uint64_t unjudged);
+
+/* What was loaded before is judged: it is at work again, or not. */
+void load_at_work_again(struct load *load);
+void load_reject(struct load *load, enum load_answer reason);
+
+/* The loaded set where it is at work, NULL otherwise. */
+const struct coefficients *load_at_work(const struct load *load);
 
 /* Nothing is loaded any more. */
 void load_forget(struct load *load);
@@ -98,18 +140,9 @@ void load_again(struct load *load, uint32_t counts_per_rev);
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own);
 
-/* `candidate`: the lanes of `set`, at a temperature where `thermal` is not NULL, and after them those of `own` whose orders it has not, as many
-   as fit. */
+/* `candidate`: the lanes of `set` (NULL: none), at a temperature where `thermal` is not NULL, and
+   after them those of `own` (NULL: none) whose orders it has not, as many as fit. */
 void load_combine(const struct coefficients *set, const struct thermal *thermal, double celsius,
                   const struct coefficients *own, uint32_t lanes, struct coefficients *candidate);
-
-/* False: head 2 less head 1 of the turn is explained worse with `candidate` than with `active`
-   (NULL: nothing), by more than its noise explains. A lane may be of the disc, which both heads
-   see, or of head 1 alone, as a subdivision error is: the better of both counts. */
-bool load_is_no_worse(const struct turn *turn, const struct coefficients *active,
-                      const struct coefficients *candidate);
-/* The same, but it has to be explained better, by more than its noise explains. */
-bool load_is_better(const struct turn *turn, const struct coefficients *active,
-                    const struct coefficients *candidate);
 
 #endif

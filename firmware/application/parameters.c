@@ -15,6 +15,8 @@
 
 #define PRESET(name) ((double)ARCTRUE_REGISTERS__##name##__VALUE_reset)
 #define PLACE(field) ((uint32_t)offsetof(struct parameters, field))
+/* Beyond every name; strncmp() is there for the console, strcmp() would be 700 bytes more. */
+#define NAME_MOST 64U
 #define MOST_U32 4294967295.0
 #define MOST_ARCSEC 1e6
 
@@ -113,7 +115,7 @@ bool parameters_are_valid(const struct parameters *parameters) {
 enum parameter_answer parameters_set(struct parameters *parameters, const char *name, double value,
                                      const struct parameter_description **description) {
     for (uint32_t place = 0; place < parameters_number(); place++) {
-        if (strcmp(descriptions[place].name, name) != 0) {
+        if (strncmp(descriptions[place].name, name, NAME_MOST) != 0) {
             continue;
         }
         *description = &descriptions[place];

@@ -19,6 +19,7 @@ const char *save_answer_name(enum save_answer answer) {
         [SAVE_NOT_ERASED] = "flash_not_erased",
         [SAVE_NOT_READ_BACK] = "flash_not_read_back",
         [SAVE_NOT_READ_AT_START] = "not_read_at_start",
+        [SAVE_FEWER] = "fewer_orders",
     };
     return (unsigned)answer < SAVE_ANSWERS ? names[answer] : "unknown";
 }
@@ -73,6 +74,12 @@ static void note(struct save *save, uint32_t sector, enum saved_answer answer,
     }
 }
 
+/* Of the latest whole record. */
+static void note_kept(struct save *save) {
+    save->kept_lanes = saved_lanes(&save->content);
+    save->kept_counts_per_rev = save->content.own.counts_per_rev;
+}
+
 /* The next record goes behind the one with the highest number, of any version. */
 static bool read_all(struct save *save) {
     bool numbered = false;
@@ -106,6 +113,9 @@ bool save_find(struct save *save) {
     }
     if (!whole) {
         save->found = SAVED_UNREAD;
+    }
+    if (save->found == SAVED_READ) {
+        note_kept(save);
     }
     return save->found == SAVED_READ;
 }
@@ -159,7 +169,10 @@ static enum save_answer erase(struct save *save) {
     return SAVE_DONE;
 }
 
-enum save_answer save_begin(struct save *save) {
+enum save_answer save_begin(struct save *save, uint32_t least) {
+    if (saved_lanes(&save->content) < least) {
+        return SAVE_FEWER;
+    }
     if (save->found == SAVED_UNREAD || !open(save)) {
         return SAVE_NO_FLASH;
     }
@@ -246,6 +259,7 @@ static void read_back(struct save *save) {
         save->latest = save->sector;
         save->sequence = save->highest;
         save->found = SAVED_READ;
+        note_kept(save);
     }
     go_on_or_end(save, answer);
 }

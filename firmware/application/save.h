@@ -30,6 +30,8 @@ enum save_answer {
     SAVE_NOT_READ_BACK,
     /* The flash was silent at the start; what it holds was read only now and is not in use. */
     SAVE_NOT_READ_AT_START,
+    /* The record holds more orders than would be kept, and nobody asked for that. */
+    SAVE_FEWER,
     SAVE_ANSWERS,
 };
 
@@ -54,6 +56,9 @@ struct save {
     uint32_t sector;
     uint32_t tries;
     uint32_t worn;
+    /* Lanes of that record, and of which table they are; 0: there is none. */
+    uint32_t kept_lanes;
+    uint32_t kept_counts_per_rev;
     struct saved content;
     /* The record on its way to the flash or from there. */
     uint32_t place;
@@ -75,8 +80,9 @@ bool save_find(struct save *save);
    are looked for; a record that is found then is not in use, and is answered once. */
 enum save_answer save_look_again(struct save *save);
 
-/* What `content` holds, where nothing is under way. SAVE_DONE: it has begun. */
-enum save_answer save_begin(struct save *save);
+/* What `content` holds, where nothing is under way. SAVE_DONE: it has begun. A save never shrinks what
+   is kept without being asked: `least` lanes there must be, 0 where the operator asked for less. */
+enum save_answer save_begin(struct save *save, uint32_t least);
 
 /* Sectors that did not take what was written since the start. */
 uint32_t save_worn(const struct save *save);

@@ -9,7 +9,7 @@
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
 enum { FROZEN = 1, BYPASSED = 2, TELEMETRY = 4, SWITCHES = 7 };
-enum { OF_CALIBRATION = 0, OF_OPERATOR = 1 };
+enum { OF_CALIBRATION = 0, OF_OPERATOR = 1, OF_OPERATOR_UNJUDGED = 2 };
 #define ERASED 0xFFFFFFFFU
 
 struct words {
@@ -73,15 +73,16 @@ static void put_parameters(struct words *words, const struct parameters *paramet
     }
 }
 
+/* `unjudged`: lanes by place that nobody could judge. */
 static void put_lanes(struct words *words, const struct coefficients *coefficients,
-                      uint32_t owner) {
+                      uint32_t owner, uint64_t unjudged) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         const struct lane *word = &coefficients->lane[lane];
         if (word->order != 0) {
             put(words, word->order);
             put(words, word->phase_offset);
             put(words, (uint32_t)word->amplitude);
-            put(words, owner);
+            put(words, (unjudged >> lane & 1U) != 0 ? OF_OPERATOR_UNJUDGED : owner);
         }
     }
 }
@@ -124,8 +125,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
     put_parameters(&to, &settings->parameters);
     put(&to, (uint32_t)settings->parameters.counts_per_rev);
     put(&to, saved_lanes(saved));
-    put_lanes(&to, &saved->own, OF_CALIBRATION);
-    put_lanes(&to, &saved->loaded, OF_OPERATOR);
+    put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
+    put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
     put_thermal(&to, &saved->thermal);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
     put(&to, crc_of(words, to.place));
@@ -168,19 +169,21 @@ static bool take_settings(struct source *from, struct settings *settings) {
     return parameters_are_valid(&settings->parameters);
 }
 
-static bool take_lane(struct source *from, uint32_t counts_per_rev, struct saved *saved) {
+static bool take_lane(struct source *from, struct saved *saved) {
     struct lane lane = {0};
     lane.order = take(from);
     lane.phase_offset = take(from);
     lane.amplitude = (int32_t)take(from);
     uint32_t owner = take(from);
-    if (owner > OF_OPERATOR || !coefficients_lane_is_valid(&lane) ||
+    if (owner > OF_OPERATOR_UNJUDGED || !coefficients_lane_is_valid(&lane) ||
         coefficients_have(&saved->own, lane.order) ||
         coefficients_have(&saved->loaded, lane.order)) {
         return false;
     }
-    struct coefficients *to = owner == OF_OPERATOR ? &saved->loaded : &saved->own;
-    lane.phase_step = coefficients_phase_step(lane.order, counts_per_rev);
+    struct coefficients *to = owner == OF_CALIBRATION ? &saved->own : &saved->loaded;
+    if (owner == OF_OPERATOR_UNJUDGED) {
+        saved->unjudged |= 1ULL << to->lanes;
+    }
     to->lane[to->lanes++] = lane;
     return true;
 }
@@ -190,10 +193,11 @@ static bool take_coefficients(struct source *from, struct saved *saved) {
     uint32_t number = take(from);
     saved->own = (struct coefficients){.counts_per_rev = counts_per_rev};
     saved->loaded = (struct coefficients){.counts_per_rev = counts_per_rev};
+    saved->unjudged = 0;
     bool valid = counts_per_rev == saved->settings.parameters.counts_per_rev &&
                  number <= LANES_LIMIT;
     for (uint32_t lane = 0; valid && lane < number; lane++) {
-        valid = take_lane(from, counts_per_rev, saved);
+        valid = take_lane(from, saved);
     }
     return valid;
 }

@@ -11,7 +11,7 @@
      then the number of parameters, and for each: check sum of its name, value as a double in two
      words, the lower first
      then counts_per_rev, the number of lanes, and for each: order, phase offset, amplitude, owner
-     (0 the calibration, 1 loaded)
+     (0 the calibration, 1 loaded, 2 loaded and judged by nobody)
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
      last  CRC-32 of all words before */
@@ -44,6 +44,8 @@ struct saved {
     struct coefficients own;
     struct coefficients loaded;
     struct thermal thermal;
+    /* Loaded lanes, by place, that nobody could judge. */
+    uint64_t unjudged;
 };
 
 enum saved_answer {

@@ -30,6 +30,10 @@ static const struct thermal_lane *slope_of(const struct thermal *thermal, uint32
     return NULL;
 }
 
+bool thermal_follows(const struct thermal *thermal, uint32_t order) {
+    return slope_of(thermal, order) != NULL;
+}
+
 /* Counts: eps = re cos(n R) - im sin(n R), as equation (9) has it with Phi. */
 static struct vector vector_of(const struct lane *lane) {
     struct vector unit = vector_unit(2.0 * PI * lane->phase_offset / PHASE_STEPS);
@@ -49,7 +53,7 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     value.re += (slope->cosine + slope->cosine_squared * warmth) * warmth / SLOPE_STEPS;
     value.im -= (slope->sine + slope->sine_squared * warmth) * warmth / SLOPE_STEPS;
     double turns = atan2(value.im, value.re) / (2.0 * PI);
-    double amplitude = rint(sqrt(vector_square(value)) * AMPLITUDE_STEPS);
+    double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset = (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) &
                         ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
     /* What no lane holds stays at its limit, and is told as an error that is left. */
@@ -67,7 +71,7 @@ double thermal_apart_counts(const struct coefficients *first, const struct coeff
         struct vector one = vector_of(&first->lane[place]);
         struct vector other = vector_of(&second->lane[place]);
         struct vector difference = {one.re - other.re, one.im - other.im};
-        apart += sqrt(vector_square(difference));
+        apart += vector_length(difference);
     }
     return apart;
 }

@@ -33,6 +33,9 @@ struct thermal {
 /* The limits of the two last: -273.15 to 1000 degrees; up to an hour. */
 bool thermal_is_valid(const struct thermal *thermal);
 
+/* The order has a slope. */
+bool thermal_follows(const struct thermal *thermal, uint32_t order);
+
 /* `lane` at a temperature; itself where its order does not follow it. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
 

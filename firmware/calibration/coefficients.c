@@ -19,6 +19,9 @@ _Static_assert(ARCTRUE_PHASE_STEP_WIDTH % 2 == 0, "the phase step in two halves"
 
 /* Whole turns of n / counts_per_rev first: order times 2^49 has 65 bits. */
 uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev) {
+    if (order == 0) {
+        return 0;
+    }
     uint64_t part = order % counts_per_rev;
     uint64_t step = 0;
     /* The quotient in two steps of 24 bits each: what is left stays below counts_per_rev. */
@@ -45,8 +48,7 @@ static enum refusal quantise_lane(const struct harmonic *harmonic, uint32_t orde
     if (!(amplitude <= AMPLITUDE_WORD_MAX)) {
         return REFUSED_AMPLITUDE;
     }
-    *lane = (struct lane){coefficients_phase_step(order, counts_per_rev),
-                          phase_offset(harmonic_phase(harmonic)), (int32_t)amplitude, order};
+    *lane = (struct lane){phase_offset(harmonic_phase(harmonic)), (int32_t)amplitude, order};
     return NOT_REFUSED;
 }
 
@@ -75,7 +77,8 @@ bool coefficients_lane_is_valid(const struct lane *lane) {
 }
 
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order) {
-    for (uint32_t lane = 0; order != 0 && lane < coefficients->lanes; lane++) {
+    uint32_t lanes = coefficients != NULL && order != 0 ? coefficients->lanes : 0;
+    for (uint32_t lane = 0; lane < lanes; lane++) {
         if (coefficients->lane[lane].order == order) {
             return &coefficients->lane[lane];
         }

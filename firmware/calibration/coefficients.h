@@ -10,9 +10,8 @@
 #include "selection.h"
 #include "vector.h"
 
+/* K, the phase step, follows from order and counts_per_rev: it is worked out where it is needed. */
 struct lane {
-    /* K, u0.48 turn a count. */
-    uint64_t phase_step;
     /* Phi, u0.24 turn. */
     uint32_t phase_offset;
     /* 2 A_n, s13.11 counts. */
@@ -38,7 +37,7 @@ uint64_t coefficients_phase_step(uint32_t order, uint32_t counts_per_rev);
 /* Order, phase offset and amplitude are what a lane holds. */
 bool coefficients_lane_is_valid(const struct lane *lane);
 
-/* A lane has the order. */
+/* A lane has the order; of NULL none has. */
 bool coefficients_have(const struct coefficients *coefficients, uint32_t order);
 /* Its lane, NULL where there is none; of order 0 there is none. */
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order);

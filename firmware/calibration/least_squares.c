@@ -179,7 +179,8 @@ static double steepest(const struct fit *fit) {
     const double *values = fit->workspace->values;
     double slope = 0.0;
     for (uint32_t place = 0; place < fit->orders; place++) {
-        slope += (place + 1) * hypot(values[place], values[fit->orders + place]);
+        const struct vector value = {values[place], values[fit->orders + place]};
+        slope += (place + 1) * vector_length(value);
     }
     return slope / ARCSEC_PER_RAD;
 }

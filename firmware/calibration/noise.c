@@ -55,7 +55,7 @@ void noise_add_separation(struct estimate *estimate, int32_t counts_per_rev,
         harmonic->by_separation_sine = order * slope.re * u_rad;
     }
     double statistical = estimate->noise_arcsec * sqrt(estimate->colour / estimate->samples);
-    estimate->u_measured_separation_rad =
-        hypot(statistical / ARCSEC_PER_RAD,
-              index_uncertainty_rad(counts_per_rev, index_detection_arcsec));
+    const struct vector parts = {statistical / ARCSEC_PER_RAD,
+                                 index_uncertainty_rad(counts_per_rev, index_detection_arcsec)};
+    estimate->u_measured_separation_rad = vector_length(parts);
 }

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "units.h"
+#include "vector.h"
 
 enum separation_choice separation_judge(double nominal_rad, double measured_rad,
                                         enum separation_choice asked) {
@@ -17,7 +18,9 @@ enum separation_choice separation_judge(double nominal_rad, double measured_rad,
 }
 
 static bool is_believable(double off_rad) {
-    return fabs(remainder(off_rad, 2.0 * PI)) * ARCSEC_PER_RAD <= SEPARATION_BELIEVABLE_ARCSEC;
+    /* The library's remainder() is as long as this whole folder's separation. */
+    double turns = off_rad / (2.0 * PI);
+    return fabs(turns - rint(turns)) * ARCSEC_PER_TURN <= SEPARATION_BELIEVABLE_ARCSEC;
 }
 
 bool separation_is_exchanged(double nominal_rad, double measured_rad) {
@@ -26,7 +29,8 @@ bool separation_is_exchanged(double nominal_rad, double measured_rad) {
 
 double index_uncertainty_rad(int32_t counts_per_rev, double index_detection_arcsec) {
     double of_two_heads = 2.0 * PI / counts_per_rev * sqrt(2.0 / 3.0);
-    return hypot(of_two_heads, index_detection_arcsec / ARCSEC_PER_RAD);
+    const struct vector parts = {of_two_heads, index_detection_arcsec / ARCSEC_PER_RAD};
+    return vector_length(parts);
 }
 
 double separation_uncertainty_rad(enum separation_choice choice, int32_t counts_per_rev,

@@ -18,6 +18,6 @@ struct vector transfer_function(uint32_t order, double separation_rad) {
 
 double noise_gain(uint32_t order, double separation_rad) {
     struct vector transfer = transfer_function(order, separation_rad);
-    double gain = sqrt(vector_square(transfer));
+    double gain = vector_length(transfer);
     return gain > 0.0 ? gain : (double)INFINITY;
 }

@@ -41,4 +41,9 @@ static inline double vector_square(struct vector a) {
     return a.re * a.re + a.im * a.im;
 }
 
+/* In place of hypot(), which minds overflow and is half a kilobyte. */
+static inline double vector_length(struct vector a) {
+    return sqrt(vector_square(a));
+}
+
 #endif

@@ -42,8 +42,9 @@ static const struct {
     {"noise", "much noisier than usual (noise_limit), or above alarm_noise_arcsec: vibration, an "
               "unsteady speed, cables"},
     {"not_better", "nothing is wrong: the coefficients in use are as good"},
-    {"error", "the correction in use leaves more than alarm_error_arcsec; new coefficients follow "
-              "unless they are frozen"},
+    {"error", "the correction in use leaves more than alarm_error_arcsec, or an order of a loaded file "
+              "is off by more than it scatters, see load status; new coefficients follow unless they "
+              "are frozen or loaded: then load a new file"},
     {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
                    "was moved, set separation_deg to what status shows; else look at the index of "
                    "both heads"},
@@ -78,8 +79,10 @@ static const struct {
     {"another_table", "the coefficients were made for another counts_per_rev than is set here"},
     {"too_steep", "with these coefficients the corrected angle would turn back: |d error/d angle| is "
                   "1 or more"},
-    {"worse_prediction", "the captured turn speaks against them: with them the heads differ more "
-                         "than without; is it the file of this table, and is its index the same?"},
+    {"worse_prediction", "the captured turn speaks against them: load status names an order that it "
+                         "measures otherwise; is it the file of this table, and is its index the same?"},
+    {"unseen_order", "two heads at this angle cannot see an order of them, so that no turn can judge it: "
+                     "leave it out, or arctrue load --force"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},
@@ -89,7 +92,7 @@ static const struct {
     {"began_anew", "the processor had a fault and began anew; the correction went on with the last "
                    "coefficients; note reset and reset_instruction"},
     {"not_confirmed",
-     "with the saved coefficients the captured turn is not explained better than without: they "
+     "the captured turn is not explained better with the saved coefficients than without: they "
      "wait; was a head or the disc moved? rearm tries them again, save replaces them"},
     {"flash_unknown", "no flash answers, or one that the firmware does not know: nothing is saved"},
     {"under_way", "the save before has not ended yet: wait for its answer"},
@@ -105,6 +108,8 @@ static const struct {
     {"not_read_at_start",
      "the flash did not answer at the start, so that what was saved is not in use; it has been read now: "
      "start again to use it, or save once more to replace it"},
+    {"fewer_orders", "the record holds more orders than would be saved now: let the table turn until "
+                     "they are active, or forget first if they are to go"},
     {"golden_stays", "the golden image is never written again: the board starts it where the other is "
                      "not whole"},
     {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "

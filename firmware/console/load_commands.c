@@ -4,12 +4,13 @@
 
 const char load_use[] =
     "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
-    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load end CRC | "
+    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load force 1 CRC | load end CRC | "
     "load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 
-enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, END_WORDS = 3 };
+enum { ARCSEC_DECIMALS = 6 };
+enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, FORCE_WORDS = 4, END_WORDS = 3 };
 
 static void line(struct console *console, const char *text) {
     text_word(&console->sink, text);
@@ -93,10 +94,55 @@ static void temperature(struct console *console, char *const *words) {
                                      (uint32_t)values[1], crc));
 }
 
+static void force(struct console *console, char *const *words) {
+    int64_t value;
+    uint32_t crc;
+    bool read = read_numbers(words, 2, &value, &crc) && value == 1;
+    answer(console, read ? load_force(&console->application->load, crc) : LOAD_WRONG_CRC);
+}
+
 static void end(struct console *console, char *const *words) {
     uint32_t crc;
     bool read = text_parse_hexadecimal(words[0], &crc);
     answer(console, read ? application_load_end(console->application, crc) : LOAD_WRONG_CRC);
+}
+
+static void order_line(struct console *console, const char *name, uint32_t order) {
+    text_word(&console->sink, name);
+    text_unsigned(&console->sink, order);
+    line(console, "");
+}
+
+/* The lanes of `set` whose bits are set. */
+static void order_lines(struct console *console, const char *name, const struct coefficients *set,
+                        uint64_t places) {
+    for (uint32_t place = 0; place < set->lanes; place++) {
+        if ((places >> place & 1U) != 0) {
+            order_line(console, name, set->lane[place].order);
+        }
+    }
+}
+
+static void tell_loaded(struct console *console, const struct load *load) {
+    for (uint32_t place = 0; place < load->loaded.lanes; place++) {
+        uint32_t order = load->loaded.lane[place].order;
+        if (order == 0) {
+            continue;
+        }
+        order_line(console, "loaded_order ", order);
+        double left = watch_left(&load->watch, place);
+        if (left >= 0.0) {
+            text_word(&console->sink, "left_arcsec ");
+            text_unsigned(&console->sink, order);
+            text_word(&console->sink, " ");
+            text_fixed(&console->sink, left, ARCSEC_DECIMALS);
+            line(console, "");
+        }
+    }
+    order_lines(console, "unjudged_order ", &load->loaded, load->unjudged);
+    text_word(&console->sink, "loaded_crc ");
+    text_hexadecimal(&console->sink, load->loaded_crc);
+    line(console, "");
 }
 
 static void tell(struct console *console) {
@@ -107,13 +153,15 @@ static void tell(struct console *console) {
         text_word(&console->sink, " ");
         text_word(&console->sink, load_answer_name(load->reason));
     }
-    text_word(&console->sink, "\r\n");
-    for (uint32_t place = 0; place < load->loaded.lanes; place++) {
-        if (load->loaded.lane[place].order != 0) {
-            text_word(&console->sink, "loaded_order ");
-            text_unsigned(&console->sink, load->loaded.lane[place].order);
-            text_word(&console->sink, "\r\n");
-        }
+    line(console, "");
+    if (load->state == LOAD_REFUSED && load->refused_order != 0) {
+        order_line(console, "refused_order ", load->refused_order);
+    }
+    if (load->whole) {
+        order_lines(console, "undecided_order ", &load->received, load->undecided);
+    }
+    if (load_at_work(load) != NULL) {
+        tell_loaded(console, load);
     }
     line(console, "ok");
 }
@@ -128,6 +176,8 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         slope(console, words + 2);
     } else if (text_equal(what, "temperature") && number == TEMPERATURE_WORDS) {
         temperature(console, words + 2);
+    } else if (text_equal(what, "force") && number == FORCE_WORDS) {
+        force(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {
         end(console, words + 2);
     } else if (text_equal(what, "status") && number == 2) {

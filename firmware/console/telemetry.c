@@ -111,6 +111,30 @@ static void estimate_part(const struct text_sink *sink, const struct application
     fixed(sink, "candidate_arcsec", application->report.prediction.candidate_arcsec);
 }
 
+/* What the loaded orders leave, and those of them that nobody could judge. */
+static void loaded_part(const struct text_sink *sink, const struct application *application) {
+    const struct load *load = &application->load;
+    const struct coefficients *set = load_at_work(load);
+    bool first = true;
+    if (set == NULL) {
+        return;
+    }
+    fixed(sink, "loaded_arcsec", application->report.loaded_arcsec);
+    if (load->unjudged == 0) {
+        return;
+    }
+    key(sink, "unjudged");
+    text_word(sink, "[");
+    for (uint32_t place = 0; place < set->lanes; place++) {
+        if ((load->unjudged >> place & 1U) != 0) {
+            text_word(sink, first ? "" : ",");
+            text_unsigned(sink, set->lane[place].order);
+            first = false;
+        }
+    }
+    text_word(sink, "]");
+}
+
 static void harmonic_part(const struct text_sink *sink, const struct harmonic *harmonic,
                           uint32_t order, enum verdict verdict) {
     text_word(sink, "[");
@@ -148,6 +172,7 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
     table_part(sink, &application->table);
     if (report->result != TURN_REFUSED) {
         estimate_part(sink, application);
+        loaded_part(sink, application);
         harmonics_part(sink, application);
     }
     number(sink, "swaps", application->swaps);

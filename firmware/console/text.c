@@ -129,5 +129,10 @@ bool text_parse_hexadecimal(const char *word, uint32_t *value) {
 }
 
 bool text_equal(const char *first, const char *second) {
-    return strcmp(first, second) == 0;
+    /* The library's strcmp() is 700 bytes. */
+    while (*first != '\0' && *first == *second) {
+        first++;
+        second++;
+    }
+    return *first == *second;
 }

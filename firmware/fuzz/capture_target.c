@@ -97,7 +97,9 @@ static void judge(const struct capture *capture) {
         const struct lane *made = &fuzz.coefficients.lane[lane];
         require(made->amplitude >= 0 && made->amplitude < 1 << (ARCTRUE_AMPLITUDE_WIDTH - 1));
         require(made->phase_offset < 1U << ARCTRUE_PHASE_WIDTH);
-        require(made->phase_step >> ARCTRUE_PHASE_STEP_WIDTH == 0);
+        require(coefficients_phase_step(made->order, capture->counts_per_rev) >>
+                    ARCTRUE_PHASE_STEP_WIDTH ==
+                0);
     }
     struct gate_prediction prediction = gate_predict(estimate, NULL, &fuzz.coefficients);
     require(isfinite(prediction.active_arcsec) && isfinite(prediction.candidate_arcsec));

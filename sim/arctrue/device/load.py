@@ -35,8 +35,10 @@ def _frame(name: str, values: Sequence[int]) -> str:
     return f"load {name} {numbers} {zlib.crc32(_words(values)):08X}"
 
 
-def load_frames(coefficients: Coefficients) -> list[str]:
+def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]:
     """The lines of the console that load the lanes whose amplitude is not 0.
+
+    With ``force`` the device takes orders that no turn can judge.
 
     Raises ValueError for an offset, which the device does not take.
     """
@@ -70,6 +72,8 @@ def load_frames(coefficients: Coefficients) -> list[str]:
             ("slope", [number, order, *thermal.slopes[number].tolist()])
             for number, order in enumerate(thermal.orders)
         ]
+    if force:
+        named.append(("force", [1]))
     whole = zlib.crc32(b"".join(_words(values) for _, values in named))
     return [*(_frame(name, values) for name, values in named), f"load end {whole:08X}"]
 

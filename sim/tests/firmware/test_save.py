@@ -196,6 +196,69 @@ def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: 
     assert left(working.firmware) < LEFT_ARCSEC
 
 
+def re_armed(board: Board, line: str) -> None:
+    board.firmware.send(line)
+    board.core.see_index()
+    board.firmware.step()
+
+
+@pytest.mark.parametrize("line", ["set ramp_arcsec_s 100", "rearm"])
+@pytest.mark.parametrize("saved_before", [False, True])
+def test_a_save_after_a_re_arm_keeps_the_coefficients(
+    working: Board, line: str, saved_before: bool
+) -> None:
+    """No turn has come yet, nothing is active: what was at work before is kept, the file too."""
+    if saved_before:
+        working.order("save")
+    bank = active_coefficients(working.core)
+    orders = int(np.count_nonzero(bank.amplitudes))
+    re_armed(working, line)
+    assert not controls(working.core)["compensate"]
+    said = working.order("save")
+    assert said.endswith(f": parameters and {orders} orders\r\n"), said
+    working.power_on()
+    working.work(range(9, 10))
+    assert working.status("saved") == ["confirmed"]
+    assert left(working.firmware) < LEFT_ARCSEC
+    assert f"loaded_order {HIGH}\r\n" in working.firmware.send("load status")
+
+
+def test_a_save_of_nothing_keeps_what_no_turn_has_confirmed(working: Board) -> None:
+    """Frozen at power-on, and the disc is another one: nothing is active, and nobody forgot."""
+    working.firmware.send("freeze on")
+    said = working.order("save")
+    working.power_on()
+    other = Disc({n: (a, p + 2.0) for n, (a, p) in DISC.orders.items()})
+    working.work(range(9, 10), disc=other)
+    assert working.status("saved") == ["not_confirmed"]
+    assert working.order("save") == said.replace("record 1", "record 2")
+    working.power_on()
+    working.work(range(10, 11))
+    assert working.status("saved") == ["confirmed"]
+
+
+def test_a_counts_per_rev_that_is_set_back_has_lost_nothing(working: Board) -> None:
+    said = working.order("save")
+    re_armed(working, "set counts_per_rev 65536")
+    re_armed(working, f"set counts_per_rev {COUNTS}")
+    assert working.order("save") == said.replace("record 1", "record 2")
+
+
+def test_fewer_orders_than_the_record_has_are_not_written(working: Board) -> None:
+    """The invariant itself: `save_begin` with less than it has to keep."""
+    ffi, library = c_library()
+    working.order("save")
+    kept = working.save.kept_lanes
+    assert kept == np.count_nonzero(active_coefficients(working.core).amplitudes)
+    programmed = len(working.chip.programmed)
+    ffi.addressof(working.save.content, "own").lanes = 0
+    answer = library.save_begin(working.save, kept)
+    assert ffi.string(library.save_answer_name(answer)) == b"fewer_orders"
+    assert working.save.state == library.SAVE_IDLE
+    assert len(working.chip.programmed) == programmed
+    assert len(working.firmware.send("help fewer_orders").splitlines()[0].split()) > 5
+
+
 def test_coefficients_that_wait_for_another_table_are_not_kept(working: Board) -> None:
     working.order("save")
     working.power_on()

@@ -352,7 +352,7 @@ def test_a_lane_at_a_temperature(
     model = ffi.new("struct thermal *")
     model.lanes, model.reference_mc = 1, round(1000 * COLD_C)
     model.lane[0] = [3, *thermal.slopes[0].tolist()]
-    words = (int(cold.phase_steps[0]), int(cold.phase_offsets[0]), int(cold.amplitudes[0]), 3)
+    words = (int(cold.phase_offsets[0]), int(cold.amplitudes[0]), 3)
     lane = ffi.new("struct lane *", words)
     made = library.thermal_lane_at(model, lane, COLD_C + warmth)
     angle = np.linspace(0.0, 2.0 * np.pi, 37)

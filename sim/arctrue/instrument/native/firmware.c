@@ -200,7 +200,8 @@ EXPORTED uint32_t firmware_coefficients(const struct processor *processor, uint6
         return 0;
     }
     for (uint32_t lane = 0; lane < application->active.lanes; lane++) {
-        steps[lane] = application->active.lane[lane].phase_step;
+        steps[lane] = coefficients_phase_step(application->active.lane[lane].order,
+                                              application->active.counts_per_rev);
         offsets[lane] = application->active.lane[lane].phase_offset;
         amplitudes[lane] = application->active.lane[lane].amplitude;
     }

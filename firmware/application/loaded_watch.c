@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "loaded_watch.h"
+
+#include <math.h>
+
+/* Share of a turn in the running variance; and the most that a turn counts, so that a jump of the
+   order itself is not taken for scatter. */
+#define SHARE 0.1
+#define MOST_TIMES 9.0
+
+void watch_begin(struct loaded_watch *watch) {
+    watch->mean_square = 0.0;
+    watch->at_fault = false;
+}
+
+/* Two turns that are independent differ by four variances of a component, both components together.
+   Never below the variance that the turn itself states. */
+static double follow_variance(struct watched_lane *lane, bool shown, struct vector left,
+                              double stated) {
+    double variance = shown ? lane->variance : stated;
+    if (shown) {
+        const struct vector before = {lane->cosine, lane->sine};
+        double found = 0.25 * vector_square(vector_difference(left, before));
+        found = fmin(found, MOST_TIMES * fmax(variance, stated));
+        variance += SHARE * (found - variance);
+    }
+    *lane = (struct watched_lane){(float)left.re, (float)left.im, (float)variance};
+    return fmax(variance, stated);
+}
+
+void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
+                struct vector applied) {
+    uint64_t bit = 1ULL << place;
+    struct vector left = vector_difference(sight->value, applied);
+    double square = vector_square(left);
+    double variance = follow_variance(&watch->lane[place], (watch->shown & bit) != 0, left,
+                                      sight->variance);
+    double limit = WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation);
+    watch->shown |= bit;
+    if (!(square > limit)) {
+        watch->beyond[place] = 0;
+    } else if (watch->beyond[place] < WATCH_TURNS) {
+        watch->beyond[place]++;
+    }
+    watch->at_fault = watch->at_fault || watch->beyond[place] == WATCH_TURNS;
+    /* The noise makes |left|^2 too large; the separation's error stays. A cosine of amplitude A has the mean square A^2/2. */
+    watch->mean_square +=
+        0.5 * fmax(square - 2.0 * sight->variance, 0.0) + sight->by_separation;
+}
+
+double watch_left(const struct loaded_watch *watch, uint32_t place) {
+    const struct watched_lane *lane = &watch->lane[place];
+    const struct vector left = {lane->cosine, lane->sine};
+    bool shown = (watch->shown >> place & 1U) != 0;
+    return shown ? vector_length(left) : -1.0;
+}
