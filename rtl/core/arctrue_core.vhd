@@ -206,6 +206,7 @@ architecture rtl of arctrue_core is
   signal processor_silent   : std_ulogic;
   signal faults             : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
   signal released           : std_ulogic;
+  signal release_causes     : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
   signal sync_strobe        : std_ulogic;
   signal triggered          : std_ulogic;
   signal probe_strobe       : std_ulogic;
@@ -486,6 +487,7 @@ begin
       alarm_sources   => hwif_out.alarm.sources.value,
       release_sources => hwif_out.alarm.released_by.value,
       released        => released,
+      causes          => release_causes,
       driver_enable   => driver_enable,
       alarm           => alarm
     );
@@ -654,6 +656,8 @@ begin
   hwif_in.status.processor_silent.next_q <= processor_silent;
   hwif_in.status.released.next_q         <= released;
   hwif_in.status.compare_armed.next_q    <= compare_armed;
+  hwif_in.status.release_causes.next_q   <= release_causes;
+  hwif_in.status.release_present.next_q  <= faults and hwif_out.alarm.released_by.value;
 
   hwif_in.probe.time.value.next_q     <= std_ulogic_vector(probe_time);
   hwif_in.probe.position.value.next_q <= probe_position;

@@ -557,6 +557,41 @@ async def alarm_and_release_of_the_drivers(dut):
 
 
 @cocotb.test()
+async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
+    """The write that ends `cannot_keep_up` ends the release for it, too; a head's flag goes on."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.command("clear_head1", "clear_head2")
+    await names.write("output_spacing", 1000)
+    await names.write("following_limit", 5)
+    await names.update("alarm", sources=0, released_by=0b00100)
+    await names.update("control", output_enable=1)
+    await ClockCycles(dut.clock, 8)
+    assert int(dut.driver_enable.value) == 1
+    await machine.turn(table.motion(0.1, CLOCKS_PER_COUNT))
+    await ClockCycles(dut.clock, 20)
+    assert int(dut.driver_enable.value) == 0
+    status = await names.read_fields("status")
+    assert (status["cannot_keep_up"], status["released"]) == (1, 1)
+    assert (status["release_causes"], status["release_present"]) == (0b00100, 0b00100)
+    await names.update("alarm", released_by=0b00101)
+    dut.head1_a.value, dut.head1_b.value = 1 - int(dut.head1_a.value), 1 - int(dut.head1_b.value)
+    await ClockCycles(dut.clock, 20)
+    await names.command("clear_output")
+    await ClockCycles(dut.clock, 4)
+    status = await names.read_fields("status")
+    assert (status["cannot_keep_up"], status["released"]) == (0, 1), "head 1 holds it"
+    assert (status["release_causes"], status["release_present"]) == (0b00001, 0b00001)
+    assert int(dut.driver_enable.value) == 0
+    await names.command("clear_output", "clear_head1")
+    await ClockCycles(dut.clock, 4)
+    assert int(dut.driver_enable.value) == 1
+    status = await names.read_fields("status")
+    assert not status["released"]
+    assert (status["release_causes"], status["release_present"]) == (0, 0)
+
+
+@cocotb.test()
 async def instruments_beside_the_table(dut):
     """A sample at each edge of sync_in with its pulse out, a probe's position, places compared."""
     machine = await prepared(dut)
