@@ -11,6 +11,14 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "grid_of_the_old_zero",
+        "samples at equal angles stay on the grid of a zero that has moved",
+        "rtl/sampler/sample_trigger.vhd",
+        "(angle_step ?/= step) or (zero_moved xor zero_before);",
+        "angle_step ?/= step;",
+        "tb/sampler/test_sampler.py",
+    ),
+    Mutation(
         "release_needs_two_clears",
         "a clear meets the fault that the same clear ends a clock later",
         "rtl/signals/fault_outputs.vhd",

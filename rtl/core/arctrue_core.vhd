@@ -362,6 +362,7 @@ begin
       timestamp           => timestamp,
       turn_position1      => heads(1).turn_position,
       turn_position2      => heads(2).turn_position,
+      zero_moved1         => heads(1).zero_moved,
       index_seen1         => heads(1).index_seen,
       index_seen2         => heads(2).index_seen,
       index_error1        => heads(1).index_error,

@@ -480,6 +480,33 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 
 @cocotb.test()
+async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
+    """Head 1 loses four counts; the turn after its zero has moved lies on multiples again."""
+    step = 32
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.write("angle_step", step)
+    await names.update("control", capture_enable=1, capture_mode=1)
+    await names.update("lost_counts", zero_again=1, heal=0)
+    motion = table.motion(5.7, CLOCKS_PER_COUNT)
+    reading = table.readings(motion)[:, 0]
+    machine.stuck_at = table.COUNTS_PER_REV + 50
+    moved = int(np.argmax(reading >= 2 * table.COUNTS_PER_REV)) + 100
+    await machine.turn(motion[:moved])
+    assert (await names.read("zero.moves"), await names.read("zero_slip")) == (1, -4)
+    captures = []
+    for first in range(moved, len(motion), 500):
+        await machine.turn(motion[first : first + 500])
+        if await names.read("status.capture_ready"):
+            captures.append((await names.read_capture()).samples[:, 0])
+            await names.command("capture_release")
+    # The first two are of before, and of the turn in which the zero moved.
+    samples = captures[-1]
+    assert samples.size > table.COUNTS_PER_REV // step
+    assert not np.any(samples % step), samples
+
+
+@cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
     """One mark 20 counts late, then all in their place: told, and the zero stays."""
     machine = await prepared(dut)
