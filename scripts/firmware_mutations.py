@@ -10,6 +10,22 @@ _TESTS = "sim/tests/firmware"
 
 FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "release_without_an_end",
+        "a release by anything but the output's own fault cannot be ended",
+        "firmware/application/application.c",
+        "!before.cannot_keep_up && before.release_causes == 0",
+        "!before.cannot_keep_up",
+        f"{_TESTS}/test_released.py",
+    ),
+    Mutation(
+        "flags_of_a_head_hold_the_release",
+        "the command clears the release and not the flags of the head behind it",
+        "firmware/application/application.c",
+        "core_clear_output(&application->core, before.release_present);",
+        "core_clear_output(&application->core, 0U);",
+        f"{_TESTS}/test_released.py",
+    ),
+    Mutation(
         "angle_of_the_first_sample",
         "the angle at which a capture begins is off by the travel since then",
         "firmware/application/application.c",

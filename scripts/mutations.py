@@ -11,6 +11,22 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "grid_of_the_old_zero",
+        "samples at equal angles stay on the grid of a zero that has moved",
+        "rtl/sampler/sample_trigger.vhd",
+        "(angle_step ?/= step) or (zero_moved xor zero_before);",
+        "angle_step ?/= step;",
+        "tb/sampler/test_sampler.py",
+    ),
+    Mutation(
+        "release_needs_two_clears",
+        "a clear meets the fault that the same clear ends a clock later",
+        "rtl/signals/fault_outputs.vhd",
+        "      cleared := clear;\n",
+        "      cleared := clear and not (or (present and release_sources));\n",
+        "tb/signals/test_signals.py",
+    ),
+    Mutation(
         "index_before_step",
         "the index passed downwards is latched after the step instead of before it",
         "rtl/decoder/quadrature_decoder.vhd",

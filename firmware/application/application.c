@@ -550,15 +550,14 @@ const char *application_output_fault(const struct application *application) {
     return output_fault_name(there && core_status(&application->core).cannot_keep_up);
 }
 
-enum output_answer application_clear_output(struct application *application) {
-    if (application->phase == PHASE_NO_CORE) {
-        return OUTPUT_NO_CORE;
-    }
-    if (!core_status(&application->core).cannot_keep_up) {
-        return OUTPUT_NO_FAULT;
-    }
-    core_clear_output(&application->core);
-    return core_status(&application->core).cannot_keep_up ? OUTPUT_FAULT_AGAIN : OUTPUT_CLEARED;
+uint32_t application_release_causes(const struct application *application) {
+    bool there = application->phase != PHASE_NO_CORE;
+    return there ? core_status(&application->core).release_causes : 0U;
+}
+
+uint32_t application_release_present(const struct application *application) {
+    bool there = application->phase != PHASE_NO_CORE;
+    return there ? core_status(&application->core).release_present : 0U;
 }
 
 static void wait_for_index(struct application *application) {
@@ -651,8 +650,10 @@ static uint32_t alarms_of(struct application *application) {
                       : 0;
     }
     alarms |= application->report.reason == REFUSED_HEADS_EXCHANGED ? ALARM_SEPARATION : 0;
-    application->report.output_stands = core_status(&application->core).cannot_keep_up;
-    alarms |= application->report.output_stands ? ALARM_OUTPUT : 0;
+    const struct core_status status = core_status(&application->core);
+    application->report.output_stands = status.cannot_keep_up;
+    application->report.release_causes = status.release_causes;
+    alarms |= status.cannot_keep_up || status.release_causes != 0 ? ALARM_OUTPUT : 0;
     alarms |= overruns != application->overruns ? ALARM_OVERRUN : 0;
     application->overruns = overruns;
     bool hot = application->report.has_temperature &&
@@ -853,6 +854,54 @@ static void watch_zero(struct application *application) {
     }
 }
 
+/* A table that its drive has stopped brings no turn that would clear the flags of a head. What an index error says is
+   looked at first. Turns that were captured, and the one under way, may hold what the flag was set for. */
+static void look_before_clearing(struct application *application, uint32_t faults) {
+    if (!works(application) || (faults & (CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2)) == 0) {
+        return;
+    }
+    if (core_index_error(&application->core)) {
+        int32_t zero = application->head2_zero;
+        watch_doubt(application);
+        follow_head2_zero(application);
+        if (zero != application->head2_zero) {
+            tell_between_turns(application, ALARM_ZERO_LOST);
+        }
+    }
+    capture_anew(application);
+    give_back_old_bank(application);
+}
+
+enum output_answer application_clear_output(struct application *application) {
+    if (application->phase == PHASE_NO_CORE) {
+        return OUTPUT_NO_CORE;
+    }
+    struct core_status before = core_status(&application->core);
+    if (!before.cannot_keep_up && before.release_causes == 0) {
+        return OUTPUT_NO_FAULT;
+    }
+    look_before_clearing(application, before.release_present);
+    core_clear_output(&application->core, before.release_present);
+    struct core_status after = core_status(&application->core);
+    if (after.cannot_keep_up) {
+        return OUTPUT_FAULT_AGAIN;
+    }
+    if (after.release_causes != 0) {
+        return OUTPUT_STAYS_RELEASED;
+    }
+    return before.cannot_keep_up ? OUTPUT_CLEARED : OUTPUT_DRIVEN;
+}
+
+/* At once: a table that its drive has stopped brings no turn to tell it with. */
+static void watch_release(struct application *application) {
+    uint32_t causes = application_release_causes(application);
+    if (causes != 0 && !application->release_told) {
+        tell_between_turns(application, ALARM_OUTPUT);
+    }
+    application->report.release_causes = causes;
+    application->release_told = causes != 0;
+}
+
 /* The loaded lanes at the table's temperature, where that changes the correction by more than the
    operator wants. Between two turns: a turn that is ready goes first. */
 static void follow_temperature(struct application *application) {
@@ -971,6 +1020,7 @@ void application_step(struct application *application) {
     }
     if (works(application)) {
         read_table_temperature(application);
+        watch_release(application);
     }
     switch (application->phase) {
     case PHASE_WAIT_FOR_INDEX:

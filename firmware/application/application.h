@@ -92,6 +92,8 @@ struct turn_report {
     uint32_t alarms;
     /* A, B and Z stand: the output lay too far behind. */
     bool output_stands;
+    /* Faults that released the line drivers, of enum core_fault. */
+    uint32_t release_causes;
     /* Of the die; known or absent, never a number that is none. */
     bool has_temperature;
     double temperature_c;
@@ -128,6 +130,8 @@ struct application {
     memory_settle *settle;
     enum settings_origin settings_origin;
     uint32_t faults_in_a_row;
+    /* It was told that the line drivers are released. */
+    bool release_told;
     /* The bank that is ready. */
     struct core_header header;
     struct capture capture;
@@ -248,11 +252,24 @@ bool application_busy(const struct application *application);
 void application_freeze(struct application *application, bool frozen);
 void application_bypass(struct application *application, bool bypassed);
 void application_telemetry(struct application *application, bool on);
-enum output_answer { OUTPUT_CLEARED, OUTPUT_NO_CORE, OUTPUT_NO_FAULT, OUTPUT_FAULT_AGAIN };
 /* The next turn is copied for the console, with times: it is captured at equal ones. */
 void application_want_dump(struct application *application);
-/* End the fault of the output; nothing else in the firmware does. */
+enum output_answer {
+    /* It follows again. */
+    OUTPUT_CLEARED,
+    /* It followed all the time, and its line drivers are enabled again. */
+    OUTPUT_DRIVEN,
+    OUTPUT_NO_CORE,
+    OUTPUT_NO_FAULT,
+    OUTPUT_FAULT_AGAIN,
+    /* A fault that releases the line drivers is still present. */
+    OUTPUT_STAYS_RELEASED,
+};
+/* End the fault of the output and the release of its line drivers; nothing else in the firmware does. */
 enum output_answer application_clear_output(struct application *application);
+/* Of enum core_fault: what released the line drivers, 0 where they are driven, and what of it is present. */
+uint32_t application_release_causes(const struct application *application);
+uint32_t application_release_present(const struct application *application);
 /* When the core takes its samples. */
 enum core_capture application_capture(const struct application *application);
 /* Why the output stands now: "none" where it follows. */

@@ -28,6 +28,23 @@ const char *core_capture_name(enum core_capture capture) {
     return (unsigned)capture <= CAPTURE_BY_SYNC ? names[capture] : "unknown";
 }
 
+const char *core_fault_name(uint32_t bit) {
+    switch (bit) {
+    case CORE_FAULT_HEAD1:
+        return "head1";
+    case CORE_FAULT_HEAD2:
+        return "head2";
+    case CORE_FAULT_CANNOT_KEEP_UP:
+        return "cannot_keep_up";
+    case CORE_FAULT_CORRECTION_LIMITED:
+        return "correction_limited";
+    case CORE_FAULT_PROCESSOR_SILENT:
+        return "processor_silent";
+    default:
+        return NULL;
+    }
+}
+
 static uint32_t read_at(const struct core_access *core, uint32_t offset) {
     return core->read(core->context, offset);
 }
@@ -212,6 +229,8 @@ struct core_status core_status(const struct core_access *core) {
         .capture_ready = (word & BIT(STATUS__CAPTURE_READY)) != 0,
         .cannot_keep_up = (word & BIT(STATUS__CANNOT_KEEP_UP)) != 0,
         .compare_armed = (word & BIT(STATUS__COMPARE_ARMED)) != 0,
+        .release_causes = FIELD(word, STATUS__RELEASE_CAUSES),
+        .release_present = FIELD(word, STATUS__RELEASE_PRESENT),
     };
 }
 
@@ -260,8 +279,11 @@ void core_clear_faults(const struct core_access *core) {
     write_at(core, AT(command), BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2));
 }
 
-void core_clear_output(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__CLEAR_OUTPUT));
+void core_clear_output(const struct core_access *core, uint32_t faults) {
+    write_at(core, AT(command),
+             BIT(COMMAND__CLEAR_OUTPUT) |
+                 (faults & CORE_FAULT_HEAD1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
+                 (faults & CORE_FAULT_HEAD2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
 static void lane_words(const struct coefficients *coefficients, uint32_t place,

@@ -103,7 +103,23 @@ struct core_status {
     bool capture_ready;
     bool cannot_keep_up;
     bool compare_armed;
+    /* Some of enum core_fault: those that released the line drivers, 0 where they are driven, and those that
+       would do so now. */
+    uint32_t release_causes;
+    uint32_t release_present;
 };
+
+/* As the bits of the register alarm. */
+enum core_fault {
+    CORE_FAULT_HEAD1 = 1,
+    CORE_FAULT_HEAD2 = 2,
+    CORE_FAULT_CANNOT_KEEP_UP = 4,
+    CORE_FAULT_CORRECTION_LIMITED = 8,
+    CORE_FAULT_PROCESSOR_SILENT = 16,
+};
+
+/* NULL for what is no bit of these. */
+const char *core_fault_name(uint32_t bit);
 
 /* False: no core answers there, or one of another major version. */
 bool core_identify(const struct core_access *core, struct core_configuration *configuration);
@@ -164,9 +180,10 @@ void core_release_capture(const struct core_access *core);
 void core_acknowledge_interrupt(const struct core_access *core);
 /* Of both heads; the fault of the output stays. */
 void core_clear_faults(const struct core_access *core);
-/* End the fault of the output: it follows from the present position. Only the operator knows
-   whether what the output drives may move. */
-void core_clear_output(const struct core_access *core);
+/* End the fault of the output: it follows from the present position. In the same write the flags of those
+   heads that are among `faults`, of enum core_fault, are cleared, and the line drivers are enabled where no fault is left that
+   releases them. Only the operator knows whether what the output drives may move. */
+void core_clear_output(const struct core_access *core, uint32_t faults);
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients);
 /* Read the idle bank back; false where a word differs. */

@@ -48,7 +48,11 @@ static const struct {
     {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
                    "was moved, set separation_deg to what status shows; else look at the index of "
                    "both heads"},
-    {"output", "the output stands at a fault, see help cannot_keep_up"},
+    {"output", "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
+               "help released"},
+    {"released", "the line drivers were released by a fault of release_sources: end what is still present (head1, "
+                 "head2: clear_output clears the flags; correction_limited: forget or bypass on), make the servo safe, "
+                 "then clear_output"},
     {"cannot_keep_up",
      "the output stands: it fell further behind than following_limit, and counts are lost for its "
      "receiver; turn slower or set a shorter output_spacing, make the servo safe, then "

@@ -80,6 +80,24 @@ static void show_alarms(struct console *console) {
     }
 }
 
+/* Each fault that took the line drivers' enable away, and whether it is still there. */
+static void show_released(struct console *console) {
+    uint32_t causes = application_release_causes(console->application);
+    uint32_t present = application_release_present(console->application);
+    if (causes == 0) {
+        named_word(console, "released", "none");
+        return;
+    }
+    for (uint32_t bit = 1; bit != 0 && bit <= causes; bit <<= 1) {
+        if (causes & bit && core_fault_name(bit) != NULL) {
+            text_word(&console->sink, "released ");
+            text_word(&console->sink, core_fault_name(bit));
+            line(console, present & bit ? ", still present" : "");
+        }
+    }
+    advise(console, "released");
+}
+
 static void show_refusals(struct console *console) {
     for (uint32_t reason = 1; reason < REFUSALS; reason++) {
         if (console->application->refusals[reason] != 0) {
@@ -202,6 +220,7 @@ static void status(struct console *console, char *const *words, uint32_t number)
         named(console, "lanes", application->configuration.lanes);
         named_word(console, "output_fault", application_output_fault(application));
         advise(console, application_output_fault(application));
+        show_released(console);
         named(console, "overruns", application->overruns);
         text_word(&console->sink, "head2_zero_counts ");
         text_signed(&console->sink, application->head2_zero);
@@ -313,6 +332,18 @@ static void forget(struct console *console, char *const *words, uint32_t number)
     line(console, "ok");
 }
 
+static void tell_still_present(struct console *console) {
+    uint32_t present = application_release_present(console->application);
+    text_word(&console->sink, "error: the line drivers stay released, still present:");
+    for (uint32_t bit = 1; bit != 0 && bit <= present; bit <<= 1) {
+        if (present & bit && core_fault_name(bit) != NULL) {
+            text_word(&console->sink, " ");
+            text_word(&console->sink, core_fault_name(bit));
+        }
+    }
+    line(console, "; try help released");
+}
+
 static void clear_output(struct console *console, char *const *words, uint32_t number) {
     (void)words;
     (void)number;
@@ -320,11 +351,17 @@ static void clear_output(struct console *console, char *const *words, uint32_t n
     case OUTPUT_CLEARED:
         line(console, "ok, the output follows from the present position");
         break;
+    case OUTPUT_DRIVEN:
+        line(console, "ok, the line drivers are enabled again");
+        break;
     case OUTPUT_NO_FAULT:
         error(console, "the output is at no fault", "");
         break;
     case OUTPUT_FAULT_AGAIN:
         error(console, "the output came to a fault again; try help output", "");
+        break;
+    case OUTPUT_STAYS_RELEASED:
+        tell_still_present(console);
         break;
     case OUTPUT_NO_CORE:
     default:
@@ -367,8 +404,9 @@ static const struct command commands[] = {
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
     {"forget", "forget: correction off, begin with nothing known", 1, 1, forget},
     {"clear_output",
-     "clear_output: end the fault of the output; it follows from the present position, the missed "
-     "counts stay lost: make the servo safe first, let it look for its zero afterwards",
+     "clear_output: end the fault of the output, whose missed counts stay lost, and enable released line "
+     "drivers again; it follows from the present position: make the servo safe first, let it look for its zero "
+     "afterwards",
      1, 1, clear_output},
     {"rearm", "rearm: look for the core and the index again", 1, 1, rearm},
 };

@@ -46,6 +46,22 @@ static void alarm_part(const struct text_sink *sink, uint32_t alarms) {
     text_word(sink, "]");
 }
 
+/* Faults that took the line drivers' enable away. */
+static void released_part(const struct text_sink *sink, uint32_t causes) {
+    bool first = true;
+    key(sink, "released");
+    text_word(sink, "[");
+    for (uint32_t bit = 1; bit != 0 && bit <= causes; bit <<= 1) {
+        if (causes & bit && core_fault_name(bit) != NULL) {
+            text_word(sink, first ? "\"" : ",\"");
+            text_word(sink, core_fault_name(bit));
+            text_word(sink, "\"");
+            first = false;
+        }
+    }
+    text_word(sink, "]");
+}
+
 /* The turn itself was told in a line before. */
 static void alarm_line(const struct text_sink *sink, const struct application *application) {
     text_word(sink, "{\"turn\":");
@@ -53,6 +69,9 @@ static void alarm_line(const struct text_sink *sink, const struct application *a
     word(sink, "result", "alarm");
     word(sink, "reason", refusal_name(NOT_REFUSED));
     number(sink, "swaps", application->swaps);
+    if (application->report.release_causes != 0) {
+        released_part(sink, application->report.release_causes);
+    }
     alarm_part(sink, application->report.alarms);
     text_word(sink, "}\r\n");
 }
@@ -177,6 +196,7 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
     }
     number(sink, "swaps", application->swaps);
     word(sink, "output_fault", output_fault_name(report->output_stands));
+    released_part(sink, report->release_causes);
     alarm_part(sink, report->alarms);
     text_word(sink, "}\r\n");
 }

@@ -206,6 +206,7 @@ architecture rtl of arctrue_core is
   signal processor_silent   : std_ulogic;
   signal faults             : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
   signal released           : std_ulogic;
+  signal release_causes     : std_ulogic_vector(FAULT_KINDS - 1 downto 0);
   signal sync_strobe        : std_ulogic;
   signal triggered          : std_ulogic;
   signal probe_strobe       : std_ulogic;
@@ -361,6 +362,7 @@ begin
       timestamp           => timestamp,
       turn_position1      => heads(1).turn_position,
       turn_position2      => heads(2).turn_position,
+      zero_moved1         => heads(1).zero_moved,
       index_seen1         => heads(1).index_seen,
       index_seen2         => heads(2).index_seen,
       index_error1        => heads(1).index_error,
@@ -486,6 +488,7 @@ begin
       alarm_sources   => hwif_out.alarm.sources.value,
       release_sources => hwif_out.alarm.released_by.value,
       released        => released,
+      causes          => release_causes,
       driver_enable   => driver_enable,
       alarm           => alarm
     );
@@ -654,6 +657,8 @@ begin
   hwif_in.status.processor_silent.next_q <= processor_silent;
   hwif_in.status.released.next_q         <= released;
   hwif_in.status.compare_armed.next_q    <= compare_armed;
+  hwif_in.status.release_causes.next_q   <= release_causes;
+  hwif_in.status.release_present.next_q  <= faults and hwif_out.alarm.released_by.value;
 
   hwif_in.probe.time.value.next_q     <= std_ulogic_vector(probe_time);
   hwif_in.probe.position.value.next_q <= probe_position;

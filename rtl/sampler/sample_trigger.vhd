@@ -30,12 +30,13 @@
 --
 -- What moves is counted modulo angle_step from the start on, and the division only says at which
 -- value of that counter a multiple lies. So turn_position may move by one count a clock at most, as
--- that of the decoder does.
+-- that of the decoder does. Where it jumps since its zero moves, `zero_moved` turns over with the first position from
+-- the new zero, and the grid is found anew as after a change of angle_step: no trigger in that clock nor in the next 36.
 --
 -- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives none.
 --
 -- **Reset and enable.** `reset` and a low `enable` do the same: no trigger, and everything starts
--- afresh. turn_position may jump (first index) only while `enable` is low.
+-- afresh. Without a change of `zero_moved` turn_position may jump (first index) only while `enable` is low.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -53,6 +54,7 @@ entity sample_trigger is
     sample_period : in    u_unsigned(31 downto 0);                   -- clocks
     angle_step    : in    u_unsigned(ANGLE_WIDTH - 1 downto 0);      -- counts
     turn_position : in    u_signed(POSITION_WIDTH - 1 downto 0);     -- counts from the index, head 1
+    zero_moved    : in    std_ulogic := '0';                         -- turns over with the first position from another zero
     trigger       : out   std_ulogic                                 -- one clock a sample
   );
 end entity sample_trigger;
@@ -133,6 +135,7 @@ begin
     variable is_idle     : std_ulogic := '1';
     variable step        : count      := (others => '0');
     variable changes     : std_ulogic;
+    variable zero_before : std_ulogic := '0';
     variable last        : count      := (others => '0'); -- step - 1
     variable before_last : count      := (others => '0'); -- step - 2
     variable is_single   : std_ulogic := '0';             -- step is 1
@@ -170,7 +173,8 @@ begin
 
     if rising_edge(clock) then
       angle_trigger <= '0';
-      changes       := angle_step ?/= step;
+      changes       := (angle_step ?/= step) or (zero_moved xor zero_before);
+      zero_before   := zero_moved;
       move          := turn_position(1 downto 0) - before;
       before        := turn_position(1 downto 0);
       up            := move ?= 1;

@@ -5,13 +5,15 @@
 -- What the outside learns of a fault: the alarm pin, and the enable of the line drivers, which a fault can take away, so
 -- that a drive sees a broken encoder in place of one that stands.
 --
--- **Latency.** 1 clock.
+-- **Latency.** 1 clock; from `clear` to `driver_enable` 2 clocks.
 --
 -- **Alarm.** `alarm` is high while a fault is `present` whose bit in `alarm_sources` is set.
 --
 -- **Driver enable.** `driver_enable` is high while `enable` is, until a fault is `present` whose bit in `release_sources` is
--- set. From then on it is low, and `released` high, until `clear` (pulse) or a low `enable` while no such fault is
--- present: a fault that is over does not bring a moving encoder back by itself.
+-- set. From then on it is low, and `released` high, until a low `enable`, or a `clear` (pulse) with no such fault `present` a
+-- clock after it. So one pulse that clears the fault and the release is enough, a fault that stands keeps the drivers
+-- released, and a fault that is over does not bring a moving encoder back by itself. `causes` are the faults that released
+-- them, and those that came since; after a `clear` that was not enough, those that are still present.
 --
 -- **Reset** takes the enable and the alarm away, and forgets the release.
 
@@ -31,6 +33,7 @@ entity fault_outputs is
     alarm_sources   : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that raise the alarm
     release_sources : in    std_ulogic_vector(KINDS - 1 downto 0); -- faults that release the outputs
     released        : out   std_ulogic := '0';                     -- level, sticky
+    causes          : out   std_ulogic_vector(KINDS - 1 downto 0) := (others => '0'); -- faults behind `released`
     driver_enable   : out   std_ulogic := '0';                     -- pin
     alarm           : out   std_ulogic := '0'                      -- pin
   );
@@ -42,18 +45,24 @@ begin
 
   tell : process (clock) is
 
-    variable is_fatal : std_ulogic;
+    variable fatal    : std_ulogic_vector(KINDS - 1 downto 0);
+    -- clear, a clock later: what it has cleared elsewhere is no longer present.
+    variable cleared  : std_ulogic := '0';
 
   begin
 
     if rising_edge(clock) then
-      is_fatal      := or (present and release_sources);
-      released      <= enable and (is_fatal or (released and not clear));
-      driver_enable <= enable and not is_fatal and (clear or not released);
+      fatal         := present and release_sources;
+      released      <= enable and (or fatal or (released and not cleared));
+      causes        <= (fatal or (causes and (causes'range => not cleared))) and (causes'range => enable);
+      driver_enable <= enable and not (or fatal) and (cleared or not released);
       alarm         <= or (present and alarm_sources);
 
+      cleared := clear;
       if reset = '1' then
+        cleared       := '0';
         released      <= '0';
+        causes        <= (others => '0');
         driver_enable <= '0';
         alarm         <= '0';
       end if;

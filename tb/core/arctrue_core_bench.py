@@ -480,6 +480,33 @@ async def lost_counts_leave_the_correction_on(dut, heal: int, head2_dead: bool):
 
 
 @cocotb.test()
+async def samples_at_equal_angles_lie_on_the_grid_of_a_zero_that_moved(dut):
+    """Head 1 loses four counts; the turn after its zero has moved lies on multiples again."""
+    step = 32
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.write("angle_step", step)
+    await names.update("control", capture_enable=1, capture_mode=1)
+    await names.update("lost_counts", zero_again=1, heal=0)
+    motion = table.motion(5.7, CLOCKS_PER_COUNT)
+    reading = table.readings(motion)[:, 0]
+    machine.stuck_at = table.COUNTS_PER_REV + 50
+    moved = int(np.argmax(reading >= 2 * table.COUNTS_PER_REV)) + 100
+    await machine.turn(motion[:moved])
+    assert (await names.read("zero.moves"), await names.read("zero_slip")) == (1, -4)
+    captures = []
+    for first in range(moved, len(motion), 500):
+        await machine.turn(motion[first : first + 500])
+        if await names.read("status.capture_ready"):
+            captures.append((await names.read_capture()).samples[:, 0])
+            await names.command("capture_release")
+    # The first two are of before, and of the turn in which the zero moved.
+    samples = captures[-1]
+    assert samples.size > table.COUNTS_PER_REV // step
+    assert not np.any(samples % step), samples
+
+
+@cocotb.test()
 async def a_mark_out_of_its_place_moves_nothing(dut):
     """One mark 20 counts late, then all in their place: told, and the zero stays."""
     machine = await prepared(dut)
@@ -554,6 +581,41 @@ async def alarm_and_release_of_the_drivers(dut):
     assert int(dut.driver_enable.value) == 1
     assert await names.read("status.released") == 0
     assert machine.output[-1] == machine.output[0]
+
+
+@cocotb.test()
+async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
+    """The write that ends `cannot_keep_up` ends the release for it, too; a head's flag goes on."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.command("clear_head1", "clear_head2")
+    await names.write("output_spacing", 1000)
+    await names.write("following_limit", 5)
+    await names.update("alarm", sources=0, released_by=0b00100)
+    await names.update("control", output_enable=1)
+    await ClockCycles(dut.clock, 8)
+    assert int(dut.driver_enable.value) == 1
+    await machine.turn(table.motion(0.1, CLOCKS_PER_COUNT))
+    await ClockCycles(dut.clock, 20)
+    assert int(dut.driver_enable.value) == 0
+    status = await names.read_fields("status")
+    assert (status["cannot_keep_up"], status["released"]) == (1, 1)
+    assert (status["release_causes"], status["release_present"]) == (0b00100, 0b00100)
+    await names.update("alarm", released_by=0b00101)
+    dut.head1_a.value, dut.head1_b.value = 1 - int(dut.head1_a.value), 1 - int(dut.head1_b.value)
+    await ClockCycles(dut.clock, 20)
+    await names.command("clear_output")
+    await ClockCycles(dut.clock, 4)
+    status = await names.read_fields("status")
+    assert (status["cannot_keep_up"], status["released"]) == (0, 1), "head 1 holds it"
+    assert (status["release_causes"], status["release_present"]) == (0b00001, 0b00001)
+    assert int(dut.driver_enable.value) == 0
+    await names.command("clear_output", "clear_head1")
+    await ClockCycles(dut.clock, 4)
+    assert int(dut.driver_enable.value) == 1
+    status = await names.read_fields("status")
+    assert not status["released"]
+    assert (status["release_causes"], status["release_present"]) == (0, 0)
 
 
 @cocotb.test()

@@ -214,6 +214,8 @@ begin
   hwif_in.status.processor_silent.next_q <= status(6);
   hwif_in.status.released.next_q <= status(7);
   hwif_in.status.compare_armed.next_q <= status(8);
+  hwif_in.status.release_causes.next_q <= status(20 downto 16);
+  hwif_in.status.release_present.next_q <= status(28 downto 24);
   hwif_in.interrupt_status.probe.next_q <= interrupt_events(10);
   hwif_in.probe.time.value.next_q <= probe_time;
   hwif_in.probe.position.value.next_q <= u_signed(probe_position);

@@ -31,6 +31,8 @@ class Segment:
     reset: bool = False
     tremble: bool = False
     """One count up and down in turn, every clocks_a_count clocks."""
+    zero_slip: int = 0
+    """With the first clock of the segment the zero of head 1 moves by so many counts."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,25 @@ SCENARIOS: dict[str, Scenario] = {
         start=-5,
         expect={"captures": 2},
     ),
+    "equal_angle_zero_moves": Scenario(
+        [
+            Segment(1203, clocks_a_count=2, mode=1, angle_step=16),
+            # Lost counts of whole periods, some that two bits of a jump do not show, and one count.
+            Segment(1201, clocks_a_count=2, mode=1, angle_step=16, zero_slip=4),
+            Segment(1203, clocks_a_count=2, mode=1, angle_step=16, zero_slip=-7),
+            Segment(1201, clocks_a_count=1, mode=1, angle_step=16, zero_slip=1, down=True),
+            # Twice, the second time while the grid is being found.
+            Segment(20, clocks_a_count=1, mode=1, angle_step=16, zero_slip=5000, down=True),
+            Segment(1203, clocks_a_count=1, mode=1, angle_step=16, zero_slip=2, down=True),
+            # Onto a multiple and beside it, where the table stands.
+            Segment(200, mode=1, angle_step=16, zero_slip=3),
+            Segment(800, clocks_a_count=3, mode=1, angle_step=16, zero_slip=-2),
+            Segment(300, clocks_a_count=2, sample_period=7, zero_slip=4),
+        ],
+        counts_per_rev=128,
+        start=-50,
+        expect={"captures": 15},
+    ),
     "equal_angle_across_the_position_wrap": Scenario(
         [
             Segment(1600, clocks_a_count=2, mode=1, angle_step=16),
@@ -274,7 +295,11 @@ def _signed32(counts: NDArray[np.int64]) -> NDArray[np.int64]:
 def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
     """The scenario clock by clock, under the names of the sampler's inputs; shape (clocks,)."""
     lengths = [segment.clocks for segment in scenario.segments]
-    turned = scenario.start + np.cumsum(np.concatenate([_moves(s) for s in scenario.segments]))
+    first = np.cumsum([0, *lengths[:-1]])
+    slips = np.array([segment.zero_slip for segment in scenario.segments])
+    moved = np.concatenate([_moves(s) for s in scenario.segments])
+    np.add.at(moved, first, slips)
+    turned = scenario.start + np.cumsum(moved)
     clock = np.arange(len(turned))
     names = ("enable", "mode", "sample_period", "angle_step", "flags", "reset")
     columns = {
@@ -284,6 +309,7 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
     return {
         **columns,
         "turn_position1": _signed32(turned),
+        "zero_moved1": np.repeat(np.cumsum(slips != 0) % 2, lengths),
         # Another value in every clock, whether or not head 1 moves.
         "turn_position2": _signed32(3 * turned - 7 * clock + 0x1234_5678),
         "counts_per_rev": np.full(len(turned), scenario.counts_per_rev),

@@ -28,7 +28,7 @@ async def at_random(dut) -> None:
     reset[0] = True
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     await FallingEdge(dut.clock)
-    released = False
+    causes, cleared = 0, False
     driven = np.zeros(CLOCKS, dtype=bool)
     for clock in range(CLOCKS):
         dut.reset.value = int(reset[clock])
@@ -38,16 +38,43 @@ async def at_random(dut) -> None:
         dut.alarm_sources.value = int(alarms[clock])
         dut.release_sources.value = int(releases[clock])
         await FallingEdge(dut.clock)
-        fatal = bool(present[clock] & releases[clock])
+        fatal = int(present[clock] & releases[clock])
         if reset[clock] or not enable[clock]:
-            released = False
-        elif fatal:
-            released = True
-        elif clear[clock]:
-            released = False
-        assert int(dut.released.value) == released, clock
-        driven[clock] = enable[clock] and not released and not reset[clock] and not fatal
+            causes = 0
+        elif cleared:
+            causes = fatal
+        else:
+            causes |= fatal
+        cleared = bool(clear[clock]) and not reset[clock]
+        assert int(dut.released.value) == bool(causes), clock
+        assert dut.causes.value.to_unsigned() == causes, clock
+        driven[clock] = enable[clock] and not causes and not reset[clock]
         assert int(dut.driver_enable.value) == driven[clock], clock
         alarm = bool(present[clock] & alarms[clock]) and not reset[clock]
         assert int(dut.alarm.value) == alarm, clock
     assert 0.1 < driven.mean() < 0.9
+
+
+@cocotb.test()
+@cocotb.parametrize(kind=range(KINDS), ends=[True, False])
+async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
+    """The clear that ends the fault itself, a clock later, ends the release too; else it stays."""
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.reset.value = 1
+    dut.enable.value, dut.clear.value, dut.present.value = 1, 0, 0
+    dut.alarm_sources.value, dut.release_sources.value = 0, 1 << kind
+    await FallingEdge(dut.clock)
+    dut.reset.value = 0
+    await FallingEdge(dut.clock)
+    assert int(dut.driver_enable.value) == 1
+    dut.present.value = 1 << kind
+    await FallingEdge(dut.clock)
+    assert (int(dut.driver_enable.value), int(dut.released.value)) == (0, 1)
+    dut.clear.value = 1
+    await FallingEdge(dut.clock)
+    dut.clear.value = 0
+    dut.present.value = 0 if ends else 1 << kind
+    for _ in range(3):
+        await FallingEdge(dut.clock)
+        assert (int(dut.driver_enable.value), int(dut.released.value)) == (ends, not ends)
+        assert dut.causes.value.to_unsigned() == (0 if ends else 1 << kind)

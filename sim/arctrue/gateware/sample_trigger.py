@@ -38,18 +38,29 @@ class SampleTrigger:
         self._on_multiple = False
         self._fresh = True
         self._left_by = 0
+        self._zero_before = 0
 
     def clock(
-        self, enable: bool, mode: int, sample_period: int, angle_step: int, turn_position: int
+        self,
+        enable: bool,
+        mode: int,
+        sample_period: int,
+        angle_step: int,
+        turn_position: int,
+        zero_moved: int = 0,
     ) -> bool:
         """Whether this clock is sampled. The VHDL's ``trigger`` is high one clock later.
 
         ``sample_period`` in clocks, ``angle_step`` and ``turn_position`` (signed, 32 bits) in
-        counts; ``mode`` 0 equal time, 1 equal angle. Raises ValueError when the position moves by
-        more than one count while the grid is followed: no decoder does that.
+        counts; ``mode`` 0 equal time, 1 equal angle; ``zero_moved`` turns over with the first
+        position from another zero. Raises ValueError when the position moves by more than one
+        count while the grid is followed and the zero stays: no decoder does that.
         """
         in_time = self._equal_time(sample_period)
-        changes = angle_step != self._step
+        changes = angle_step != self._step or zero_moved != self._zero_before
+        if zero_moved != self._zero_before:
+            self._zero_before = zero_moved
+            self._state = _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
         if not enable or mode == 1:
             in_time = False
@@ -117,16 +128,23 @@ def sample_trigger(
     mode: ArrayLike = 0,
     sample_period: ArrayLike = 100_000,
     angle_step: ArrayLike = 0,
+    zero_moved: ArrayLike = 0,
 ) -> NDArray[np.bool_]:
     """Which clocks are sampled: one boolean a clock, shape (clocks,).
 
     Every argument is one value a clock, or one for all clocks: ``turn_position`` of head 1 in
     counts (signed, 32 bits), ``mode`` 0 equal time or 1 equal angle, ``sample_period`` in clocks,
-    ``angle_step`` in counts. Raises ValueError when the shapes do not fit, and when the position
-    jumps while equal angles are sampled.
+    ``angle_step`` in counts, ``zero_moved`` the level that turns over where the position counts
+    from another zero. Raises ValueError when the shapes do not fit, and when the position jumps
+    without that while equal angles are sampled.
     """
     columns = np.broadcast_arrays(
-        np.asarray(enable, dtype=bool), mode, sample_period, angle_step, turn_position
+        np.asarray(enable, dtype=bool),
+        mode,
+        sample_period,
+        angle_step,
+        turn_position,
+        zero_moved,
     )
     trigger = SampleTrigger()
     rows = zip(*(np.atleast_1d(column).tolist() for column in columns), strict=True)

@@ -51,6 +51,8 @@ class SamplerInputs:
     """Clocks; None counts from 0."""
     flags: ArrayLike = _INDEX_SEEN
     """Levels of the decoders: the first eight of FLAG_NAMES."""
+    zero_moved1: ArrayLike = 0
+    """Turns over with the first ``turn_position1`` from another zero."""
     release_bank: ArrayLike = False
 
 
@@ -210,6 +212,7 @@ def sampler(
             now["sample_period"],
             now["angle_step"],
             now["turn_position1"],
+            now["zero_moved1"],
         )
         outputs[clock + 1] = (
             filling.ready_pulse,

@@ -50,9 +50,12 @@ def test_reversal(make_scene: MakeScene) -> None:
 
 @pytest.mark.parametrize("speed", [2.5, 4.0, 8.0])
 def test_over_speed(make_scene: MakeScene, speed: float) -> None:
-    """Nearer than allowed; faster than the output may go; more than an edge a clock."""
+    """Nearer than allowed; faster than the output may go; more than an edge a clock.
+
+    The line drivers are released while the output is at its fault, and by nothing else.
+    """
     fast_s_turns = 0.02
-    scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)))
+    scene = make_scene(legs((1, 2.7), (speed, fast_s_turns), (1, 12.0)), {"release_sources": 4})
     scene.calibrate()
     scene.to_part(0.3)
     turns, before = len(scene.firmware.telemetry), scene.bank()
@@ -77,15 +80,22 @@ def test_over_speed(make_scene: MakeScene, speed: float) -> None:
     assert (during.edges < 0.5 * COUNTS) == output_fault
 
     assert scene.next_turn()["result"] == "refused"
+    if output_fault:
+        released = scene.firmware.telemetry[turns]
+        assert (released["result"], released["alarms"]) == ("alarm", ["output"]), "told at once"
+        turns += 1
     assert scene.reasons(turns)[0] in ("edge_spacing", "illegal_transition", "index_error")
     assert ("output" in scene.told["alarms"]) == output_fault
     assert (scene.told["output_fault"] == "cannot_keep_up") == output_fault
+    assert scene.told["released"] == (["cannot_keep_up"] if output_fault else [])
     assert scene.bank() == before
     scene.record()
     scene.turn(0.4)
     # The refused turn has cleared the flags of the heads, and the output stands as before.
     assert (scene.compare().edges == 0) == output_fault
+    assert scene.instrument.read("status.released") == output_fault
     scene.recovers(refers=output_fault)
+    assert not scene.instrument.read("status.released"), "by one command of the operator"
 
 
 def test_a_speed_that_swings_is_calibrated_at_equal_angles(make_scene: MakeScene) -> None:

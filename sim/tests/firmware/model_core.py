@@ -14,15 +14,21 @@ from arctrue.gateware.register_access import register_named
 
 COEFFICIENTS = 0x1000
 INDEX_SEEN = 1
+FAULTS = ("head1", "head2", "cannot_keep_up", "correction_limited", "processor_silent")
+"""Bits of the register ``alarm``, from the lowest on."""
 
 
 def address(path: str) -> int:
     return register_named(path).address
 
 
-def bit(path: str, field: str) -> int:
+def field_shift(path: str, field: str) -> int:
     (found,) = [f for f in register_named(path).fields if f.name == field]
-    return 1 << found.shift
+    return found.shift
+
+
+def bit(path: str, field: str) -> int:
+    return 1 << field_shift(path, field)
 
 
 class ModelCore:
@@ -37,6 +43,9 @@ class ModelCore:
         self.broken_lane: int | None = None
         self.swaps_are_lost = False
         self.armed: list[tuple[int, int]] = []
+        self.lasting_faults: set[str] = set()
+        """Of ``FAULTS``: those that no command ends."""
+        self.release_causes = 0
         self.set("identification", 0x41524354)
         self.set("version", 0x000100)
         self.set("core_configuration", lanes | 18 << 8 | depth << 16)
@@ -62,7 +71,14 @@ class ModelCore:
         if offset == address("status"):
             on = self.get("control") & bit("control", "compensate")
             applied = bool(on and self.get("head1.flags") & INDEX_SEEN)
-            return self.get("status") | applied * bit("status", "compensating")
+            releasing = self.releasing_faults()
+            return (
+                self.get("status")
+                | applied * bit("status", "compensating")
+                | bool(self.release_causes) * bit("status", "released")
+                | self.release_causes << field_shift("status", "release_causes")
+                | releasing << field_shift("status", "release_present")
+            )
         return self.words.get(offset, 0)
 
     def write(self, _: Any, offset: int, word: int) -> None:
@@ -85,6 +101,7 @@ class ModelCore:
                 self.set(f"{head}.flags", self.get(f"{head}.flags") & INDEX_SEEN)
         if word & bit("command", "clear_output"):
             self.set("status", self.get("status") & ~bit("status", "cannot_keep_up"))
+            self.release_causes = self.releasing_faults()
         if word & bit("command", "compare_arm"):
             self.armed.append((self.get("compare.first"), self.get("compare.interval")))
             self.set("status", self.get("status") | bit("status", "compare_armed"))
@@ -92,6 +109,17 @@ class ModelCore:
             self.set("status", self.get("status") & ~bit("status", "compare_armed"))
         if word & bit("command", "rearm"):
             self.set("counts_per_rev_active", self.get("counts_per_rev"))
+
+    def releasing_faults(self) -> int:
+        """Those that are present and take the drivers' enable away; from now on it is away."""
+        present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
+        present |= self.lasting_faults
+        if self.get("status") & bit("status", "cannot_keep_up"):
+            present.add("cannot_keep_up")
+        bits = sum(1 << place for place, name in enumerate(FAULTS) if name in present)
+        bits &= self.get("alarm") >> field_shift("alarm", "released_by")
+        self.release_causes |= bits
+        return bits
 
     def capture(self, _: Any, number: int) -> Any:
         ffi, _library = firmware()
