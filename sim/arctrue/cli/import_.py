@@ -187,7 +187,8 @@ def import_(
     if dry_run:
         console.print(f"{out} is not written (--dry-run); the whole command: {command}")
         return
-    origin = Origin(one_line(command), f"arctrue {version('arctrue')}")
+    decided = tuple(one_line(text) for text in imported.notes)
+    origin = Origin(one_line(command), f"arctrue {version('arctrue')}", decided)
     write_measurement_set(out, replace(imported.measurement, origin=origin))
     from arctrue.report.import_figure import plot_imported
 

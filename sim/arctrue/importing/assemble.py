@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
-from arctrue.importing.columns import NONE, Mapped, map_columns
-from arctrue.importing.errors_and_signs import error_of_readings, signed_error
+from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused
+from arctrue.importing.errors_and_signs import error_of_readings, one_zero, signed_error
 from arctrue.importing.file_rows import FileRows, rows_of
 from arctrue.importing.motion import Pass, cycles, passes
 from arctrue.importing.recording import Recording
@@ -105,6 +105,7 @@ def import_recordings(
             "the columns make neither a capture (time, head1 and head2) nor a reference run "
             "(target, with error or head1)"
         )
+    tell_unused(recordings, mapped, settings.columns, choices)
     measurement = MeasurementSet(table, capture, reference, title=settings.title)
     return Imported(measurement, mapped, tuple(choices.notes), clocks)
 
@@ -316,10 +317,16 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
 def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> Reference:
     parts: dict[str, list[Any]] = {}
     first_run = first_cycle = 0
-    for rows in files:
+    compared = {
+        number: error_of_readings(rows, settings.sign, choices)
+        for number, rows in enumerate(files)
+        if "head1" in rows.angles
+    }
+    compared = one_zero(files, compared, settings.zero, choices)
+    for number, rows in enumerate(files):
         columns: dict[str, Any] = {}
-        if "head1" in rows.angles:
-            target, error = error_of_readings(rows, settings.sign, settings.zero, choices)
+        if number in compared:
+            target, error = compared[number].target, compared[number].error
         else:
             target, error = rows.angles["target"], signed_error(rows, settings.sign, choices)
         run, direction, cycle = _labelled(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.known_names import UNLOCKS, quantity_meant
 from arctrue.importing.quantities import QUANTITIES, UNITS, Kind, name_and_unit, unit_named
 from arctrue.importing.recording import Recording
 
@@ -61,6 +62,7 @@ def map_columns(
             if not any(name in mapped for mapped in found[file : file + 1]) and name not in columns:
                 found[file][name] = Source(known.column, known.unit, f"format {recording.format}")
         _by_own_names(recording, found[file], columns, units, choices)
+        _by_common_names(recording, found[file], columns, units, choices)
     _ask_for_what_is_needed(recordings, found, columns, units, choices)
     return found
 
@@ -115,9 +117,6 @@ def _unit(
     written = name_and_unit(kind, column)[1]
     if written is not None:
         return written
-    for option, answer in choices.answers:
-        if option == "--unit" and answer.startswith(f"{name}="):
-            return answer.partition("=")[2]
     return choices.ask(
         Ambiguous(
             f"--unit {name}",
@@ -143,6 +142,73 @@ def _by_own_names(
             if base.lower() == name:
                 unit = _unit(recording, name, column, units, choices)
                 found[name] = Source(column, unit, "its name")
+
+
+def _by_common_names(
+    recording: Recording,
+    found: Mapped,
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    """Columns with a name that is common for one quantity; of two alike, neither."""
+    meant: dict[str, list[str]] = {}
+    for column in recording.columns:
+        if column in {source.column for source in found.values()} | {*columns.values()}:
+            continue
+        for name, kind in QUANTITIES.items():
+            base, unit = (column, None) if kind == "whole" else name_and_unit(kind, column)
+            if quantity_meant(base, unit_of_time=kind == "time" and unit is not None) == name:
+                meant.setdefault(name, []).append(column)
+    for name, alike in meant.items():
+        if name in columns or name in found or len(alike) > 1:
+            continue
+        if _may_be(recording, name, alike[0], {*found, *meant}):
+            unit = _unit(recording, name, alike[0], units, choices)
+            found[name] = Source(alike[0], unit, "a common name")
+
+
+def _may_be(recording: Recording, name: str, column: str, others: set[str]) -> bool:
+    """False where the values, or what else is there, show that the name means something else."""
+    values, kind = recording.columns[column], QUANTITIES[name]
+    if kind == "whole":
+        whole = values.dtype.kind in "iu"
+        return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
+    if name == "target":
+        # Two heads need no reference, and a commanded angle beside them is none.
+        return not {"head1", "head2"} <= others
+    if name == "error" and {"target", "head1"} <= others:
+        # It may be a code of a fault.
+        return name_and_unit(kind, column)[1] is not None
+    return values.dtype.kind in "iuf" or kind in ("time", "angle")
+
+
+def tell_unused(
+    recordings: Sequence[Recording],
+    found: Sequence[Mapped],
+    columns: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    """List the columns of each file that no quantity is made of, and what they could give."""
+    for recording, mapped in zip(recordings, found, strict=True):
+        used = {source.column for source in mapped.values()}
+        unused = [
+            f"{number} {column}" + (" (text)" if values.dtype.kind == "U" else "")
+            for number, (column, values) in enumerate(recording.columns.items(), start=1)
+            if column not in used
+        ]
+        if not unused:
+            continue
+        could = [
+            f"--column {name}=COLUMN, for {gain}"
+            for name, gain in UNLOCKS.items()
+            if name not in mapped and columns.get(name) != NONE
+        ]
+        choices.note(
+            f"{recording.path.name}: not used: {', '.join(unused)}. "
+            + (f"If one of them is known: {'; '.join(could)}. " if could else "")
+            + "--column NAME=COLUMN makes a condition NAME of a column, and diagnose looks at it"
+        )
 
 
 def _ask_for_what_is_needed(

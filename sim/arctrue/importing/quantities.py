@@ -92,7 +92,10 @@ _WRITTEN: Mapping[str, str] = {
     "f": "degF",
     "degf": "degF",
 }
-_WITH_UNIT = re.compile(r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+))$")
+_WITH_UNIT = re.compile(
+    r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"
+    r"|(?:/|,|\bin\b)\s*(?P<last>[^/,\s]+))$"
+)
 
 
 def unit_named(kind: Kind, text: str) -> str | None:
@@ -106,9 +109,9 @@ def unit_named(kind: Kind, text: str) -> str | None:
 
 
 def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
-    """A column's name without its unit, and the unit: ``Az [deg]``, ``az_deg``."""
+    """A column's name without its unit, and the unit: ``Az [deg]``, ``az_deg``, ``Az / deg``."""
     found = _WITH_UNIT.match(column.strip())
     if found is None:
         return column.strip(), None
-    unit = unit_named(kind, found["within"] or found["after"])
+    unit = unit_named(kind, found["within"] or found["after"] or found["last"])
     return (found["name"], unit) if unit is not None else (column.strip(), None)
