@@ -16,6 +16,7 @@ from arctrue.importing.errors_and_signs import error_of_readings, one_zero, sign
 from arctrue.importing.file_rows import FileRows, rows_of
 from arctrue.importing.motion import Pass, cycles, passes
 from arctrue.importing.recording import Recording
+from arctrue.importing.row_order import in_order
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
 from arctrue.runs import run_spans
@@ -36,7 +37,8 @@ class Settings:
     ``columns``, ``units``: by quantity (``quantities``). ``sign``: ``reading-true`` or
     ``true-reading``, of an error column. ``zero``: ``keep``, or ``shift`` to turn the reference's
     zero to that of the reading. ``clock_offset_s``: added to the reference's time it gives the
-    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``table``, ``instrument``,
+    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``order``: of rows whose time
+    goes back (``row_order``). ``table``, ``instrument``,
     ``title``: as in the set.
     """
 
@@ -46,6 +48,7 @@ class Settings:
     zero: str = ""
     clock_offset_s: float | None = None
     missing: str = ""
+    order: str = ""
     table: Table = field(default_factory=Table)
     instrument: str | None = None
     standard_uncertainty_arcsec: float | None = None
@@ -85,6 +88,7 @@ def import_recordings(
         rows_of(recording, sources, table.counts_per_rev, settings.missing, choices)
         for recording, sources in zip(recordings, mapped, strict=True)
     ]
+    files = [in_order(f, settings.order, choices) for f in files]
     files = _from_the_start(files, choices)
     encoders = [f for f in files if "head1" in f.angles and "target" not in f.angles]
     references = [f for f in files if "target" in f.angles]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ FAR_ZERO_TURNS = 0.5 / 360.0
 FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
 """No table's reversal error, and no drift between two files, is as much as this."""
 LONGEST_STEP_TURNS = 0.25
+STANDSTILL_SHARE = 1e-3
+"""Of the other's motion: less is a standstill with noise."""
 SAME_MOTION = 0.1
 """Relative difference of the motions beyond which the units are wrong."""
 
@@ -116,7 +119,11 @@ def one_zero(
         )
     if zero != "shift":
         return dict(compared)
-    far = [n for n in means if abs(_within_half(near[n] - together)) > FARTHEST_FROM_ONE_ZERO_TURNS]
+    far = [
+        n
+        for n in means
+        if abs(math.remainder(near[n] - together, 1.0)) > FARTHEST_FROM_ONE_ZERO_TURNS
+    ]
     if far:
         raise ValueError(
             f"--zero shift: the files do not have one zero: head1 − target is {listed} on average. "
@@ -135,6 +142,7 @@ def one_zero(
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
     """+1 or −1: how the reading follows the reference."""
+    _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
     usable = (np.abs(step) < LONGEST_STEP_TURNS) & (np.abs(read) < LONGEST_STEP_TURNS)
@@ -154,6 +162,36 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
             f"Look at the units ({units}) and at --counts-per-rev"
         )
     return 1 if slope > 0.0 else -1
+
+
+def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
+    """Raise ValueError where one of both stands still, or nearly, while the other one moves."""
+    ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
+    for still, moving in (("target", "head1"), ("head1", "target")):
+        if ways[still] <= STANDSTILL_SHARE * ways[moving]:
+            where = rows.angles[still][0] * 360.0
+            column = rows.sources[still].column if still in rows.sources else still
+            more = (
+                "A reference angle moves with the table: name the column that does"
+                if still == "target"
+                else "Is the encoder connected, and is this its column? Name the right one"
+            )
+            if ways[moving] == 0.0:
+                raise ValueError(
+                    f"{rows.name}: neither target nor head1 moves; {still} is {where:.6g}° in "
+                    "every row. An error over the angle needs a run over the angle"
+                )
+            raise ValueError(
+                f"{rows.name}: {still} (column {column}) stands still at {where:.6g}° while "
+                f"{moving} moves over {ways[moving] * 360.0:.6g}°. {more} "
+                f"(--column {still}=…)"
+            )
+
+
+def _range_turns(angle: Float) -> float:
+    """How far an angle goes, over the ends of turns."""
+    step = _within_half(np.diff(angle))
+    return float(np.ptp(np.cumsum(step))) if step.size > 1 else float(np.abs(step).sum())
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:
