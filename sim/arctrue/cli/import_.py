@@ -110,6 +110,11 @@ def _ask(asked: Ambiguous) -> str:
 @click.option(
     "--clock-offset", type=Finite(), help="Seconds that are added to the times of the reference."
 )
+@click.option(
+    "--order",
+    type=click.Choice(["sort", "runs"]),
+    help="Where the times of rows go back: sort the rows, or begin a new run at each such row.",
+)
 @click.option("--missing", type=click.Choice(["drop"]), help="Leave out rows without a value.")
 @click.option("--lines", type=click.IntRange(min=1), help="Grating lines of the disc.")
 @click.option(
@@ -140,6 +145,7 @@ def import_(
     sign: str | None,
     zero: str | None,
     clock_offset: float | None,
+    order: str | None,
     missing: str | None,
     lines: int | None,
     gear_teeth: float | None,
@@ -169,6 +175,7 @@ def import_(
             zero=zero or "",
             clock_offset_s=clock_offset,
             missing=missing or "",
+            order=order or "",
             table=Table(
                 counts_per_rev=counts_per_rev,
                 head_separation_deg=separation,
@@ -187,7 +194,8 @@ def import_(
     if dry_run:
         console.print(f"{out} is not written (--dry-run); the whole command: {command}")
         return
-    origin = Origin(one_line(command), f"arctrue {version('arctrue')}")
+    decided = tuple(one_line(text) for text in imported.notes)
+    origin = Origin(one_line(command), f"arctrue {version('arctrue')}", decided)
     write_measurement_set(out, replace(imported.measurement, origin=origin))
     from arctrue.report.import_figure import plot_imported
 

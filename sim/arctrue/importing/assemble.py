@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
-from arctrue.importing.columns import NONE, Mapped, map_columns
-from arctrue.importing.errors_and_signs import error_of_readings, signed_error
+from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused
+from arctrue.importing.errors_and_signs import error_of_readings, one_zero, signed_error
 from arctrue.importing.file_rows import FileRows, rows_of
 from arctrue.importing.motion import Pass, cycles, passes
 from arctrue.importing.recording import Recording
+from arctrue.importing.row_order import in_order
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
 from arctrue.runs import run_spans
@@ -36,7 +37,8 @@ class Settings:
     ``columns``, ``units``: by quantity (``quantities``). ``sign``: ``reading-true`` or
     ``true-reading``, of an error column. ``zero``: ``keep``, or ``shift`` to turn the reference's
     zero to that of the reading. ``clock_offset_s``: added to the reference's time it gives the
-    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``table``, ``instrument``,
+    encoder's. ``missing``: ``drop`` leaves rows without a value out. ``order``: of rows whose time
+    goes back (``row_order``). ``table``, ``instrument``,
     ``title``: as in the set.
     """
 
@@ -46,6 +48,7 @@ class Settings:
     zero: str = ""
     clock_offset_s: float | None = None
     missing: str = ""
+    order: str = ""
     table: Table = field(default_factory=Table)
     instrument: str | None = None
     standard_uncertainty_arcsec: float | None = None
@@ -85,6 +88,7 @@ def import_recordings(
         rows_of(recording, sources, table.counts_per_rev, settings.missing, choices)
         for recording, sources in zip(recordings, mapped, strict=True)
     ]
+    files = [in_order(f, settings.order, choices) for f in files]
     files = _from_the_start(files, choices)
     encoders = [f for f in files if "head1" in f.angles and "target" not in f.angles]
     references = [f for f in files if "target" in f.angles]
@@ -105,6 +109,7 @@ def import_recordings(
             "the columns make neither a capture (time, head1 and head2) nor a reference run "
             "(target, with error or head1)"
         )
+    tell_unused(recordings, mapped, settings.columns, choices)
     measurement = MeasurementSet(table, capture, reference, title=settings.title)
     return Imported(measurement, mapped, tuple(choices.notes), clocks)
 
@@ -316,10 +321,16 @@ def _capture(files: list[FileRows], table: Table, choices: Choices) -> Capture:
 def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> Reference:
     parts: dict[str, list[Any]] = {}
     first_run = first_cycle = 0
-    for rows in files:
+    compared = {
+        number: error_of_readings(rows, settings.sign, choices)
+        for number, rows in enumerate(files)
+        if "head1" in rows.angles
+    }
+    compared = one_zero(files, compared, settings.zero, choices)
+    for number, rows in enumerate(files):
         columns: dict[str, Any] = {}
-        if "head1" in rows.angles:
-            target, error = error_of_readings(rows, settings.sign, settings.zero, choices)
+        if number in compared:
+            target, error = compared[number].target, compared[number].error
         else:
             target, error = rows.angles["target"], signed_error(rows, settings.sign, choices)
         run, direction, cycle = _labelled(

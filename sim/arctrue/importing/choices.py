@@ -48,10 +48,14 @@ class Choices:
     answers: list[tuple[str, str]] = field(default_factory=list)
 
     def ask(self, asked: Ambiguous) -> str:
-        """The answer. Raises AmbiguousError where nobody answers."""
-        given = self.answer(asked)
+        """The answer, asked once. Raises AmbiguousError where nobody answers."""
         option, key = asked.option.partition(" ")[::2]
-        self.answers.append((option, f"{key}={given}" if key else given))
+        start = f"{key}=" if key else ""
+        for earlier, answer in self.answers:
+            if earlier == option and answer.startswith(start):
+                return answer.removeprefix(start)
+        given = self.answer(asked)
+        self.answers.append((option, f"{start}{given}"))
         return given
 
     def note(self, text: str) -> None:

@@ -5,14 +5,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
-from arctrue.importing.quantities import QUANTITIES, UNITS, Kind, name_and_unit, unit_named
+from arctrue.importing.known_names import UNLOCKS, quantity_meant
+from arctrue.importing.quantities import (
+    QUANTITIES,
+    UNITS,
+    Kind,
+    may_be_grad,
+    name_and_unit,
+    unit_named,
+)
 from arctrue.importing.recording import Recording
+from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
+LOOKED_AT = 400
+"""Rows whose form is looked at."""
 NONE = "none"
 """Answer for "there is no such column"."""
 
@@ -61,6 +73,7 @@ def map_columns(
             if not any(name in mapped for mapped in found[file : file + 1]) and name not in columns:
                 found[file][name] = Source(known.column, known.unit, f"format {recording.format}")
         _by_own_names(recording, found[file], columns, units, choices)
+        _by_common_names(recording, found[file], columns, units, choices)
     _ask_for_what_is_needed(recordings, found, columns, units, choices)
     return found
 
@@ -115,16 +128,35 @@ def _unit(
     written = name_and_unit(kind, column)[1]
     if written is not None:
         return written
-    for option, answer in choices.answers:
-        if option == "--unit" and answer.startswith(f"{name}="):
-            return answer.partition("=")[2]
+    said, possible = "its unit is not in its name", [unit for unit in UNITS[kind] if unit != "iso"]
+    if kind == "angle" and may_be_grad(column):
+        said, possible = "Grad is degrees in German and gon in English", ["deg", "gon"]
+    elif kind == "angle" and _has_parts_of_sixty(recording.columns[column]):
+        if _surely_degrees(recording.columns[column]):
+            choices.note(f"{recording.path.name}: {column} is in degrees, minutes and seconds")
+            return "deg"
+        said, possible = "it is in parts of sixty, of degrees or of hours", ["deg", "hours"]
     return choices.ask(
         Ambiguous(
             f"--unit {name}",
-            f"{recording.path}, column {column}: its unit is not in its name.",
-            [unit for unit in UNITS[kind] if unit != "iso"],
+            f"{recording.path}, column {column}: {said}.",
+            possible,
         )
     )
+
+
+def _has_parts_of_sixty(values: NDArray[Any]) -> bool:
+    """True for text whose first field is of that form."""
+    if values.dtype.kind != "U":
+        return False
+    return is_sexagesimal(next((text for text in values[:LOOKED_AT] if text.strip()), ""))
+
+
+def _surely_degrees(values: NDArray[Any]) -> bool:
+    """True where a sign says so, or a value is more than the hours of a turn."""
+    if any(sign in values[0] for sign in OF_DEGREES):
+        return True
+    return any(abs(sexagesimal(text) or 0.0) >= UNITS["angle"]["hours"] for text in values)
 
 
 def _by_own_names(
@@ -143,6 +175,73 @@ def _by_own_names(
             if base.lower() == name:
                 unit = _unit(recording, name, column, units, choices)
                 found[name] = Source(column, unit, "its name")
+
+
+def _by_common_names(
+    recording: Recording,
+    found: Mapped,
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    """Columns with a name that is common for one quantity; of two alike, neither."""
+    meant: dict[str, list[str]] = {}
+    for column in recording.columns:
+        if column in {source.column for source in found.values()} | {*columns.values()}:
+            continue
+        for name, kind in QUANTITIES.items():
+            base, unit = (column, None) if kind == "whole" else name_and_unit(kind, column)
+            if quantity_meant(base, unit_of_time=kind == "time" and unit is not None) == name:
+                meant.setdefault(name, []).append(column)
+    for name, alike in meant.items():
+        if name in columns or name in found or len(alike) > 1:
+            continue
+        if _may_be(recording, name, alike[0], {*found, *meant}):
+            unit = _unit(recording, name, alike[0], units, choices)
+            found[name] = Source(alike[0], unit, "a common name")
+
+
+def _may_be(recording: Recording, name: str, column: str, others: set[str]) -> bool:
+    """False where the values, or what else is there, show that the name means something else."""
+    values, kind = recording.columns[column], QUANTITIES[name]
+    if kind == "whole":
+        whole = values.dtype.kind in "iu"
+        return whole and (name != "direction" or bool((np.abs(values) == 1).all()))
+    if name == "target":
+        # Two heads need no reference, and a commanded angle beside them is none.
+        return not {"head1", "head2"} <= others
+    if name == "error" and {"target", "head1"} <= others:
+        # It may be a code of a fault.
+        return name_and_unit(kind, column)[1] is not None
+    return values.dtype.kind in "iuf" or kind in ("time", "angle")
+
+
+def tell_unused(
+    recordings: Sequence[Recording],
+    found: Sequence[Mapped],
+    columns: Mapping[str, str],
+    choices: Choices,
+) -> None:
+    """List the columns of each file that no quantity is made of, and what they could give."""
+    for recording, mapped in zip(recordings, found, strict=True):
+        used = {source.column for source in mapped.values()}
+        unused = [
+            f"{number} {column}" + (" (text)" if values.dtype.kind == "U" else "")
+            for number, (column, values) in enumerate(recording.columns.items(), start=1)
+            if column not in used
+        ]
+        if not unused:
+            continue
+        could = [
+            f"--column {name}=COLUMN, for {gain}"
+            for name, gain in UNLOCKS.items()
+            if name not in mapped and columns.get(name) != NONE
+        ]
+        choices.note(
+            f"{recording.path.name}: not used: {', '.join(unused)}. "
+            + (f"If one of them is known: {'; '.join(could)}. " if could else "")
+            + "--column NAME=COLUMN makes a condition NAME of a column, and diagnose looks at it"
+        )
 
 
 def _ask_for_what_is_needed(
@@ -205,33 +304,61 @@ def numbers(recording: Recording, source: Source) -> NDArray[np.int64] | NDArray
                 "expected a finite number, found inf", int(infinite[0]), source.column
             )
         return values.astype(np.float64)
+    # Of degrees and hours, parts of sixty: 12:34:56.7.
+    sixty = source.unit in ("deg", "hours")
+    found = np.empty(values.size)
     for row, text in enumerate(values.tolist()):
-        try:
-            wrong = "_" in text or not np.isfinite(float(text))
-        except ValueError:
-            wrong = bool(str(text).strip())
-        if wrong:
+        number = _number(str(text), sixty=sixty)
+        if number is None:
             raise recording.fault(f"expected a number, found {text!r}", row, source.column)
-    return np.array([float(t) if str(t).strip() else np.nan for t in values.tolist()])
+        found[row] = number
+    return found
+
+
+def _number(text: str, *, sixty: bool) -> float | None:
+    """NaN where it is missing; None where it is no finite number."""
+    if not text.strip():
+        return np.nan
+    try:
+        if "_" not in text and np.isfinite(number := float(text)):
+            return number
+    except ValueError:
+        return sexagesimal(text) if sixty else None
+    return None
+
+
+DAY_S = 86400.0
 
 
 def seconds(recording: Recording, source: Source) -> NDArray[np.float64]:
-    """Time in seconds since 1970 or since the log's own start; NaN where it is missing."""
+    """Time in seconds since 1970, or since the log's own start or midnight; NaN: it is missing."""
     values = recording.columns[source.column]
     if source.unit != "iso":
         return np.asarray(numbers(recording, source) / UNITS["time"][source.unit], dtype=np.float64)
     found = np.empty(values.size, dtype=np.float64)
+    of_day = 0
     for row, text in enumerate(values.tolist()):
+        hours = sexagesimal(str(text))
         try:
-            moment = datetime.fromisoformat(str(text).strip())
-            # A time without a zone is UTC: only differences count.
-            found[row] = moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
+            if hours is not None:
+                found[row] = hours * 3600.0
+                of_day += 1
+            elif not str(text).strip():
+                found[row] = np.nan
+            else:
+                moment = datetime.fromisoformat(str(text).strip().replace(",", "."))
+                # A time without a zone is UTC: only differences count.
+                found[row] = moment.replace(tzinfo=moment.tzinfo or UTC).timestamp()
         except ValueError:
             raise recording.fault(
-                f"expected a time such as 2026-01-31T12:00:00.125, found {text!r}",
+                "expected a time such as 2026-01-31T12:00:00.125 or 12:00:00.125, found "
+                f"{text!r}; --column time=none leaves the time out",
                 row,
                 source.column,
             ) from None
+    if of_day == found.size:
+        # Midnight is no step back.
+        found[1:] += DAY_S * np.cumsum(np.diff(found) < -0.5 * DAY_S)
     return found
 
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,16 +17,17 @@ Float = NDArray[np.float64]
 SIGNS = ("reading-true", "true-reading")
 FAR_ZERO_TURNS = 0.5 / 360.0
 """A mean error beyond this is a difference of zeros, no error of a table."""
+FARTHEST_FROM_ONE_ZERO_TURNS = 2.0 / 360.0
+"""No table's reversal error, and no drift between two files, is as much as this."""
 LONGEST_STEP_TURNS = 0.25
+STANDSTILL_SHARE = 1e-3
+"""Of the other's motion: less is a standstill with noise."""
 SAME_MOTION = 0.1
 """Relative difference of the motions beyond which the units are wrong."""
 
 
 def signed_error(rows: FileRows, sign: str, choices: Choices) -> Float:
     """The error column in turns (n,), as reading less true angle. Raises AmbiguousError."""
-    for option, answer in choices.answers:
-        if option == "--sign":
-            sign = sign or answer
     if not sign:
         sign = choices.ask(
             Ambiguous(
@@ -40,14 +45,23 @@ def _turned(sign: str) -> str:
     return "" if sign == SIGNS[0] else "; its sign is changed for the set"
 
 
-def error_of_readings(
-    rows: FileRows, sign: str, zero: str, choices: Choices
-) -> tuple[Float, Float]:
-    """The reference angle and the error in turns (n,), from reading and reference of each row.
+@dataclass(frozen=True)
+class Compared:
+    """A file's reference angle and error, both in turns (n,).
+
+    ``mean``: of head1 − target over the circle; None where a column of the file gives the error.
+    """
+
+    target: Float
+    error: Float
+    mean: float | None
+
+
+def error_of_readings(rows: FileRows, sign: str, choices: Choices) -> Compared:
+    """The reference angle and the error from reading and reference of each row.
 
     A reference that counts the other way is turned round, and said. An error column beside both
-    tells its sign by itself. Raises ValueError where the two move differently (a wrong unit),
-    AmbiguousError where their zeros differ and nobody says what that means.
+    tells its sign by itself. Raises ValueError where the two move differently (a wrong unit).
     """
     reading, target = rows.angles["head1"], rows.angles["target"]
     way = _way(rows, reading, target)
@@ -67,31 +81,68 @@ def error_of_readings(
             raise ValueError(
                 f"{rows.name}: --sign {sign}, but head1 and target show {SIGNS[error_sign < 0]}"
             )
-        return target, given * error_sign
+        return Compared(target, given * error_sign, None)
     choices.note(f"{rows.name}: error = head1 − target")
-    if abs(mean) > FAR_ZERO_TURNS:
-        for option, answer in choices.answers:
-            if option == "--zero":
-                zero = zero or answer
-        if not zero:
-            zero = choices.ask(
-                Ambiguous(
-                    "--zero",
-                    f"{rows.name}: head1 is {mean * 360.0:.4f}° from target on average: shift the "
-                    "reference's zero to that of head1, or keep the difference as an error?",
-                    ["shift", "keep"],
-                )
+    return Compared(target, error, mean)
+
+
+def one_zero(
+    files: Sequence[FileRows], compared: Mapping[int, Compared], zero: str, choices: Choices
+) -> dict[int, Compared]:
+    """The same with one zero for reading and reference of all files, by their numbers.
+
+    One shift for all of them: what differs from file to file, such as the reversal error between
+    a file of the way up and one of the way down, is an error of the table. Raises AmbiguousError
+    where the zeros differ and nobody says what that means, ValueError where the files' zeros are
+    too far apart to be one.
+    """
+    means = {number: item.mean for number, item in compared.items() if item.mean is not None}
+    if not means:
+        return dict(compared)
+    sizes = {number: compared[number].target.size for number in means}
+    # A row more or less in one of the files must not decide at which turn the mean is cut.
+    first = next(iter(means.values()))
+    near = {number: mean - round(mean - first) for number, mean in means.items()}
+    together = sum(near[number] * sizes[number] for number in near) / sum(sizes.values())
+    together -= round(together)
+    if max(abs(mean) for mean in (*means.values(), together)) <= FAR_ZERO_TURNS:
+        return dict(compared)
+    listed = ", ".join(f"{mean * 360.0:.4f}° in {files[n].name}" for n, mean in means.items())
+    if not zero:
+        zero = choices.ask(
+            Ambiguous(
+                "--zero",
+                f"head1 is away from target on average ({listed}): shift the reference's zero to "
+                "that of head1, by the same angle in all rows, or keep the difference as an error?",
+                ["shift", "keep"],
             )
-        if zero == "shift":
-            target, error = target + mean, error - mean
-            choices.note(
-                f"{rows.name}: {mean * 360.0:.6f}° are added to target: its zero is head1's"
-            )
-    return target, error
+        )
+    if zero != "shift":
+        return dict(compared)
+    far = [
+        n
+        for n in means
+        if abs(math.remainder(near[n] - together, 1.0)) > FARTHEST_FROM_ONE_ZERO_TURNS
+    ]
+    if far:
+        raise ValueError(
+            f"--zero shift: the files do not have one zero: head1 − target is {listed} on average. "
+            "One shift is for what was measured together: import the files one by one, then "
+            "arctrue join"
+        )
+    choices.note(f"{together * 360.0:.6f}° are added to target in all rows: its zero is head1's")
+    shifted = dict(compared)
+    for number in means:
+        item = compared[number]
+        error = item.error - together
+        error = error - np.round(np.mean(error))
+        shifted[number] = Compared(item.target + together, error, 0.0)
+    return shifted
 
 
 def _way(rows: FileRows, reading: Float, target: Float) -> int:
     """+1 or −1: how the reading follows the reference."""
+    _refuse_standstill(rows, reading, target)
     step = _within_half(np.diff(target))
     read = _within_half(np.diff(reading))
     usable = (np.abs(step) < LONGEST_STEP_TURNS) & (np.abs(read) < LONGEST_STEP_TURNS)
@@ -111,6 +162,36 @@ def _way(rows: FileRows, reading: Float, target: Float) -> int:
             f"Look at the units ({units}) and at --counts-per-rev"
         )
     return 1 if slope > 0.0 else -1
+
+
+def _refuse_standstill(rows: FileRows, reading: Float, target: Float) -> None:
+    """Raise ValueError where one of both stands still, or nearly, while the other one moves."""
+    ways = {"head1": _range_turns(reading), "target": _range_turns(target)}
+    for still, moving in (("target", "head1"), ("head1", "target")):
+        if ways[still] <= STANDSTILL_SHARE * ways[moving]:
+            where = rows.angles[still][0] * 360.0
+            column = rows.sources[still].column if still in rows.sources else still
+            more = (
+                "A reference angle moves with the table: name the column that does"
+                if still == "target"
+                else "Is the encoder connected, and is this its column? Name the right one"
+            )
+            if ways[moving] == 0.0:
+                raise ValueError(
+                    f"{rows.name}: neither target nor head1 moves; {still} is {where:.6g}° in "
+                    "every row. An error over the angle needs a run over the angle"
+                )
+            raise ValueError(
+                f"{rows.name}: {still} (column {column}) stands still at {where:.6g}° while "
+                f"{moving} moves over {ways[moving] * 360.0:.6g}°. {more} "
+                f"(--column {still}=…)"
+            )
+
+
+def _range_turns(angle: Float) -> float:
+    """How far an angle goes, over the ends of turns."""
+    step = _within_half(np.diff(angle))
+    return float(np.ptp(np.cumsum(step))) if step.size > 1 else float(np.abs(step).sum())
 
 
 def _sign_of(rows: FileRows, given: Float, error: Float) -> int:

@@ -57,6 +57,10 @@ class FileRows:
 
     def where(self, wanted: NDArray[np.bool_]) -> Self:
         """The rows where ``wanted``."""
+        return self.taken(wanted)
+
+    def taken(self, wanted: NDArray[Any]) -> Self:
+        """The rows where ``wanted`` is True, or of these numbers in their order."""
 
         def part(values: Mapping[str, Any]) -> dict[str, Any]:
             return {name: column[wanted] for name, column in values.items()}

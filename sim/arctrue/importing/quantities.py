@@ -56,31 +56,55 @@ _WRITTEN: Mapping[str, str] = {
     "degree": "deg",
     "degrees": "deg",
     "°": "deg",
+    "º": "deg",
+    "gradi": "deg",
+    "grados": "deg",
+    "degrés": "deg",
+    "d:m:s": "deg",
+    "dms": "deg",
+    "h:m:s": "hours",
+    "hms": "hours",
     "radian": "rad",
     "radians": "rad",
     "gons": "gon",
-    "grad": "gon",
     '"': "arcsec",
     "″": "arcsec",
     "as": "arcsec",
+    "''": "arcsec",
+    "bogensekunden": "arcsec",
     "arcseconds": "arcsec",
     "arcsecs": "arcsec",
     "′": "arcmin",
+    "'": "arcmin",
+    "bogenminuten": "arcmin",
     "arcminutes": "arcmin",
     "turn": "turns",
     "rev": "turns",
     "revs": "turns",
     "revolutions": "turns",
+    "umdr": "turns",
+    "umdrehungen": "turns",
+    "inkremente": "counts",
+    "impulse": "counts",
+    "pulses": "counts",
     "count": "counts",
     "cts": "counts",
     "ticks": "counts",
     "hr": "hours",
     "sec": "s",
+    "second": "s",
     "seconds": "s",
+    "sek": "s",
+    "sekunden": "s",
+    "secondes": "s",
+    "segundos": "s",
+    "secondi": "s",
     "µs": "us",
     "usec": "us",
     "msec": "ms",
     "minutes": "min",
+    "minuten": "min",
+    "std": "h",
     "day": "days",
     "°c": "degC",
     "c": "degC",
@@ -92,7 +116,13 @@ _WRITTEN: Mapping[str, str] = {
     "f": "degF",
     "degf": "degF",
 }
-_WITH_UNIT = re.compile(r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+))$")
+GRAD = "grad"
+"""Degrees in German, gon in English."""
+_GRAD = re.compile(r"(?<![^\W_])grad(?![^\W_])", re.IGNORECASE)
+_WITH_UNIT = re.compile(
+    r"^(?P<name>.*?)\s*(?:[\[(](?P<within>[^\])]+)[\])]|_(?P<after>[^_\s]+)"
+    r"|(?:/|,|\bin\b)\s*(?P<last>[^/,\s]+))$"
+)
 
 
 def unit_named(kind: Kind, text: str) -> str | None:
@@ -106,9 +136,19 @@ def unit_named(kind: Kind, text: str) -> str | None:
 
 
 def name_and_unit(kind: Kind, column: str) -> tuple[str, str | None]:
-    """A column's name without its unit, and the unit: ``Az [deg]``, ``az_deg``."""
+    """A column's name without its unit, and the unit: ``Az [deg]``, ``az_deg``, ``Az / deg``."""
     found = _WITH_UNIT.match(column.strip())
     if found is None:
         return column.strip(), None
-    unit = unit_named(kind, found["within"] or found["after"])
+    unit = unit_named(kind, found["within"] or found["after"] or found["last"])
     return (found["name"], unit) if unit is not None else (column.strip(), None)
+
+
+def any_unit(text: str) -> bool:
+    """True for a unit of any kind."""
+    return text.lower() == GRAD or any(unit_named(kind, text) for kind in UNITS if kind != "whole")
+
+
+def may_be_grad(column: str) -> bool:
+    """True for a column whose name has the word grad, of which nobody knows what it means."""
+    return _GRAD.search(column) is not None

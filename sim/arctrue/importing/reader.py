@@ -15,7 +15,8 @@ from typing import Protocol
 
 import numpy as np
 
-from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.choices import Ambiguous, AmbiguousError, Choices
+from arctrue.importing.gzip_file import is_gzip, unpacked
 from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
@@ -80,7 +81,7 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
 
     Raises MeasurementError, OSError, AmbiguousError, ValueError for a name that no reader has.
     """
-    recording = _read(path, name, settings, choices)
+    recording = _unpacked_or_read(path, name, settings, choices)
     if settings.period_s is None or "time" in recording.known:
         return recording
     time_s = np.arange(recording.rows) * settings.period_s
@@ -90,6 +91,23 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
         known={**recording.known, "time": Known("row_time_s", "s")},
         notes=(*recording.notes, f"{path.name}: time = row × {settings.period_s:g} s"),
     )
+
+
+def _unpacked_or_read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+    """A file that gzip packed is unpacked first, into a folder that is gone afterwards."""
+    if path.is_dir() or not is_gzip(path):
+        return _read(path, name, settings, choices)
+    with unpacked(path) as inside:
+        try:
+            recording = _read(inside, name, settings, choices)
+        except MeasurementError as error:
+            raise error.of_file(path) from error
+        except AmbiguousError as error:
+            asked = error.asked
+            question = asked.question.replace(str(inside), str(path))
+            raise AmbiguousError(replace(asked, question=question)) from error
+    told = f"{path.name}: is unpacked; the file inside is called {inside.name} here"
+    return replace(recording, path=path, notes=(told, *recording.notes))
 
 
 def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:

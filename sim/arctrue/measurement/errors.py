@@ -35,6 +35,11 @@ class MeasurementError(ValueError):
             place += f", column {column}"
         super().__init__(f"{place}: {message}")
         self.fault: Fault = fault
+        self.message = message
         self.file = file
         self.row = row
         self.column = column
+
+    def of_file(self, file: Path) -> MeasurementError:
+        """The same fault of ``file``: of the packed one, where an unpacked copy was read."""
+        return MeasurementError(self.fault, file, self.message, row=self.row, column=self.column)

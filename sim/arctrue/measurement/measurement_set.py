@@ -127,14 +127,19 @@ class Reference(_Rows):
 
 @dataclass(frozen=True)
 class Origin:
-    """How a set was made: the ``command`` that makes it again, and the ``program``'s version."""
+    """How a set was made: the ``command`` that makes it again, and the ``program``'s version.
+
+    ``notes``: what the program decided and what it left out, one sentence each.
+    """
 
     command: str | None = None
     program: str | None = None
+    notes: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         """Raises ValueError for more than one line of printable text."""
-        for key, text in (("command", self.command), ("program", self.program)):
+        notes = [("notes", text) for text in self.notes or ()]
+        for key, text in (("command", self.command), ("program", self.program), *notes):
             line_of_text(text or "", key)
 
 

@@ -94,7 +94,8 @@ def receive(paths: Sequence[Path], out: Path, answers: Mapping[str, str]) -> Rec
     imported = import_recordings(recordings, Settings(table=Table()), choices)
     names = [path.name for path in paths]
     title = imported.measurement.title or ", ".join(names)
-    origin = Origin(None, f"arctrue {version('arctrue')}")
+    decided = tuple(one_line(text) for text in imported.notes)
+    origin = Origin(None, f"arctrue {version('arctrue')}", decided)
     write_measurement_set(out, replace(imported.measurement, origin=origin, title=title))
     return Received(title, names, choices.answers, imported=True)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import io
+import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +13,7 @@ import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
 import pytest
+import scipy.io
 
 from arctrue.importing import ReadSettings, read_recording
 from arctrue.importing.choices import Choices
@@ -47,6 +50,48 @@ def _parquet(path: Path) -> None:
     pa_parquet.write_table(pa.table({"a": np.zeros(ROWS)}), path)
 
 
+def _text_in_gzip(path: Path) -> None:
+    path.write_bytes(gzip.compress(b"0,0\n" * ROWS * 2))
+
+
+def _array_in_gzip(path: Path) -> None:
+    inside = io.BytesIO()
+    np.save(inside, np.zeros(ROWS))
+    path.write_bytes(gzip.compress(inside.getvalue()))
+
+
+def _rows_that_grow(path: Path) -> None:
+    """Two bytes a number in the file, eight in memory."""
+    path.write_bytes(gzip.compress(b"0,0\n" * (SMALLER // 8)))
+
+
+def _wide_text_in_gzip(path: Path) -> None:
+    """One long text, and as much memory for each other one."""
+    path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
+
+
+def _mat(path: Path) -> None:
+    scipy.io.savemat(path, {"a": np.zeros(ROWS)}, do_compression=True)
+
+
+def _mat_of_small_numbers(path: Path) -> None:
+    scipy.io.savemat(path, {"a": np.zeros(ROWS, dtype=np.uint8)}, do_compression=True)
+
+
+def _mat_struct(path: Path) -> None:
+    scipy.io.savemat(path, {"a": {"b": np.zeros(ROWS, dtype=np.uint8)}}, do_compression=True)
+
+
+def _mat_73(path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w", userblock_size=512) as file:
+        # One byte each, and no value was ever written.
+        data = file.create_dataset("a", shape=(1, ROWS), dtype="u1", chunks=(1, 1000))
+        data.attrs["MATLAB_class"] = np.bytes_("uint8")
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
 def _hdf5(path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
@@ -62,6 +107,14 @@ def _hdf5(path: Path) -> None:
         ("a.npy", _array_of_an_untrue_header),
         ("a.parquet", _parquet),
         ("a.h5", _hdf5),
+        ("a.csv.gz", _text_in_gzip),
+        ("a.npy.gz", _array_in_gzip),
+        ("a.csv.gz", _rows_that_grow),
+        ("a.csv.gz", _wide_text_in_gzip),
+        ("a.mat", _mat),
+        ("a.mat", _mat_of_small_numbers),
+        ("a.mat", _mat_struct),
+        ("a.mat", _mat_73),
     ],
 )
 def test_it_is_refused(
@@ -76,3 +129,25 @@ def test_it_is_refused(
     monkeypatch.setattr(unpacked_size, "MOST_BYTES", SMALLER)
     with pytest.raises(MeasurementError, match=f"{name}: unpacks to .*; expected at most 1 MB"):
         read_recording(path, "", ReadSettings(), Choices(lambda asked: ""))
+
+
+def test_unpacking_stops_at_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bomb does not fill the disk before it is refused."""
+    path = tmp_path / "a.csv.gz"
+    path.write_bytes(gzip.compress(b"\0" * 100_000_000))
+    monkeypatch.setattr(unpacked_size, "MOST_BYTES", SMALLER)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "packed"))
+    (tmp_path / "packed").mkdir()
+    largest = 0
+    usual = unpacked_size.refuse_above_limit
+
+    def watched(file: Path, size: int) -> None:
+        nonlocal largest
+        largest = max(largest, size)
+        usual(file, size)
+
+    monkeypatch.setattr("arctrue.importing.gzip_file.refuse_above_limit", watched)
+    with pytest.raises(MeasurementError, match="unpacks to"):
+        read_recording(path, "", ReadSettings(), Choices(lambda asked: ""))
+    assert largest < 3 * SMALLER
+    assert list((tmp_path / "packed").iterdir()) == []

@@ -2,55 +2,32 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.choices import Choices
+from arctrue.importing.quantities import any_unit
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.text_columns import TextColumns
+from arctrue.importing.readers.text_form import COMMENT, RowShape, form_of, row_shape
+from arctrue.importing.readers.text_lines import TextLines, encoding_of
 from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
-DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": None}
-COMMENT = ("#", "%", "//")
 LOOKED_AT = 400
 """Lines that decide how the file is written."""
-_POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?\Z")
-_COMMA = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d+)?\Z")
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?\Z")
-_MISSING = ("", "nan", "na", "n/a", "null", "none", "--")
+BLOCK_LINES = 1 << 16
+_RULER = re.compile(r"[-=_+|*.,;\s]+\Z")
+"""A line that only separates: ------ or ;;;"""
+_SHOWN = 60
 
-
-@dataclass(frozen=True)
-class _Form:
-    """How a file is written."""
-
-    delimiter: str
-    decimal: str
-
-    def split(self, line: str) -> list[str]:
-        sign = DELIMITERS[self.delimiter]
-        if sign is None:
-            return line.split()
-        if '"' in line:
-            return [field.strip() for field in next(csv.reader([line], delimiter=sign))]
-        return [field.strip() for field in line.split(sign)]
-
-    def is_number(self, text: str) -> bool:
-        if self.decimal == "comma":
-            return bool(_COMMA.match(text))
-        return bool(_POINT.match(text) or (self.delimiter != "comma" and _THOUSANDS.match(text)))
-
-    def with_point(self, text: str) -> str:
-        """The number as Python writes it."""
-        return text.replace(",", "." if self.decimal == "comma" else "")
+Line = tuple[int, str]
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -62,158 +39,200 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     """Columns with the names of the header; ``1``, ``2`` … where there is none.
 
     Lines that begin with #, % or // are comments; the last one before the rows is the header if it
-    has as many words as they have fields. A column is of text where a field of it is no number.
+    has as many words as they have fields. A row of units under the header is added to the names.
+    Lines of words after the last row, and a repeated header, are left out and said. A column is of
+    text where a field of it is no number.
     Raises MeasurementError naming row and column, AmbiguousError where two readings are possible.
     """
-    lines = list(_lines(path))
-    form = _form(path, [text for _, text in lines[:LOOKED_AT]], settings, choices)
-    first = _first_row(lines, form)
-    if first is None:
+    encoding = encoding_of(path)
+    source = TextLines(path, encoding)
+    lines = iter(source)
+    head = list(itertools.islice(lines, LOOKED_AT))
+    form = form_of(path, [text for _, text in head], settings, choices)
+    shape = row_shape([text for _, text in head], form)
+    if shape is None:
         raise MeasurementError("format", path, "no line of numbers was found")
-    fields = form.split(lines[first][1])
-    names = _header(lines, first, len(fields), form)
-    rows, places = [], []
-    for line, text in lines[first:]:
-        if text.startswith(COMMENT):
-            continue
-        row = form.split(text)
-        if len(row) != len(names):
-            raise MeasurementError(
-                "format", path, f"expected {len(names)} fields, found {len(row)}", row=line
-            )
-        rows.append(row)
-        places.append(line)
-    columns: dict[str, NDArray[Any]] = {
-        name: _column(values, form)
-        for name, values in zip(names, zip(*rows, strict=True), strict=True)
-    }
-    told = f"{path.name}: {len(rows)} rows of {len(names)} columns, {form.delimiter} between them"
+    first = next(i for i, (_, text) in enumerate(head) if _is_row(text, shape))
+    names, told = _header(path, head[:first], shape)
+    rows = _Rows(path, shape, {text for _, text in head[:first]})
+    body = itertools.chain(head[first:], lines)
+    while block := list(itertools.islice(body, BLOCK_LINES)):
+        rows.add(block)
+    places = rows.finish(ended=source.ended)
+    columns = dict(zip(names, rows.columns.finished(), strict=True))
+    said = f"{path.name}: {places.size} rows of {len(names)} columns, {form.delimiter} between them"
     if form.decimal == "comma":
-        told += ", decimal comma"
-    return Recording(path, "text", columns, np.array(places), notes=(told,))
+        said += ", decimal comma"
+    notes = [said, encoding.told, *told, *rows.told]
+    return Recording(path, "text", columns, places, notes=tuple(filter(None, notes)))
 
 
-def _lines(path: Path) -> Iterator[tuple[int, str]]:
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            for number, text in enumerate(file, start=1):
-                stripped = text.strip("\r\n ")
-                if stripped.strip():
-                    yield number, stripped
-    except UnicodeDecodeError as error:
-        raise MeasurementError(
-            "format", path, "is not text in UTF-8 (and no format that a reader recognises)"
-        ) from error
+def _is_row(text: str, shape: RowShape) -> bool:
+    if text.startswith(COMMENT):
+        return False
+    fields = shape.form.split(text)
+    return (
+        len(fields) == shape.width
+        and not shape.is_words(fields)
+        and any(map(shape.form.weight, fields))
+    )
 
 
-def _form(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> _Form:
-    """The one form in which the file has rows of numbers; asked where several do."""
-    for value, known, option in (
-        (settings.delimiter, [*DELIMITERS], "--delimiter"),
-        (settings.decimal, ["point", "comma"], "--decimal"),
-    ):
-        if value and value not in known:
-            raise ValueError(f"{option} {value}: expected one of {', '.join(known)}")
-    delimiters = [settings.delimiter] if settings.delimiter else [*DELIMITERS]
-    decimals = [settings.decimal] if settings.decimal else ["point", "comma"]
-    data = [text for text in lines if not text.startswith(COMMENT)]
-    forms: dict[_Form, tuple[int, int]] = {}
-    for delimiter, decimal in itertools.product(delimiters, decimals):
-        if delimiter == "comma" and decimal == "comma":
-            continue
-        form = _Form(delimiter, decimal)
-        score = _score(form, data)
-        if score is not None:
-            forms[form] = score
-    if not forms:
+@dataclass
+class _Rows:
+    """Rows as they come; lines of words are kept back until a row follows, or none does."""
+
+    path: Path
+    shape: RowShape
+    above: set[str]
+    """The lines above the rows: where they come again, another log was appended."""
+    told: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.columns = TextColumns(self.path, self.shape.form, self.shape.width)
+        self._places: list[NDArray[np.int64]] = []
+        self._back: list[Line] = []
+        self._repeated: list[int] = []
+
+    def add(self, block: Sequence[Line]) -> None:
+        """Add the rows among the lines. Raises MeasurementError for a line that is none."""
+        lines = [line for line in block if not line[1].startswith(COMMENT)]
+        if not lines:
+            return
+        texts = [text for _, text in lines]
+        fields = None if self._back else self.columns.fields(texts)
+        if fields is None or not self._plain(fields):
+            lines = list(self._rows_among(lines))
+            if not lines:
+                return
+            fields = self.columns.fields([text for _, text in lines])
+            assert fields is not None
+        self.columns.add(fields)
+        self._places.append(np.array([line for line, _ in lines], dtype=np.int64))
+
+    def _plain(self, fields: Sequence[Iterable[object]]) -> bool:
+        """True where no line of these can be one of words: the first number of each is one."""
+        form = self.shape.form
+        return all(form.weight(str(text)) for text in fields[min(self.shape.numeric)])
+
+    def _rows_among(self, lines: Sequence[Line]) -> Iterable[Line]:
+        for line, text in lines:
+            if text in self.above:
+                self._repeated.append(line)
+                continue
+            fields = self.shape.form.split(text)
+            if self.shape.is_words(fields):
+                self._back.append((line, text))
+                continue
+            if len(fields) != self.shape.width:
+                # It may be the last one, cut off.
+                self._back.append((line, text))
+                continue
+            yield from self._kept_back()
+            yield line, text
+
+    def _kept_back(self) -> Iterable[Line]:
+        """The lines before a row: rows with a wrong field, or none."""
+        for line, text in self._back:
+            self._refuse_other_width(line, text)
+            yield line, text
+        self._back = []
+
+    def _refuse_other_width(self, line: int, text: str) -> None:
+        found = len(self.shape.form.split(text))
+        if found == self.shape.width:
+            return
+        more = ""
+        if self.shape.is_words(self.shape.form.split(text)):
+            more = f": {_shown(text)}; put # before a line of words, or divide the file there"
         raise MeasurementError(
             "format",
-            path,
-            "no rows of numbers were found, with commas, semicolons, tabs or spaces between them",
+            self.path,
+            f"expected {self.shape.width} fields, found {found}{more}",
+            row=line,
         )
-    most = max(forms.values())
-    best = [form for form, score in forms.items() if score == most]
-    by_delimiter = list(dict.fromkeys(form.delimiter for form in best))
-    alike = all(best[0].split(text) == form.split(text) for form in best[1:] for text in data)
-    if len(by_delimiter) > 1 and not alike:
-        given = choices.ask(
-            Ambiguous("--delimiter", f"{path}: could be divided in several ways.", [*by_delimiter])
-        )
-        best = [form for form in best if form.delimiter == given]
-    if len(best) > 1 and any(_has_comma(form, data) for form in best):
-        given = choices.ask(
-            Ambiguous("--decimal", f"{path}: a comma in a number.", ["point", "comma"])
-        )
-        best = [form for form in best if form.decimal == given]
-    return best[0]
+
+    def finish(self, *, ended: bool) -> NDArray[np.int64]:
+        """The line of each row; what stands after the last row is said."""
+        name = self.path.name
+        if self._back and not ended:
+            line, text = self._back[-1]
+            if not self.shape.is_words(self.shape.form.split(text)):
+                del self._back[-1]
+                self.told.append(
+                    f"{name}: the last line, row {line}, is cut off ({_shown(text)}) and left out"
+                )
+        for line, text in self._back:
+            if not self.shape.is_words(self.shape.form.split(text)):
+                self._refuse_other_width(line, text)
+        if self._back:
+            line, text = self._back[0]
+            count = f"{len(self._back)} lines" if len(self._back) > 1 else "a line"
+            self.told.append(
+                f"{name}: {count} of words after the last row, from row {line} on "
+                f"({_shown(text)}), left out"
+            )
+        if self._repeated:
+            self.told.append(
+                f"{name}: the lines above the rows come again, first at row {self._repeated[0]}; "
+                "left out"
+            )
+        return np.concatenate(self._places)
 
 
-def _has_comma(form: _Form, data: Sequence[str]) -> bool:
-    return form.delimiter != "comma" and any("," in text for text in data)
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "…")
 
 
-def _score(form: _Form, data: Sequence[str]) -> tuple[int, int] | None:
-    """Numbers less other fields in the lines of one width, and those lines; None: no numbers."""
-    widths: dict[int, int] = {}
-    numbers: dict[int, int] = {}
-    for text in data:
-        fields = form.split(text)
-        count = sum(map(form.is_number, fields))
-        if count:
-            widths[len(fields)] = widths.get(len(fields), 0) + 1
-            # In "1,5;2,5" commas would leave a field that is no number; it counts against them.
-            numbers[len(fields)] = numbers.get(len(fields), 0) + 2 * count - len(fields)
-    if not widths:
-        return None
-    width = max(widths, key=lambda key: (numbers[key], key))
-    return numbers[width], widths[width]
-
-
-def _first_row(lines: Sequence[tuple[int, str]], form: _Form) -> int | None:
-    """The first line that looks like most rows: as many fields, the same ones numbers."""
-    shapes: dict[tuple[int, int], int] = {}
-    found: dict[tuple[int, int], int] = {}
-    for index, (_, text) in enumerate(lines[:LOOKED_AT]):
-        if text.startswith(COMMENT):
-            continue
-        fields = form.split(text)
-        shape = (len(fields), sum(map(form.is_number, fields)))
-        if shape[1] == 0:
-            continue
-        shapes[shape] = shapes.get(shape, 0) + 1
-        found.setdefault(shape, index)
-    if not shapes:
-        return None
-    width, _ = max(shapes, key=lambda shape: shapes[shape])
-    return min(index for shape, index in found.items() if shape[0] == width)
-
-
-def _header(lines: Sequence[tuple[int, str]], first: int, width: int, form: _Form) -> list[str]:
-    """The names on the line before the rows; numbers where that is no header."""
-    if first:
-        text = lines[first - 1][1]
-        stripped = text.lstrip("#%/ ")
-        names = [name.strip() for name in form.split(stripped)]
-        for split in (names, stripped.split()):
-            if len(split) == width and len(set(split)) == width and all(split):
-                return split
-    return [str(number) for number in range(1, width + 1)]
-
-
-def _column(texts: Sequence[str], form: _Form) -> NDArray[Any]:
-    """Whole numbers, numbers with NaN for what is missing, or text."""
-    cleaned = [form.with_point(text) for text in texts]
-    whole = all(text.lstrip("+-").isdecimal() and text.isascii() for text in texts)
-    if whole:
-        try:
-            return np.array([int(text) for text in texts], dtype=np.int64)
-        except OverflowError:
-            return np.array(texts)
-    if all(form.is_number(text) or text.lower() in _MISSING for text in texts):
-        return np.array(
-            [
-                np.nan if text.lower() in _MISSING else float(text.lower().replace("d", "e"))
-                for text in cleaned
+def _header(path: Path, above: Sequence[Line], shape: RowShape) -> tuple[list[str], list[str]]:
+    """The names of the columns, numbers where there are none, and what is to be said of them."""
+    numbers = [str(number) for number in range(1, shape.width + 1)]
+    lines = [(line, text) for line, text in above if not _RULER.match(text)]
+    if not lines:
+        return numbers, []
+    names = _words(lines[-1][1], shape)
+    if names is not None and len(lines) > 1:
+        units = [_unit_of(name) for name in names]
+        over = _words(lines[-2][1], shape)
+        if over is not None and _is_units(names, units):
+            joined = [
+                f"{name} [{unit}]" if unit and any_unit(unit) else name
+                for name, unit in zip(over, units, strict=True)
             ]
-        )
-    return np.array(texts)
+            return _unique(joined), [f"{path.name}: row {lines[-1][0]} has the units"]
+    if names is None:
+        line, text = lines[-1]
+        return numbers, [
+            f"{path.name}: row {line}, above the rows ({_shown(text)}), does not have "
+            f"{shape.width} names; the columns are named by their numbers"
+        ]
+    return _unique(names), []
+
+
+def _words(text: str, shape: RowShape) -> list[str] | None:
+    """The line's words, one a column; None where they are not as many."""
+    stripped = text.lstrip("#%/ ")
+    for words in ([name.strip() for name in shape.form.split(stripped)], stripped.split()):
+        if len(words) == shape.width and any(words):
+            return words
+    return None
+
+
+def _unit_of(word: str) -> str:
+    return word.strip("[]() ")
+
+
+def _is_units(words: Sequence[str], units: Sequence[str]) -> bool:
+    """True where at least half of the words are units that are known, and one is."""
+    said = [unit for word, unit in zip(words, units, strict=True) if word not in ("", "-")]
+    known = sum(any_unit(unit) for unit in said)
+    return known > 0 and 2 * known >= len(said)
+
+
+def _unique(names: Sequence[str]) -> list[str]:
+    """The names; a column without one has its number, a second one of a name its number too."""
+    found: list[str] = []
+    for number, name in enumerate(names, start=1):
+        own = name or str(number)
+        found.append(own if own not in found else f"{own} ({number})")
+    return found

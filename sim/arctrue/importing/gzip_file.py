@@ -1,0 +1,42 @@
+"""Files that gzip packed: ``log.csv.gz`` is read as the ``log.csv`` in it."""
+
+from __future__ import annotations
+
+import gzip
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from arctrue.importing.readers.unpacked_size import refuse_above_limit
+from arctrue.measurement import MeasurementError
+
+_BLOCK = 1 << 20
+
+
+def is_gzip(path: Path) -> bool:
+    """True for the magic of gzip with its only method."""
+    with path.open("rb") as file:
+        return file.read(3) == b"\x1f\x8b\x08"
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """What is in the file, as a file of its own name, for as long as the context lasts.
+
+    Raises MeasurementError for a damaged file, and as soon as more than the limit has come out.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        inside = Path(folder) / (path.stem or path.name)
+        size = 0
+        try:
+            with gzip.open(path) as packed, inside.open("wb") as file:
+                while block := packed.read(_BLOCK):
+                    # The size that stands in the file is not believed.
+                    size += len(block)
+                    refuse_above_limit(path, size)
+                    file.write(block)
+        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+            raise MeasurementError("format", path, f"cannot be unpacked: {error}") from error
+        yield inside

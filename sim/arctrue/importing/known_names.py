@@ -1,0 +1,59 @@
+"""Names that other programs give to the quantities, in several languages."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Mapping
+
+_NAMES: Mapping[str, str] = {
+    "time": "time timestamp zeit zeitstempel messzeit uhrzeit elapsed temps horodatage heure "
+    "tiempo tempo tijd tid cas czas 时间",
+    "target": "target reference ref referenz sollwert soll setpoint commanded command nominal "
+    "consigne cible referencia objetivo riferimento nominale nennwert true 参考",
+    "error": "error err fehler abweichung messabweichung winkelfehler deviation erreur ecart "
+    "desviacion errore deviazione scostamento 误差",
+    "head1": "head1 reading istwert ist actual measured encoder enc encoder1 enc1 messwert kopf1 "
+    "lesekopf1 abtastkopf1 tete1 testa1 cabeza1 mesure medido medida misura misurato lettura "
+    "codeur drehgeber 读数",
+    "head2": "head2 encoder2 enc2 kopf2 lesekopf2 abtastkopf2 tete2 testa2 cabeza2",
+    "run": "run lauf laufnummer messlauf durchlauf pass essai pasada",
+    "cycle": "cycle zyklus zyklusnummer ciclo",
+    "direction": "direction dir richtung drehrichtung sens direccion direzione verso",
+    "temperature": "temperature temp temperatur temperatura",
+}
+_MEANS = {name: quantity for quantity, names in _NAMES.items() for name in names.split()}
+_WITH_UNIT_ONLY = {"t": "time"}
+"""Without a unit of time after it, ``t`` may be a temperature as well."""
+_ENDINGS = ("winkel", "angle", "position", "pos", "value", "wert", "angulo", "angolo")
+"""What may follow a name without changing what is meant: Sollwinkel, target position."""
+
+
+def quantity_meant(name: str, *, unit_of_time: bool = False) -> str | None:
+    """The quantity that a column named ``name``, its unit taken off, is; None: the name is unknown.
+
+    Case, accents, and what stands between the words do not matter. ``unit_of_time``: the column's
+    name has a unit of time.
+    """
+    # A unit that is not known, in brackets, is none of the name.
+    bare_name = re.sub(r"[\[(][^\])]*[\])]\s*$", "", name)
+    plain = unicodedata.normalize("NFKD", bare_name.strip().casefold())
+    bare = "".join(sign for sign in plain if not unicodedata.combining(sign))
+    bare = re.sub(r"[\W_]+", "", bare)
+    if unit_of_time and bare in _WITH_UNIT_ONLY:
+        return _WITH_UNIT_ONLY[bare]
+    if bare in _MEANS:
+        return _MEANS[bare]
+    for ending in _ENDINGS:
+        if bare.endswith(ending) and bare.removesuffix(ending) in _MEANS:
+            return _MEANS[bare.removesuffix(ending)]
+    return None
+
+
+UNLOCKS: Mapping[str, str] = {
+    "time": "latency, drift, vibration and all that depends on speed",
+    "temperature": "the effects of heat",
+    "direction": "hysteresis where the motion does not show the direction",
+    "head2": "graduation and head angle without a reference",
+}
+"""What can be tested with a quantity, and not without it."""

@@ -1,0 +1,166 @@
+"""How a table of text is written: what stands between columns, the decimal sign, what a row is."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.reader import ReadSettings
+from arctrue.importing.sexagesimal import is_sexagesimal
+from arctrue.measurement import MeasurementError
+
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": None}
+COMMENT = ("#", "%", "//")
+POINT = r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?"
+COMMA = r"[+-]?(\d+,?\d*|,\d+)([eEdD][+-]?\d+)?"
+THOUSANDS = r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"
+MISSING = ("", "nan", "na", "n/a", "null", "none", "--")
+_POINT, _COMMA, _THOUSANDS = (re.compile(rf"{form}\Z") for form in (POINT, COMMA, THOUSANDS))
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a file is written."""
+
+    delimiter: str
+    decimal: str
+
+    def split(self, line: str) -> list[str]:
+        """The fields of a line."""
+        sign = DELIMITERS[self.delimiter]
+        if sign is None:
+            return line.split()
+        if '"' in line:
+            return [field.strip() for field in next(csv.reader([line], delimiter=sign))]
+        return [field.strip() for field in line.split(sign)]
+
+    def number_pattern(self) -> str:
+        """What a number is."""
+        if self.decimal == "comma":
+            return COMMA
+        return POINT if self.delimiter == "comma" else f"({POINT}|{THOUSANDS})"
+
+    def is_number(self, text: str) -> bool:
+        """True for a number with this decimal sign."""
+        if self.decimal == "comma":
+            return bool(_COMMA.match(text))
+        return bool(_POINT.match(text) or (self.delimiter != "comma" and _THOUSANDS.match(text)))
+
+    def weight(self, text: str) -> int:
+        """How many numbers a field has: an angle or a time in parts of sixty is three."""
+        if self.is_number(text):
+            return 1
+        return 3 if is_sexagesimal(text, spaces=self.delimiter != "space") else 0
+
+
+@dataclass(frozen=True)
+class RowShape:
+    """What a row is: ``width`` fields, those of the columns ``numeric`` numbers or missing."""
+
+    form: Form
+    width: int
+    numeric: frozenset[int]
+
+    def is_words(self, fields: Sequence[str]) -> bool:
+        """True for a line of words: a heading, a remark, a line of statistics after the rows.
+
+        A row that begins well and has a wrong field is none of these: it is a fault.
+        """
+        if len(fields) != self.width:
+            return any(field and not self.form.weight(field) for field in fields)
+        wrong = {
+            place
+            for place in self.numeric
+            if fields[place].lower() not in MISSING and not self.form.weight(fields[place])
+        }
+        right = any(self.form.weight(fields[place]) for place in self.numeric)
+        return bool(wrong) and (not right or min(self.numeric) in wrong)
+
+
+def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: Choices) -> Form:
+    """The one form in which the file has rows of numbers; asked where several do.
+
+    Raises MeasurementError where there is none, AmbiguousError, ValueError for a setting that is
+    not known.
+    """
+    for value, known, option in (
+        (settings.delimiter, [*DELIMITERS], "--delimiter"),
+        (settings.decimal, ["point", "comma"], "--decimal"),
+    ):
+        if value and value not in known:
+            raise ValueError(f"{option} {value}: expected one of {', '.join(known)}")
+    delimiters = [settings.delimiter] if settings.delimiter else [*DELIMITERS]
+    decimals = [settings.decimal] if settings.decimal else ["point", "comma"]
+    data = [text for text in lines if not text.startswith(COMMENT)]
+    forms: dict[Form, tuple[int, int]] = {}
+    for delimiter, decimal in itertools.product(delimiters, decimals):
+        if delimiter == "comma" and decimal == "comma":
+            continue
+        form = Form(delimiter, decimal)
+        score = _score(form, data)
+        if score is not None:
+            forms[form] = score
+    if not forms:
+        raise MeasurementError(
+            "format",
+            path,
+            "no rows of numbers were found, with commas, semicolons, tabs or spaces between them",
+        )
+    most = max(forms.values())
+    best = [form for form, score in forms.items() if score == most]
+    by_delimiter = list(dict.fromkeys(form.delimiter for form in best))
+    alike = all(best[0].split(text) == form.split(text) for form in best[1:] for text in data)
+    if len(by_delimiter) > 1 and not alike:
+        given = choices.ask(
+            Ambiguous("--delimiter", f"{path}: could be divided in several ways.", [*by_delimiter])
+        )
+        best = [form for form in best if form.delimiter == given]
+    if len(best) > 1 and any(_has_comma(form, data) for form in best):
+        given = choices.ask(
+            Ambiguous("--decimal", f"{path}: a comma in a number.", ["point", "comma"])
+        )
+        best = [form for form in best if form.decimal == given]
+    return best[0]
+
+
+def _has_comma(form: Form, data: Sequence[str]) -> bool:
+    return form.delimiter != "comma" and any("," in text for text in data)
+
+
+def _score(form: Form, data: Sequence[str]) -> tuple[int, int] | None:
+    """Numbers less other fields in the lines of one width, and those lines; None: no numbers."""
+    widths: dict[int, int] = {}
+    numbers: dict[int, int] = {}
+    for text in data:
+        fields = form.split(text)
+        weights = [form.weight(field) for field in fields]
+        if any(weights):
+            widths[len(fields)] = widths.get(len(fields), 0) + 1
+            # In "1,5;2,5" commas would leave a field that is no number; it counts against them.
+            others = sum(not weight for weight in weights)
+            numbers[len(fields)] = numbers.get(len(fields), 0) + sum(weights) - others
+    if not widths:
+        return None
+    width = max(widths, key=lambda key: (numbers[key], key))
+    return numbers[width], widths[width]
+
+
+def row_shape(lines: Sequence[str], form: Form) -> RowShape | None:
+    """What most of the lines with numbers are; None where no line has a number."""
+    shapes: dict[tuple[int, tuple[int, ...]], int] = {}
+    for text in lines:
+        if text.startswith(COMMENT):
+            continue
+        fields = form.split(text)
+        places = tuple(place for place, field in enumerate(fields) if form.weight(field))
+        if places:
+            shapes[len(fields), places] = shapes.get((len(fields), places), 0) + 1
+    if not shapes:
+        return None
+    width, places = max(shapes, key=lambda shape: shapes[shape])
+    return RowShape(form, width, frozenset(places))

@@ -1,0 +1,111 @@
+"""The lines of a text file, in whichever encoding its program wrote it."""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from arctrue.measurement import MeasurementError
+
+_BLOCK = 1 << 20
+LONGEST_LINE = 1_000_000
+"""Characters; a longer line is no row of a table."""
+_MARKS = (  # UTF-32 first: its mark begins as that of UTF-16
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_OTHER_FILES = {  # by their first bytes
+    b"PK\x03\x04": "is an archive or a workbook: of a workbook, save the sheet as CSV; an archive, "
+    "unpack first",
+    b"\xd0\xcf\x11\xe0": "is a workbook of an old Excel: save the sheet as CSV",
+    b"BZh": "is packed by bzip2: unpack it first (bunzip2)",
+    b"\xfd7zXZ": "is packed by xz: unpack it first (unxz)",
+    b"\x28\xb5\x2f\xfd": "is packed by zstd: unpack it first (unzstd)",
+    b"TDSm": "is a TDMS file of LabVIEW: export it as CSV",
+}
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """How the bytes are letters; ``told``: a sentence for people, "" for the usual UTF-8."""
+
+    name: str
+    told: str
+
+
+def encoding_of(path: Path) -> Encoding:
+    """The encoding by the mark at the file's beginning; else UTF-8, else Windows-1252.
+
+    The latter has all letters of Latin-1. Raises MeasurementError for a file that is no text.
+    """
+    with path.open("rb") as file:
+        head = file.read(4096)
+    for first, said in _OTHER_FILES.items():
+        if head.startswith(first):
+            raise MeasurementError("format", path, said)
+    for mark, name in _MARKS:
+        if head.startswith(mark):
+            return Encoding(name, f"{path.name}: text in {name.upper()}")
+    if b"\0" in head:
+        for name, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[::2])):
+            # Digits and Latin letters have a zero as their second byte.
+            if zeros.count(0) > 0.7 * len(zeros):
+                return Encoding(name, f"{path.name}: text in {name.upper()}, without its mark")
+        raise MeasurementError("format", path, "is no text, and no format that a reader recognises")
+    for name in ("utf-8-sig", "cp1252"):
+        if _decodes(path, name):
+            usual = name == "utf-8-sig"
+            told = f"{path.name}: is not UTF-8; taken as Windows-1252, a Latin-1 with more letters"
+            return Encoding(name, "" if usual else told)
+    raise MeasurementError(
+        "format", path, "is text neither in UTF-8 nor in Latin-1: write it anew as UTF-8"
+    )
+
+
+def _decodes(path: Path, name: str) -> bool:
+    decoder = codecs.getincrementaldecoder(name)()
+    try:
+        with path.open("rb") as file:
+            while block := file.read(_BLOCK):
+                decoder.decode(block)
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+class TextLines:
+    """The lines that are not empty, with their numbers; ``ended``: the last one has an end."""
+
+    def __init__(self, path: Path, encoding: Encoding) -> None:
+        """Nothing is read yet."""
+        self._path = path
+        self._encoding = encoding.name
+        self.ended = True
+
+    def __iter__(self) -> Iterator[tuple[int, str]]:
+        """(1, text), … without spaces around. Raises MeasurementError for a line that is none."""
+        try:
+            with self._path.open(encoding=self._encoding) as file:
+                number = 0
+                while text := file.readline(LONGEST_LINE):
+                    number += 1
+                    self.ended = text.endswith("\n")
+                    if not self.ended and len(text) == LONGEST_LINE:
+                        raise MeasurementError(
+                            "format",
+                            self._path,
+                            f"the line is longer than {LONGEST_LINE:,} characters: no table",
+                            row=number,
+                        )
+                    stripped = text.strip("\r\n ")
+                    if stripped.strip():
+                        yield number, stripped
+        except UnicodeDecodeError as error:
+            raise MeasurementError(
+                "format", self._path, f"is not text in {self._encoding.upper()} to its end"
+            ) from error

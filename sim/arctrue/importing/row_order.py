@@ -1,0 +1,92 @@
+"""Rows whose time goes back: the beginning of another run, or rows that are out of order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_rows import FileRows
+
+Float = NDArray[np.float64]
+
+ORDERS = ("sort", "runs")
+ANEW_SHARE = 0.05
+"""A run begins anew where time goes back to within this share of the whole time from its start."""
+LEAST_ROWS_A_RUN = 8
+SHORTER = 0.75
+"""Of the way of the rows as they stand: a sorted motion that is shorter was out of order."""
+
+
+def in_order(rows: FileRows, said: str, choices: Choices) -> FileRows:
+    """The rows as they stand, or in the order of their times within each run of the file.
+
+    ``said``: ``sort``, ``runs`` (each time that goes back begins a run), "" where nobody said.
+    Then runs that begin anew at the first time are left as they are, and rows are sorted where
+    that makes the way of the table shorter; anything else is asked. Raises AmbiguousError.
+    """
+    time_s = rows.time_s
+    if time_s is None or time_s.size < 2:
+        return rows
+    run = rows.whole.get("run", np.zeros(time_s.size, dtype=np.int64))
+    back = np.flatnonzero((np.diff(time_s) < 0.0) & (np.diff(run) == 0)) + 1
+    if back.size == 0:
+        return rows
+    _, first, number = np.unique(run, return_index=True, return_inverse=True)
+    order = np.lexsort((time_s, first[number]))
+    if not said and not _begins_anew(time_s, back):
+        if _is_safe(rows, order):
+            said = "sort"
+        else:
+            said = choices.ask(
+                Ambiguous(
+                    "--order",
+                    f"{rows.name}: time goes back {back.size} times, first at row "
+                    f"{rows.line(int(back[0]))}, from {time_s[back[0] - 1]:g} to "
+                    f"{time_s[back[0]]:g} s. Are the rows to be sorted by time, or does a new run "
+                    "begin at each of these rows?",
+                    ORDERS,
+                )
+            )
+    if said != "sort":
+        return rows
+    choices.note(
+        f"{rows.name}: time goes back {back.size} times, first at row "
+        f"{rows.line(int(back[0]))}; the rows are sorted by time"
+    )
+    return rows.taken(order)
+
+
+def _begins_anew(time_s: Float, back: NDArray[np.int64]) -> bool:
+    """True where the pieces between steps back are long and all begin about the first time."""
+    starts = time_s[np.concatenate(([0], back))]
+    long = time_s.size >= LEAST_ROWS_A_RUN * starts.size
+    return bool(long and float(np.ptp(starts)) <= ANEW_SHARE * float(np.ptp(time_s)))
+
+
+def _is_safe(rows: FileRows, order: NDArray[np.int64]) -> bool:
+    """True where no two rows have one time, and the sorted rows go a much shorter way.
+
+    Of single rows that are out of place the way is hardly longer; there only the jumps count.
+    """
+    assert rows.time_s is not None
+    time_s = rows.time_s[order]
+    if "run" not in rows.whole and (np.diff(time_s) <= 0.0).any():
+        return False
+    angle = next((rows.angles[name] for name in ("target", "head1") if name in rows.angles), None)
+    if angle is None:
+        return False
+    # Steps that are the same before and after say nothing of the order.
+    same = np.flatnonzero(np.diff(order) == 1)
+    before, after = _steps(angle), _steps(angle[order])
+    changed_before = np.ones(before.size, dtype=bool)
+    changed_before[order[same]] = False
+    changed_after = np.ones(after.size, dtype=bool)
+    changed_after[same] = False
+    own_way = float(before[changed_before].sum())
+    return float(after[changed_after].sum()) < SHORTER * own_way
+
+
+def _steps(angle: Float) -> Float:
+    step = np.diff(angle)
+    return np.asarray(np.abs(step - np.round(step)))
