@@ -7,7 +7,7 @@ import traceback
 from dataclasses import dataclass
 
 from flask import Flask, Response, render_template, send_file
-from jinja2 import ChoiceLoader, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, PackageLoader
 from werkzeug.exceptions import HTTPException
 
 from arctrue.page.commands import Commands
@@ -20,6 +20,7 @@ from arctrue.page.plotly_file import plotly_file
 from arctrue.page.session import NoSuchSessionError, Sessions
 from arctrue.page.settings import PageSettings
 from arctrue.page.start_pages import start_pages
+from arctrue.report.html_templates import HTML_OPTIONS
 from arctrue.workbench.effects.registry import catalogue
 
 
@@ -39,11 +40,11 @@ def make_page(settings: PageSettings) -> Page:
     Raises EffectFileError for a folder of effects that cannot be used, OSError for the state's.
     """
     app = Flask("arctrue.page", static_folder="static", template_folder="templates")
+    # Flask by itself escapes in templates whose names end in .html, not in .html.j2.
+    app.jinja_options = dict(HTML_OPTIONS)
     app.jinja_loader = ChoiceLoader(
         [PackageLoader("arctrue.page"), PackageLoader("arctrue.report")]
     )
-    app.jinja_env.undefined = StrictUndefined
-    app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.config["MAX_CONTENT_LENGTH"] = settings.most_bytes
     guard(app, settings.hosts, settings.token)
     commands = Commands(settings.effect_folders)

@@ -93,8 +93,10 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
     @pages.get(_ADDRESS + "figure/<figure>.json")
     def figure_json(name: str, number: int, figure: str) -> Response:
         width = request.args.get("width", _WIDTH_PX, int)
-        data = chart_data(chart(name, number, figure), min(max(width, 200), 4000))
-        return jsonify(plain(data))
+        drawn = chart(name, number, figure)
+        data = chart_data(drawn, min(max(width, 200), 4000))
+        # Not in the layout's "meta": plotly.js puts that into a text that says %{meta}.
+        return jsonify(plain({**data, "words": drawn.words}))
 
     @pages.get(_ADDRESS + "figure/<figure>.svg")
     def figure_svg(name: str, number: int, figure: str) -> Response:

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from jinja2 import Environment
 from markupsafe import Markup
 
 from arctrue.report.charts.error_before_after import error_before_after
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.orders_before_after import orders_before_after
+from arctrue.report.html_templates import html_environment
 from arctrue.studies.demo.result import DemoResult
 from arctrue.whole_file import write_whole_text
 
 
 def page_templates() -> Environment:
     """The templates of the demo's pages, with their filters."""
-    environment = Environment(
-        loader=PackageLoader("arctrue.report"),
-        autoescape=select_autoescape(("html", "j2")),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = html_environment()
     environment.filters["signed"] = _signed
     environment.filters["thousands"] = _thousands
     return environment

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 
 from arctrue.printable import one_line
+from arctrue.report.html_templates import html_environment
 from arctrue.report.svg import to_svg
 from arctrue.whole_file import whole_file, write_whole_text
 
@@ -78,7 +78,7 @@ def _markdown(document: Document) -> str:
     for block in document.blocks:
         lines.append("")
         if isinstance(block, Text):
-            lines += textwrap.wrap(one_line(block.text), 110)
+            lines += textwrap.wrap(_as_text(block.text), 110)
         elif isinstance(block, Rows):
             rule = ["---"] * block.names + ["---:"] * (len(block.headings) - block.names)
             lines += [f"## {_cell(block.title)}", "", _row(block.headings), f"|{'|'.join(rule)}|"]
@@ -91,17 +91,15 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def _cell(text: str) -> str:
-    return one_line(text).replace("|", "\\|")
+    return _as_text(text).replace("|", "\\|")
+
+
+def _as_text(text: str) -> str:
+    """Markdown lets HTML through, and makes links and pictures of brackets."""
+    return one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace("](", "]\\(")
 
 
 def _html(document: Document) -> str:
-    environment = Environment(
-        loader=PackageLoader("arctrue.report"),
-        autoescape=select_autoescape(("html", "j2")),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     blocks: list[dict[str, object]] = []
     for block in document.blocks:
         if isinstance(block, Picture):
@@ -110,7 +108,8 @@ def _html(document: Document) -> str:
             )
         else:
             blocks.append({"kind": type(block).__name__, "block": block})
-    return environment.get_template("report.html.j2").render(document=document, blocks=blocks)
+    template = html_environment().get_template("report.html.j2")
+    return template.render(document=document, blocks=blocks)
 
 
 def _write_pdf(document: Document, path: Path) -> None:

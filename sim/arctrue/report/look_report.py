@@ -7,13 +7,13 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
 from arctrue.measurement.digest import set_digest
 from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.examined import Examined
+from arctrue.report.html_templates import html_environment
 from arctrue.report.ranking import Ranking
 from arctrue.report.story import story
 from arctrue.report.view import FIGURES, View, chart_of, ranked_conditions
@@ -56,21 +56,18 @@ def _html(
     measurement_set: Path,
     command: str,
 ) -> str:
-    environment = Environment(
-        loader=PackageLoader("arctrue.report"),
-        autoescape=select_autoescape(("html", "j2")),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     against = examined.conditions.get(view.against) or ranked_conditions(examined, ranking)[0][0]
-    return environment.get_template("look_report.html.j2").render(
-        story=story(examined, ranking, view),
-        figures={name: Markup(chart_svg(chart)) for name, chart in drawn.items()},
-        against=against.name,
-        program=f"arctrue {version('arctrue')}",
-        date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
-        digest=set_digest(measurement_set),
-        command=command,
-        set_name=str(measurement_set),
+    return (
+        html_environment()
+        .get_template("look_report.html.j2")
+        .render(
+            story=story(examined, ranking, view),
+            figures={name: Markup(chart_svg(chart)) for name, chart in drawn.items()},
+            against=against.name,
+            program=f"arctrue {version('arctrue')}",
+            date=f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+            digest=set_digest(measurement_set),
+            command=command,
+            set_name=str(measurement_set),
+        )
     )

@@ -10,26 +10,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
-from scripts.browser import INSTALL, arguments, chromium
+from playwright.sync_api import Page, expect
 from scripts.page_server import page_server
 
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.hidden import hidden_effect
+from tests.page.in_browser import all_drawn, needs_browser, picture
 
-PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
 HIDDEN = "high_order_graduation"
 """One run of 18,000 samples is enough to name it."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
 """A longer catalogue draws other effects: the first seed that hides this one."""
-PATIENCE_MS = 240_000
-"""Longer than anything takes on a busy machine; nothing here is timed."""
-expect.set_options(timeout=PATIENCE_MS)
-PROGRAM = chromium()
 
-pytestmark = pytest.mark.skipif(
-    PROGRAM is None, reason=f"no browser for the page's tests: {INSTALL}"
-)
+pytestmark = needs_browser
 
 
 @pytest.fixture(scope="module")
@@ -37,43 +30,6 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     folder = tmp_path_factory.mktemp("served")
     with page_server(folder, folder / "state", "--most-megabytes", "1") as address:
         yield address
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=PROGRAM, args=arguments())
-        yield found
-        found.close()
-
-
-@pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A tab; whatever the browser reports as an error fails the test."""
-    context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
-    context.set_default_timeout(PATIENCE_MS)
-    found = context.new_page()
-    errors: list[str] = []
-    found.on("pageerror", lambda error: errors.append(str(error)))
-    found.on(
-        "console",
-        lambda said: (
-            errors.append(said.text) if said.type == "error" and "422" not in said.text else None
-        ),
-    )
-    yield found
-    context.close()
-    assert errors == []
-
-
-def picture(page: Page, name: str) -> None:
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    page.screenshot(path=PICTURES / f"{name}.png", full_page=True)
-
-
-def all_drawn(page: Page) -> None:
-    """Every figure has been drawn, none with a message in its place."""
-    expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)
 
 
 def rms_on_the_ladder(page: Page) -> list[float]:

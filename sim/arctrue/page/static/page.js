@@ -2,6 +2,9 @@
 // Draws the plots, follows the diagnosis and hands files over. Without it the page shows pictures
 // and all buttons work.
 
+// The page is served to this machine alone: no button sends a chart to another server.
+const OPTIONS = { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "" };
+
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 function dressed(layout) {
@@ -28,8 +31,8 @@ async function draw(place) {
     }
     const layout = dressed(figure.layout);
     place.replaceChildren();
-    await Plotly.newPlot(place, figure.data, layout, { responsive: true, displaylogo: false });
-    place.setAttribute("aria-label", figure.layout.meta.words);
+    await Plotly.newPlot(place, figure.data, layout, OPTIONS);
+    place.setAttribute("aria-label", figure.words);
     place.dataset.drawn = "1";
   } catch (error) {
     place.textContent = `This figure could not be drawn (${error.message}). Load the page again.`;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
+from arctrue.report.charts.tick_names import tick_lines, tick_names
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
 from arctrue.whole_file import whole_file
@@ -45,6 +47,8 @@ _DECADE = 12.0
 """A logarithmic axis of less than this ratio names its minor ticks too."""
 _TITLE_POINTS, _SMALL_POINTS = {1: 11.0, 2: 10.0}, 8.5
 """By panels in a row."""
+_BESIDE_INCHES, _LETTER_INCHES = 0.8, 0.068
+"""Left of a panel, and of a letter of 8 points."""
 _LEGEND_COLUMNS, _NARROW_COLUMNS = 4, 3
 
 
@@ -89,8 +93,9 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, columns: int) -> None:
         _draw_layer(figure, axes, layer, order + 2)
     if panel.title:
         axes.set_title(panel.title, fontsize=_TITLE_POINTS.get(columns, _SMALL_POINTS))
-    _dress(axes, panel.x, horizontal=True)
-    _dress(axes, panel.y, horizontal=False)
+    letters = (_WIDTH / columns - _BESIDE_INCHES) / _LETTER_INCHES
+    _dress(axes, panel.x, letters, horizontal=True)
+    _dress(axes, panel.y, math.inf, horizontal=False)
     if any(isinstance(layer, HeatMap) for layer in panel.layers):
         axes.grid(visible=False)
     if panel.y.also is not None:
@@ -124,7 +129,7 @@ def _legend(axes: Axes, entries: int, columns: int) -> None:
     axes.legend(fontsize=8, ncols=columns, loc="upper right", borderaxespad=0.2, frameon=False)
 
 
-def _dress(axes: Axes, axis: Axis, *, horizontal: bool) -> None:
+def _dress(axes: Axes, axis: Axis, letters: float, *, horizontal: bool) -> None:
     side = axes.xaxis if horizontal else axes.yaxis
     side.set_label_text(axis.text)
     if axis.logarithmic:
@@ -132,10 +137,10 @@ def _dress(axes: Axes, axis: Axis, *, horizontal: bool) -> None:
         (set_log_x if horizontal else set_log_y)(axes, label_minor_ticks=high < _DECADE * low)
         side.set_tick_params(which="both", labelsize=8)
     if axis.ticks is not None:
-        names = [name for _, name in axis.ticks]
-        side.set_ticks([place for place, _ in axis.ticks], names)
-        if horizontal and len(names) > 3 and max(map(len, names)) > 10:
-            side.set_tick_params(labelrotation=20, labelsize=8)
+        ticks = tick_names(axis, letters) if horizontal else list(axis.ticks)
+        side.set_ticks([place for place, _ in ticks], [name for _, name in ticks])
+        if tick_lines(ticks) > 1:
+            side.set_tick_params(labelsize=8)
     if axis.reach is not None:
         (axes.set_xlim if horizontal else axes.set_ylim)(*axis.reach)
 

@@ -20,6 +20,7 @@ from arctrue.report.charts.chart import (
     Level,
     Panel,
 )
+from arctrue.report.charts.tick_names import tick_lines, tick_names
 
 _SYMBOL = {"circle": "circle", "square": "square", "diamond": "diamond", "hollow": "square-open"}
 _LEFT_PX, _RIGHT_PX, _FOOT_PX, _TITLE_PX, _LINE_PX, _INCH_PX = 66, 18, 52, 26, 19, 84
@@ -27,8 +28,8 @@ _COLOURS_PX = 74
 """Right of a panel, where a scale of colours stands."""
 _ENTRY_PX, _LETTER_PX = 46, 6.0
 """Of an entry of a legend, and of each letter of its name."""
-_SHORT_LETTERS = 5
-"""A longer name of a tick is a word, and none is left out."""
+_TICK_LINE_PX = 16
+"""Of each line of a tick's name after the first."""
 _BESIDE_PX = 300
 """A panel beside another is at least so wide."""
 _ONE_TWO_FIVE = (1.0, 2.0, 5.0)
@@ -51,23 +52,23 @@ def chart_data(chart: Chart, width: int = 900) -> dict[str, Any]:
     right = _COLOURS_PX if mapped else _RIGHT_PX
     wide = width / columns - _LEFT_PX - right
     body = round(_INCH_PX * chart.panel_height)
-    tops, heads, height = [], [], 0
+    tops, heads, feet, height = [], [], [], 0
     for start in range(0, len(panels), columns):
         row = panels[start : start + columns]
+        named = [tick_names(panel.x, wide / _LETTER_PX) for panel in row]
         head = max(_TITLE_PX + _LINE_PX * _legend_lines(panel, wide) for panel in row)
         heads += [head] * len(row)
         tops += [height + head] * len(row)
-        height += head + body + _FOOT_PX
-    height = max(height, body + _FOOT_PX)
-    inner = height - _FOOT_PX
+        feet.append(_FOOT_PX + _TICK_LINE_PX * (max(map(tick_lines, named)) - 1))
+        height += head + body + feet[-1]
+    inner = height - feet[-1]
     layout: dict[str, Any] = {
         "height": height,
-        "margin": {"l": _LEFT_PX, "r": right, "t": 0, "b": _FOOT_PX, "autoexpand": False},
+        "margin": {"l": _LEFT_PX, "r": right, "t": 0, "b": feet[-1], "autoexpand": False},
         "barmode": "overlay",
         "showlegend": True,
         "annotations": [],
         "shapes": [],
-        "meta": {"words": chart.words},
     }
     traces: list[dict[str, Any]] = []
     for index, panel in enumerate(panels):
@@ -147,15 +148,12 @@ def _axis(axis: Axis, pixels: float) -> dict[str, Any]:
             texts = [f"{tick:.4g}" for tick in ticks]
             found |= {"tickmode": "array", "tickvals": ticks, "ticktext": texts}
     if axis.ticks is not None:
-        letters = max((len(line) for _, name in axis.ticks for line in name.split("\n")), default=1)
-        every = math.ceil(len(axis.ticks) * (letters + 1) * _LETTER_PX / max(pixels, 1.0))
-        # Names stay level; where there is no room for all, every second or third is there.
-        named = axis.ticks[:: every if letters <= _SHORT_LETTERS else 1]
+        named = tick_names(axis, pixels / _LETTER_PX)
         found |= {
             "tickmode": "array",
             "tickvals": [place for place, _ in named],
             "ticktext": [_plain(name) for _, name in named],
-            "tickangle": 0 if letters <= _SHORT_LETTERS or every == 1 else -25,
+            "tickangle": 0,
         }
     if axis.reach is not None:
         low, high = axis.reach

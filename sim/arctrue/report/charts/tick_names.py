@@ -1,0 +1,58 @@
+"""Names of ticks that stay level and do not run into each other or over the end of the axis."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+
+from arctrue.report.charts.chart import Axis
+
+_SHORT_LETTERS = 5
+"""A longer name is a word, and none is left out."""
+_LEAST_WRAPPED, _MOST_LINES = 8, 5
+"""Letters of a line in which words can still be read, and lines below a tick."""
+_SHORTER = "…"
+
+
+def tick_names(axis: Axis, letters: float) -> list[tuple[float, str]]:
+    """The ticks of an axis that has room for so many letters.
+
+    Of numbers every second or third stays where there is no room for all. Words are put in lines
+    as wide as the room of a tick; where that is too narrow to read, their first word stays alone.
+    """
+    ticks = list(axis.ticks or ())
+    longest = max((len(line) for _, name in ticks for line in name.split("\n")), default=1)
+    if longest <= _SHORT_LETTERS:
+        return ticks[:: max(math.ceil(len(ticks) * (longest + 1) / max(letters, 1.0)), 1)]
+    room = int(letters / len(ticks)) - 1
+    return [(place, _in_lines(name, room)) for place, name in ticks]
+
+
+def tick_lines(ticks: list[tuple[float, str]]) -> int:
+    """How many lines the tallest name has."""
+    return max((name.count("\n") + 1 for _, name in ticks), default=1)
+
+
+def _in_lines(name: str, letters: int) -> str:
+    if letters < _LEAST_WRAPPED:
+        return name.split()[0][: max(letters, 1)]
+    wrapped = [
+        part
+        for line in name.split("\n")
+        for part in textwrap.wrap(
+            " ".join(_hyphenated(word, letters) for word in line.split()),
+            letters,
+            break_long_words=False,
+        )
+    ]
+    if len(wrapped) > _MOST_LINES:
+        wrapped = [*wrapped[: _MOST_LINES - 1], wrapped[_MOST_LINES - 1][: letters - 1] + _SHORTER]
+    return "\n".join(wrapped)
+
+
+def _hyphenated(word: str, letters: int) -> str:
+    """A word that is longer than a line, in pieces that fill lines."""
+    if len(word) <= letters:
+        return word
+    pieces = textwrap.wrap(word, letters - 1, break_on_hyphens=False)
+    return "- ".join(pieces)

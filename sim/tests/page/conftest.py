@@ -1,0 +1,39 @@
+"""A browser, and a tab whose errors fail the test."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+from scripts.browser import arguments
+
+from tests.page.in_browser import PATIENCE_MS, PROGRAM
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """The system's Chromium."""
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=PROGRAM, args=arguments())
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """A tab; whatever the browser reports as an error fails the test."""
+    context = browser.new_context(viewport={"width": 1500, "height": 1000}, color_scheme="light")
+    context.set_default_timeout(PATIENCE_MS)
+    found = context.new_page()
+    errors: list[str] = []
+    found.on("pageerror", lambda error: errors.append(str(error)))
+    found.on(
+        "console",
+        lambda said: (
+            errors.append(said.text) if said.type == "error" and "422" not in said.text else None
+        ),
+    )
+    yield found
+    context.close()
+    assert errors == []

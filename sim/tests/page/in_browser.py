@@ -1,0 +1,29 @@
+"""What the tests of the page in a browser share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+from scripts.browser import INSTALL, chromium
+
+PICTURES = Path(__file__).resolve().parents[3] / "build" / "page"
+PATIENCE_MS = 240_000
+"""Longer than anything takes on a busy machine; nothing here is timed."""
+expect.set_options(timeout=PATIENCE_MS)
+PROGRAM = chromium()
+needs_browser = pytest.mark.skipif(
+    PROGRAM is None, reason=f"no browser for the page's tests: {INSTALL}"
+)
+
+
+def picture(page: Page, name: str, *, whole: bool = True) -> None:
+    """A screenshot for people to look at, in build/page."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=PICTURES / f"{name}.png", full_page=whole)
+
+
+def all_drawn(page: Page) -> None:
+    """Every figure has been drawn, none with a message in its place."""
+    expect(page.locator(".plot:not([data-drawn])")).to_have_count(0)
