@@ -14,12 +14,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from arctrue.workbench.diagnose.rules import rule_table
 from scripts.data_way import draw
 from scripts.reference_pages import api_page, commands_page
 from scripts.register_page import register_page
 
 ROOT = Path(__file__).resolve().parents[1]
 ENTITIES = Path("docs/entities")
+WORKBENCH = Path("docs/workbench.md")
+RULES, END_OF_RULES = "<!-- The rules: made by scripts/make_docs.py -->\n", "<!-- End -->\n"
 NUMBER_FORMATS = Path("rtl/formats/number_formats_pkg.vhd")
 
 # The folders of rtl/ in the order of the data's way.
@@ -313,6 +316,15 @@ def number_formats_page(package: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def with_rules(page: str) -> str:
+    """The page of the workbench with the rules of the verdict as the program has them."""
+    before, _, rest = page.partition(RULES)
+    after = rest.partition(END_OF_RULES)[2]
+    return "".join(
+        [before, RULES, "\n", *(f"{line}\n" for line in rule_table()), "\n", END_OF_RULES, after]
+    )
+
+
 def documents(root: Path) -> dict[Path, str]:
     """Every document that is made: its path below ``root`` and its text."""
     entities = find_entities(root)
@@ -326,6 +338,8 @@ def documents(root: Path) -> dict[Path, str]:
     made[Path("docs/commands.md")] = commands_page()
     made[Path("docs/api.md")] = api_page()
     made[Path("docs/images/data_way.svg")] = draw()
+    if (root / WORKBENCH).exists():
+        made[WORKBENCH] = with_rules((root / WORKBENCH).read_text(encoding="utf-8"))
     return made
 
 

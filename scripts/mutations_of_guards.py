@@ -11,6 +11,7 @@ from typing import Final
 from scripts.mutation import Mutation
 
 DIAGNOSE = "sim/arctrue/workbench/diagnose"
+INFERENCE = "sim/arctrue/workbench/inference"
 GUARDS = "sim/tests/workbench/diagnose/test_guards.py"
 COVERAGE = "sim/tests/workbench/diagnose/test_coverage.py"
 CONTRADICTIONS = "sim/tests/workbench/diagnose/test_contradictions.py"
@@ -22,7 +23,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "places_are_free",
         "the places that a search looked at are not charged",
-        f"{DIAGNOSE}/significance.py",
+        f"{INFERENCE}/significance.py",
         "np.expm1(max(trials, 1.0) * np.log1p(",
         "np.expm1(1.0 * np.log1p(",
         f"{GUARDS}::test_every_place_that_was_looked_at_is_charged",
@@ -30,7 +31,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "candidates_are_free",
         "the number of candidates is not charged",
-        f"{DIAGNOSE}/significance.py",
+        f"{INFERENCE}/significance.py",
         "max(placed, 0.0) * max(candidates, 1)",
         "max(placed, 0.0)",
         f"{GUARDS}::test_every_candidate_is_charged",
@@ -38,8 +39,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_second_survey_is_free",
         "what is looked for beside a name does not pay for the further look",
-        f"{DIAGNOSE}/survey.py",
-        "candidates * result.looks, found.freedom",
+        f"{DIAGNOSE}/evidence.py",
+        "candidates * tried.looks, found.freedom",
         "candidates, found.freedom",
         f"{GUARDS}::test_every_survey_of_a_diagnosis_is_charged",
     ),
@@ -62,7 +63,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "noise_is_known",
         "noise known from few runs is taken as known for sure",
-        f"{DIAGNOSE}/significance.py",
+        f"{INFERENCE}/significance.py",
         "    if freedom > MANY:\n",
         "    if freedom > 0.0:\n",
         f"{GUARDS}::test_noise_that_is_little_known_makes_a_gain_less_rare",
@@ -78,7 +79,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "held_out_rows_need_not_fall",
         "a name is confirmed by rows left out that do not show it",
-        f"{DIAGNOSE}/heldout.py",
+        f"{INFERENCE}/held_out.py",
         "    return gain > STANDARD_ERRORS * error\n",
         "    return True\n",
         f"{GUARDS}::test_a_fall_within_two_standard_errors_is_none",
@@ -86,7 +87,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "held_out_rows_may_rise",
         "a name stands though rows left out get worse",
-        f"{DIAGNOSE}/heldout.py",
+        f"{INFERENCE}/held_out.py",
         "        return gain > -STANDARD_ERRORS * error\n",
         "        return True\n",
         f"{GUARDS}::test_what_left_out_rows_cannot_show_must_not_get_worse",
@@ -94,7 +95,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "folds_in_turn",
         "rows are left out in turn, so that one fold has all visits of a station",
-        f"{DIAGNOSE}/heldout.py",
+        f"{INFERENCE}/held_out.py",
         "random.permuted(np.tile(np.arange(FOLDS), (rounds, 1)), axis=1).ravel()",
         "np.tile(np.arange(FOLDS), (rounds, 1)).ravel()",
         f"{GUARDS}::test_rows_side_by_side_are_left_out_apart_and_stations_not_together",
@@ -110,7 +111,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "noise_swallows_the_effect",
         "an effect is judged with the noise that was estimated without it",
-        f"{DIAGNOSE}/evidence.py",
+        f"{INFERENCE}/likelihood_ratio.py",
         "        base = _with_noise(residuals, under(grown, base.solution))\n",
         "        base = _with_noise(residuals, base.solution.noise)\n",
         f"{GUARDS}::test_the_noise_beside_an_effect_is_estimated_anew",
@@ -134,7 +135,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "runs_are_many",
         "what is known from four runs has the freedom of all rows",
-        "sim/arctrue/workbench/noise/sureness.py",
+        "sim/arctrue/workbench/noise/degrees_of_freedom.py",
         "        spread += (index / total) ** 2 * 2.0 / known\n",
         "        spread += 0.0 * known\n",
         f"{GUARDS}::test_what_is_known_from_the_runs_has_the_freedom_of_the_runs",
@@ -166,7 +167,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "one_speed_is_enough",
         "a frequency that shows at one of several speeds is a vibration",
-        f"{DIAGNOSE}/free_in_runs.py",
+        f"{DIAGNOSE}/every_pass.py",
         "    return float(gain[other].sum() / gain.sum()) > LEAST_SHARE * expected\n",
         "    return True\n",
         f"{GUARDS}::test_a_frequency_of_one_speed_alone_is_no_vibration",
@@ -247,7 +248,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "an_event_is_counted_where_rows_show_it",
         "knocks in slow noise, which tells of rows left out, are one slip",
-        f"{DIAGNOSE}/decision.py",
+        f"{DIAGNOSE}/case.py",
         "and (self.survey.confirmed(item) or _is_sure(item))",
         "and self.survey.confirmed(item)",
         f"{RULE_TABLE}::test_an_event_that_comes_again_and_again_is_no_accident",
@@ -255,7 +256,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "slow_effects_are_slow_noise",
         "what the noise of the model without it takes whole is not weighed",
-        f"{DIAGNOSE}/survey.py",
+        f"{DIAGNOSE}/evidence.py",
         "MOST_LEFT = 0.5\n",
         "MOST_LEFT = 0.0\n",
         f"{GUARDS}::test_a_slow_effect_far_above_the_scatter_is_no_slow_noise",
@@ -360,9 +361,9 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_class_that_its_probabilities_contradict",
         "a class of effects is said where something unknown has 99 %",
-        f"{DIAGNOSE}/posterior.py",
-        "    if unknown >= CLASS_SHARE * (there + unknown):\n",
-        "    if unknown > 1.0:\n",
+        f"{DIAGNOSE}/rules.py",
+        "    if offered[UNKNOWN] < CLASS_SHARE * (there + offered[UNKNOWN]):\n",
+        "    if offered[UNKNOWN] <= 1.0:\n",
         f"{PROBABILITIES}::test_a_class_of_one_effect_with_one_percent_is_no_class",
     ),
     Mutation(
@@ -377,8 +378,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "faces_pay_for_the_capture",
         "what the reference alone shows is charged for the rows of the capture too",
         f"{DIAGNOSE}/posterior.py",
-        "item.rank, trials, item.rows, item.freedom",
-        "item.rank, trials, 24_480, item.freedom",
+        "item.charged_trials, item.rows, item.freedom",
+        "item.charged_trials, 24_480, item.freedom",
         f"{PROBABILITIES}::test_faces_pay_for_the_rows_that_know_them",
     ),
     Mutation(
@@ -400,7 +401,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "one_speed_before_what_is_refused",
         "a line at one speed is said though what is refused is far ahead of it",
-        f"{DIAGNOSE}/decision.py",
+        f"{DIAGNOSE}/rules.py",
         "refused.delta_bic > first.delta_bic + PARTS_ADVANTAGE:",
         "False:",
         f"{RULE_TABLE}::test_one_speed_is_no_reason_where_something_refused_is_far_ahead",
@@ -432,17 +433,17 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "adequate_with_a_lack_of_fit",
         "a lack of fit that is sure and large is adequate where nothing describes it",
-        f"{DIAGNOSE}/decision.py",
-        "if p_value < LACK_OF_FIT\n",
-        "if False\n",
+        f"{DIAGNOSE}/rules.py",
+        "and item.lack_of_fit_p < LACK_OF_FIT\n",
+        "and False\n",
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
     ),
     Mutation(
         "unknown_by_a_trifle",
         "a lack of fit is unknown however small it is",
-        f"{DIAGNOSE}/decision.py",
-        "> max(survey.matters_arcsec, LEAST_EXCESS * survey.noise_arcsec[channel])",
-        "> survey.matters_arcsec",
+        f"{DIAGNOSE}/rules.py",
+        "> max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)",
+        "> case.survey.matters_arcsec",
         f"{GUARDS}::test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large",
     ),
     Mutation(
@@ -457,7 +458,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "parts_by_a_decimal",
         "a product of parts is preferred to a name by a decimal of the likelihood",
-        f"{DIAGNOSE}/decision.py",
+        f"{DIAGNOSE}/rules.py",
         "if case.product is None or case.ahead <= PARTS_ADVANTAGE:",
         "if case.product is None or case.ahead <= 0.0:",
         f"{GUARDS}::test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name",
@@ -465,7 +466,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "near_tie_is_won",
         "a name wins over a product of parts by a decimal of the likelihood",
-        f"{DIAGNOSE}/decision.py",
+        f"{DIAGNOSE}/rules.py",
         "near_tie = stranger is not None and case.ahead > -NEAR_TIE",
         "near_tie = stranger is not None and case.ahead > 0.0",
         f"{GUARDS}::test_a_near_tie_with_a_product_of_parts_is_no_name",
@@ -490,8 +491,8 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "slow_noise_keeps_what_it_took",
         "an effect of which the slow noise of the model without it holds most is not weighed",
-        f"{DIAGNOSE}/survey.py",
-        "    near |= {item.name for item in taken}\n",
+        f"{DIAGNOSE}/evidence.py",
+        "    near |= {item.name for item in taken_by_noise(others, tried)}\n",
         "",
         f"{COVERAGE}::test_a_drift_that_slow_noise_may_be_is_not_adequate",
     ),

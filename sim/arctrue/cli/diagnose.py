@@ -172,11 +172,11 @@ def _print(result: Diagnosis) -> None:
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)
             console.print(f"{more} more candidates are not shown; --json has all of them.")
-    for channel, value in result.residual_rms_arcsec.items():
+    for channel, fit in result.channels.items():
+        p_value = float("nan") if fit.lack_of_fit_p is None else fit.lack_of_fit_p
         console.print(
-            f"{channel}: residual {value:.3f}″ RMS, noise of the repeats "
-            f"{result.noise_arcsec[channel]:.3f}″, lack of fit p "
-            f"{probability(result.lack_of_fit.get(channel, float('nan')))}"
+            f"{channel}: residual {fit.residual_rms_arcsec:.3f}″ RMS, noise of the repeats "
+            f"{fit.noise_arcsec:.3f}″, lack of fit p {probability(p_value)}"
         )
     for lacking, names in _by_what_lacks(result.untestable).items():
         console.print(f"Not tested: {', '.join(names)}. The set lacks {lacking}.")

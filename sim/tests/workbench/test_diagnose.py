@@ -71,7 +71,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
     result = _diagnosis(measurement_set(error))
     assert result.verdict == "unknown"
-    assert result.parts[0].effect.parts == ["temperature", "order:2", "disc"]  # type: ignore[attr-defined]
+    assert result.described.effect.parts == ["temperature", "order:2", "disc"]  # type: ignore[attr-defined]
     assert "order 2" in str(result.description)
 
 
@@ -89,7 +89,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
     good.capture.head2_counts[5000:] += 5000
     result = _diagnosis(good)
     assert result.verdict == "bad_data"
-    assert "run 1" in result.faults[0]
+    assert "run 1" in result.decision.faults[0]
 
 
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:

@@ -111,6 +111,6 @@ def test_what_a_delay_leaves_is_judged_with_the_orders_that_it_bent() -> None:
     Columns of the delay at those orders leave a rest beside the noise of 20″: it is no effect.
     """
     found = diagnose(_fast_log(100e-6), [_base()], EFFECTS)
-    assert found.named is not None, found.unlike
+    assert found.named is not None, found.decision.unlike
     assert found.named.name == "latency"
     assert not found.beside

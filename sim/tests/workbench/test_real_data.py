@@ -9,10 +9,10 @@ import pytest
 
 from arctrue.measurement import read_measurement_set
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.heldout import held_out
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.held_out import held_out
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
@@ -88,7 +88,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
     terms, named, orders = [_base()], [], []
     for _ in range(12):
         found = diagnose(motor, terms, EFFECTS)
-        if found.named is None and not found.look_alikes:
+        if found.named is None and not found.decision.look_alikes:
             break
         first = found.candidates[0]
         named.append(first.name)
@@ -106,7 +106,9 @@ def test_motor_lack_of_fit_is_told_without_repeats(motor: Observations) -> None:
     """No station repeats; order 126 is a lack of fit all the same, and is named."""
     terms = [_base(), Term(EFFECTS["hysteresis"](), {})]
     found = diagnose(motor, terms, EFFECTS)
-    assert found.lack_of_fit["reference"] < 1e-6
+    lack_of_fit_p = found.channels["reference"].lack_of_fit_p
+    assert lack_of_fit_p is not None
+    assert lack_of_fit_p < 1e-6
     assert found.named is not None
     assert found.named.name == "periodic_error"
 
@@ -156,7 +158,7 @@ def test_beside_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -
         terms.append(found.named.term)
     # No line of an order is left, and no "adequate" of a set that can test few effects.
     assert found.verdict == "cannot_tell"
-    assert found.cannot_tell is not None
+    assert found.decision.cannot_tell is not None
     assert found.next_measurement is not None
     assert "graduation_harmonics" in found.untestable
     assert not any(item.effect.orders for item in found.parts)  # type: ignore[attr-defined]

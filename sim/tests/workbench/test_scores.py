@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set
 
-from arctrue.workbench.diagnose.evidence import under
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.likelihood_ratio import under
 from arctrue.workbench.inference.noise_fit import white_noise
 from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.inference.residuals import Residuals

@@ -10,10 +10,10 @@ import numpy as np
 from arctrue.workbench.compare.findings import ExcessOf, Finding, ranked_findings
 from arctrue.workbench.compare.maps import ResidualMap, residual_maps
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
-from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.noise.whiteness import noise_data
 
 

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.evidence import Evidence
-from arctrue.workbench.diagnose.heldout import HeldOut, Improvement
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.inference.held_out import HeldOut, Improvement
+from arctrue.workbench.inference.likelihood_ratio import Evidence
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 
 ACTING_SHARE = 0.05
 """An effect acts on the rows where it moves the prediction by this share of its largest move."""
+MOVED_SHARE = 0.02
+"""A channel counts when it is moved by more than this share of its noise."""
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """What the search, the fit and the statistics say of one effect."""
 
@@ -44,8 +47,6 @@ class Candidate:
     evidence: Evidence | None = None
     """With the noise estimated anew; None where the first test tells enough."""
     held_out: HeldOut | None = None
-    held_out_before: HeldOut | None = None
-    """Of the model without it, with the same noise and the same rows left out."""
     improvement: dict[str, Improvement] = field(default_factory=dict)
 
     @property
@@ -57,6 +58,11 @@ class Candidate:
     def freedom(self) -> float:
         """Degrees of freedom with which the noise of its size is known."""
         return float("inf") if self.evidence is None else self.evidence.freedom
+
+    @property
+    def charged_trials(self) -> float:
+        """Places that its p pays for."""
+        return self.trials if self.level_trials is None else self.level_trials
 
     @cached_property
     def at_maximum(self) -> Solution:
@@ -95,3 +101,28 @@ def _acting_rms(change: NDArray[np.float64]) -> float:
         return 0.0
     acting = np.abs(change) >= ACTING_SHARE * largest
     return float(np.sqrt(np.mean(change[acting] ** 2)))
+
+
+def rows_moved(size_arcsec: Mapping[str, float], base: Solution) -> int:
+    """Rows of the channels that the effect moves: the others say nothing of it.
+
+    A polygon's faces are known from the 480 reference rows, however long the capture. All rows
+    where it moves none.
+    """
+    channels = (
+        ("capture", base.observations.capture, base.capture_sigma_arcsec),
+        ("reference", base.observations.reference, base.reference_sigma_arcsec),
+    )
+    moved = sum(
+        rows.run.size
+        for name, rows, sigma in channels
+        if rows is not None
+        and sigma is not None
+        and size_arcsec.get(name, 0.0) > MOVED_SHARE * sigma
+    )
+    return moved or base.observations.rows
+
+
+def delta_bic(gain: float, rank: int, trials: float, rows: int) -> float:
+    """Twice the gain in log likelihood, less log(rows) a coefficient and 2·log(places) a search."""
+    return float(gain - rank * np.log(rows) - 2.0 * np.log(max(trials, 1.0)))

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE
 
 LEAST_SHARE = 0.5

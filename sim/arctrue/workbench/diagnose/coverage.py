@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.significance import corrected_p_value
 from arctrue.workbench.effects.product_of_parts import Condition, Frame, ProductOfParts, conditions
 from arctrue.workbench.inference.detectable import (
     SIGNIFICANCE,
@@ -18,6 +17,7 @@ from arctrue.workbench.inference.detectable import (
 )
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.scan import BLIND_FACTOR, samples_a_turn
+from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.observations import Observations
 
 MOST_UNTESTED = 0.5

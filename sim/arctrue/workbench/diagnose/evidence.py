@@ -1,137 +1,337 @@
-"""How much likelier an effect makes the data, with the noise estimated anew on both sides.
+"""Evidence of what comes near to a name: noise free on both sides, and rows that were left out.
 
-Noise that is estimated on residuals in which an effect still hides takes the effect for noise: a
-slip becomes slow noise, a few rows' reversal a correlation. So for whatever comes near to being
-named the noise is estimated once more with the effect in the model, and the two likelihoods, each
-at its own best noise, are compared.
+The second stage of a diagnosis: :func:`survey` tries everything (:mod:`candidates`), weighs what
+may be named, and gives one frozen record to the rules.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.noise_fit import noise_of
-from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.progress import Say
+from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.candidates import looked_for, tried_effects, tried_products
+from arctrue.workbench.diagnose.every_pass import at_other_speeds
+from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.registry import absent_effects
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.held_out import falls, held_out_with
+from arctrue.workbench.inference.likelihood_ratio import (
+    MUCH_MORE,
+    Evidence,
+    evidence,
+    restricted_likelihood,
+    without_slow_noise,
+)
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.significance import (
+    SIGNIFICANCE,
+    corrected_p_value,
+    single_p_value,
+)
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.noise.index_offsets import index_variance
-from arctrue.workbench.noise.noise import Noise
-from arctrue.workbench.noise.sureness import freedom_of
 
-MOST_ROUNDS = 3
-MUCH_MORE = 1.2
-"""A gain that rises so much with the noise estimated anew asks for one round more."""
-
-
-LEAST_MOVE = 1.0
-"""χ² of the change of a channel's residuals below which its noise is not estimated anew: one
-reading's worth, and the noise is known from all of them."""
-Float = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """Of one effect against the model without it."""
-
-    gain: float
-    """Twice the rise of the log likelihood, the noise free on both sides."""
-    freedom: float
-    """Degrees of freedom with which the noise of the effect's size is known."""
-    index_share: float
-    """Of the variance of its size, what the index repeatability makes: near 1, the runs are the
-    sample."""
-    score: Score
-    """With the noise of the model that has the effect."""
-    base: Residuals
-    """What the model without it leaves, with that noise."""
+NEAR_P = 0.3
+"""A first p below this is near to a name: the noise is estimated anew beside it."""
+MOST_LEFT = 0.5
+"""Of the variance of a channel's residual: what leaves less is weighed, however much of it the
+noise of the model without it has taken."""
+OF_ITS_SIZE = 0.2
+"""Noise that has taken an effect is about as large as it: the effect is then a standard uncertainty
+of such noise or more, which chance makes with this probability or less."""
+MOST_WEIGHED = 6
+"""So many candidates at most are weighed with the noise free on both sides."""
+FAR_BEHIND = 60.0
+"""BIC by which a candidate that is not weighed yet cannot come before one that is real."""
+SAME_BLOCK = 1e-6
+"""Of a gain, and of a canonical correlation: rounding of the same columns."""
+AS_GOOD = 6.0
+"""BIC by which another form or place of an effect must be ahead: odds of 20 to 1."""
 
 
-def evidence(
-    residuals: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
-) -> Evidence:
-    """``null_likelihood`` is :func:`restricted_likelihood` of ``residuals``."""
-    score = there = residuals.score(effect, nonlinear)
-    base = residuals
-    for _ in range(MOST_ROUNDS):
-        before = there.gain
-        grown = base.solution_with(effect, nonlinear, there)
-        base = _with_noise(residuals, under(grown, base.solution))
-        there = base.score(effect, nonlinear)
-        if there.gain < MUCH_MORE * before:
-            break
-    likelihood = restricted_likelihood(base)
-    with_effect = max(likelihood + 0.5 * there.gain, null_likelihood + 0.5 * score.gain)
-    gain = 2.0 * (with_effect - max(likelihood, null_likelihood))
-    freedom, share = sureness(base, effect, nonlinear, there)
-    return Evidence(max(gain, 0.0), freedom, share, there, base)
+def survey(
+    residuals: Residuals,
+    effects: Mapping[str, type[Effect]],
+    matters_arcsec: float,
+    progress: Say,
+    *,
+    negligible: bool = True,
+    looks: int = 1,
+) -> Survey:
+    """Try everything beside the model of ``residuals``.
 
-
-def under(grown: Solution, base: Solution) -> Noise:
-    """The noise of what ``grown`` leaves, in the contrasts that ``base`` does not touch."""
-    left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
-    noise = noise_of(
-        base.terms,
-        base.observations,
-        base.context,
-        left,
-        base.noise,
-        base.unknown_noise | _unmoved(left, base),
-    )
-    if base.observations.runs:
-        variance, freedom = index_variance(base.observations, grown.run_offsets_arcsec)
-        noise = replace(noise, index_variance=variance, index_freedom=freedom)
-    return noise
-
-
-def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
-    """Channels whose residuals are the same with and without an effect: so is their noise."""
-    found = set()
-    for channel, values, before, of_rows in (
-        ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
-        ("reference", left[1], base.reference_residual_arcsec(), base.noise.reference),
-    ):
-        if values is None or before is None or of_rows is None:
-            continue
-        change = of_rows.whiten(values - before)
-        if float(change @ change) < LEAST_MOVE:
-            found.add(channel)
-    return frozenset(found)
-
-
-def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
-    base = residuals.solution
-    again = fit(base.terms, base.observations, base.context, noise=noise)
-    return Residuals(replace(again, unknown_noise=base.unknown_noise))
-
-
-def restricted_likelihood(residuals: Residuals) -> float:
-    """Log likelihood of the rows with the coefficients integrated out, and the index's prior."""
-    solution = residuals.solution
-    noise = solution.noise
-    prior = residuals.observations.index_sigma_arcsec**2
-    total = solution.log_likelihood - 0.5 * residuals.log_determinant
-    if residuals.observations.runs:
-        total -= (
-            0.5
-            * noise.index_freedom
-            * (float(np.log(noise.index_variance)) + prior / noise.index_variance)
-        )
-    return total
-
-
-def sureness(
-    residuals: Residuals, effect: Effect, nonlinear: Nonlinear, score: Score
-) -> tuple[float, float]:
-    """Degrees of freedom of the noise of an effect's size, and the index's share in it."""
-    observations, noise = residuals.observations, residuals.solution.noise
-    weights, offsets = residuals.projected(effect, nonlinear, score)
-    runs = {
-        name: rows.run
-        for name, rows in (("capture", observations.capture), ("reference", observations.reference))
-        if rows is not None
+    Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
+    An effect with a search is tried again beside itself: it may be there at another place.
+    ``looks``: surveys of this kind that the diagnosis makes.
+    """
+    present = {term.effect.name for term in residuals.solution.terms}
+    absent = absent_effects(effects, present)
+    repeatable = {
+        name: effect for name, effect in effects.items() if name in present and effect.search
     }
-    return freedom_of(noise, weights, offsets, runs)
+    channels = fit_of_channels(residuals)
+    candidates, untestable = tried_effects(
+        residuals, absent | repeatable, len(absent) * looks, progress
+    )
+    progress("trying products of parts")
+    tried = Survey(
+        residuals,
+        matters_arcsec,
+        len(absent),
+        looks,
+        candidates,
+        tried_products(residuals, looks),
+        untestable,
+        channels,
+    )
+    return weighed(tried, progress, negligible=negligible)
+
+
+def weighed(tried: Survey, progress: Say, *, negligible: bool) -> Survey:
+    """The survey with evidence, the noise free on both sides, of whatever may be named.
+
+    That is the catalogue's candidates, best first, until those that follow have no chance to come
+    before one that is real, and the product of parts that stands first if it has.
+    """
+    null = restricted_likelihood(tried.residuals)
+    waiting = _near_to_a_name(tried)
+    products = tried.parts[:1]
+    if not negligible:
+        waiting = [item for item in waiting if tried.may_matter(item)]
+        products = [item for item in products if tried.may_matter(item)]
+    judged: dict[str, Candidate] = {}
+    real: Candidate | None = None
+    for _ in range(MOST_WEIGHED):
+        if real is not None:
+            waiting = _may_come_before(waiting, real)
+        if not waiting:
+            break
+        item = _judged(waiting.pop(0), tried, null, tried.absent, progress)
+        judged[item.name] = item
+        if (
+            item.p_corrected < SIGNIFICANCE
+            and tried.confirmed(item)
+            and at_other_speeds(item)
+            and (real is None or item.delta_bic > real.delta_bic)
+        ):
+            real = item
+            waiting = _best_beside(waiting, real)
+    parts = [
+        *(_judged_product(item, real, tried, null, progress) for item in products),
+        *tried.parts[len(products) :],
+    ]
+    candidates = [judged.get(item.name, item) for item in tried.candidates]
+    if real is not None:
+        together = _with_noise_of([*candidates, *parts], real)
+        candidates, parts = together[: len(candidates)], together[len(candidates) :]
+    candidates.sort(key=lambda item: (-item.delta_bic, item.p_corrected))
+    return replace(tried, candidates=candidates, parts=parts)
+
+
+def _near_to_a_name(tried: Survey) -> list[Candidate]:
+    """What may be named once the noise is estimated beside it, best first."""
+    ranked = sorted(tried.candidates, key=lambda item: -item.delta_bic)
+    near = {
+        item.name
+        for item in ranked
+        if item.p_corrected < NEAR_P or item.effect.step_at or takes_most(item.solution, tried.base)
+    }
+    others = [item for item in ranked if item.name not in near]
+    near |= {item.name for item in taken_by_noise(others, tried)}
+    return [item for item in ranked if item.name in near]
+
+
+def taken_by_noise(items: Sequence[Candidate], tried: Survey) -> list[Candidate]:
+    """Those of ``items`` that would be significant if there were no slow noise.
+
+    No estimate of the noise beside an effect leaves less of it than none, so that what is not
+    significant beside none is so beside no estimate. An effect with a search is left out, whose
+    place was found in the slow noise.
+    """
+    fixed = [
+        item
+        for item in items
+        if not item.effect.search and single_p_value(item.gain, item.rank, np.inf) < OF_ITS_SIZE
+    ]
+    if not fixed:
+        return []
+    white = without_slow_noise(tried.residuals)
+    scores = white.scores([(item.effect, item.nonlinear) for item in fixed])
+    tests = tried.absent * tried.looks
+    return [
+        item
+        for item, score in zip(fixed, scores, strict=True)
+        if corrected_p_value(score.gain, score.rank, item.trials, tests) < SIGNIFICANCE
+    ]
+
+
+def takes_most(grown: Solution, base: Solution) -> bool:
+    """With the effect in the model, less than half of a channel's residual variance is left.
+
+    A slow effect far above the scatter of the rows is taken for slow noise where it is not in the
+    model, whole, so that its gain with that noise says nothing.
+    """
+    return any(
+        float(np.mean(after**2)) < MOST_LEFT * float(np.mean(before**2))
+        for after, before in (
+            (grown.capture_residual_arcsec(), base.capture_residual_arcsec()),
+            (grown.reference_residual_arcsec(), base.reference_residual_arcsec()),
+        )
+        if after is not None and before is not None
+    )
+
+
+def _score_beside(items: Sequence[Candidate], real: Candidate) -> None:
+    """All of them at once, for :func:`_gain_beside`."""
+    assert real.evidence is not None
+    real.evidence.base.scores([(item.effect, item.nonlinear) for item in items])
+
+
+def _gain_beside(item: Candidate, real: Candidate) -> float:
+    """Gain with the noise of one that is real, on the scale of that one's likelihoods."""
+    assert real.evidence is not None
+    scale = real.gain / max(real.evidence.score.gain, 1e-300)
+    return real.evidence.base.score(item.effect, item.nonlinear).gain * scale
+
+
+def _bic_beside(item: Candidate, real: Candidate) -> float:
+    """By how much an effect is ahead of one that is real, both with that one's noise."""
+    assert real.evidence is not None
+    rows = rows_moved(item.size_arcsec, real.evidence.base.solution)
+    return delta_bic(_gain_beside(item, real), item.rank, item.trials, rows) - real.delta_bic
+
+
+def _may_come_before(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
+    """Those not far behind, or that take more: they may be the larger effect around the other."""
+    _score_beside(items, real)
+    return [
+        item
+        for item in items
+        if _bic_beside(item, real) > -FAR_BEHIND or _gain_beside(item, real) > real.gain
+    ]
+
+
+def _best_beside(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
+    _score_beside(items, real)
+    return sorted(items, key=lambda item: -_bic_beside(item, real))
+
+
+def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidate]:
+    """What was not weighed for itself is compared with the noise of the one that is real."""
+    assert real.evidence is not None
+    base = real.evidence.base
+    _score_beside([item for item in items if item.evidence is None], real)
+    found = []
+    for item in items:
+        if item.evidence is None and (gain := _gain_beside(item, real)) > item.gain:
+            score = base.score(item.effect, item.nonlinear)
+            rows = rows_moved(item.size_arcsec, base.solution)
+            item = replace(
+                item,
+                gain=gain,
+                rank=score.rank,
+                solution=base.solution_with(item.effect, item.nonlinear, score),
+                rows=rows,
+                delta_bic=delta_bic(gain, score.rank, item.trials, rows),
+            )
+        found.append(item)
+    return found
+
+
+def _judged(
+    item: Candidate, tried: Survey, null: float, candidates: int, progress: Say
+) -> Candidate:
+    """With its evidence, and with rows that the fit never saw if it is significant and matters."""
+    residuals = tried.residuals
+    progress(f"the noise beside {item.name}")
+    found = evidence(residuals, null, item.effect, item.nonlinear)
+    if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
+        item, found = _in_less_noise(item, found, residuals, null)
+    item = _settled(item, found, tried, candidates)
+    of_rows = found.index_share < RUNS_ARE_THE_SAMPLE
+    if item.p_corrected < SIGNIFICANCE and tried.matters(item) and of_rows:
+        progress(f"held-out rows for {item.name}")
+        base = found.base.solution
+        before, after = held_out_with(
+            base.terms, item.term, base.observations, base.context, base.noise
+        )
+        return replace(item, held_out=after, improvement=falls(before, after, base.noise))
+    return item
+
+
+def _in_less_noise(
+    item: Candidate, found: Evidence, residuals: Residuals, null: float
+) -> tuple[Candidate, Evidence]:
+    """The form and the place that fit best with the noise beside the effect, and their evidence.
+
+    Without it the noise holds the effect itself, and hides what is smaller: the lines beside a
+    gear's tooth count, or by how little an order is not whole.
+    """
+    best = None if item.asked is None else looked_for(item.asked, found.base)
+    if best is None:
+        return item, found
+    form, nonlinear, trials = best
+    score, rows = (
+        found.base.score(form, nonlinear),
+        rows_moved(item.size_arcsec, residuals.solution),
+    )
+    before = delta_bic(found.score.gain, found.score.rank, item.trials, rows)
+    if delta_bic(score.gain, score.rank, trials, rows) < before + AS_GOOD:
+        return item, found
+    anew = evidence(residuals, null, form, nonlinear)
+    before = delta_bic(found.gain, found.score.rank, item.trials, rows)
+    if delta_bic(anew.gain, anew.score.rank, trials, rows) < before + AS_GOOD:
+        return item, found
+    return replace(item, effect=form, nonlinear=nonlinear, trials=trials), anew
+
+
+def _judged_product(
+    item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: Say
+) -> Candidate:
+    """A product of parts with its evidence, where it is near to a description."""
+    ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND
+    if item.p_corrected >= NEAR_P or not ahead:
+        return item
+    if real is None or not _same_columns(item, real):
+        return _judged(item, tried, null, 1, progress)
+    assert real.evidence is not None
+    score = real.evidence.base.score(item.effect, item.nonlinear)
+    settled = _settled(item, replace(real.evidence, score=score), tried, 1)
+    return replace(settled, held_out=real.held_out, improvement=real.improvement)
+
+
+def _same_columns(item: Candidate, real: Candidate) -> bool:
+    """Both are the same block in other words: a warm centre, and order 1 times the temperature."""
+    assert real.evidence is not None
+    if real.effect.search or item.rank != real.rank:
+        return False
+    base = real.evidence.base
+    gain = base.score(item.effect, item.nonlinear).gain
+    if abs(gain - real.evidence.score.gain) > SAME_BLOCK * real.evidence.score.gain:
+        return False
+    correlations = canonical_correlations(base, item.term, real.term)
+    return bool(correlations.size == item.rank and correlations[-1] > 1.0 - SAME_BLOCK)
+
+
+def _settled(item: Candidate, found: Evidence, tried: Survey, candidates: int) -> Candidate:
+    """The candidate with what its evidence says of it."""
+    solution = found.base.solution_with(item.effect, item.nonlinear, found.score)
+    size_arcsec = sizes_arcsec(found.base.solution, solution)
+    rank, rows = found.score.rank, rows_moved(size_arcsec, tried.base)
+    return replace(
+        item,
+        evidence=found,
+        gain=found.gain,
+        rank=rank,
+        solution=solution,
+        size_arcsec=size_arcsec,
+        p_corrected=corrected_p_value(
+            found.gain, rank, item.charged_trials, candidates * tried.looks, found.freedom
+        ),
+        rows=rows,
+        delta_bic=delta_bic(found.gain, rank, item.trials, rows),
+    )

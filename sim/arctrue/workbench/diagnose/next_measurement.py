@@ -65,6 +65,20 @@ class NextMeasurement:
     """That the wrong one of the pair would leave there."""
 
 
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What the next measurement has to split, or what the first effect lacks for its name."""
+
+    best: Candidate
+    rivals: Sequence[Candidate]
+
+
+RECORD_AGAIN = NextMeasurement("record the faulty runs again", None)
+MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
+    "the same stations once more: this set has no more readings than coefficients, so "
+    "that nothing tells the noise (or state standard_uncertainty_arcsec)",
+    None,
+)
 OF_FIRST_RUN = " run 0"
 """End of the names of columns that belong to the first run."""
 AT_ONE_SPEED = NextMeasurement(
@@ -72,6 +86,21 @@ AT_ONE_SPEED = NextMeasurement(
     "be the alias of another",
     "samples",
 )
+
+
+def measurement_for(
+    question: Question | None, described: Candidate | None
+) -> NextMeasurement | None:
+    """What answers the question of a decision, or puts its description by parts to the test."""
+    if question is not None:
+        found = next_measurement(question.best, question.rivals)
+        lacks = question.best.lacking_variety
+        return measurement_for_variety(question.best) if found.kind is None and lacks else found
+    if described is None:
+        return None
+    assert isinstance(described.effect, ProductOfParts)
+    known = described.solution.observations.has_temperature
+    return measurement_for_parts(described.effect, temperature_known=known)
 
 
 def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasurement:

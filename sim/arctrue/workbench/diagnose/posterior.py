@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import NOTHING_LEFT_P
-from arctrue.workbench.diagnose.decision import Verdict
 from arctrue.workbench.diagnose.probabilities import (
     NONE,
     PRIOR_NONE,
@@ -24,6 +21,9 @@ from arctrue.workbench.diagnose.probabilities import (
     untold,
 )
 
+PARTS_ADVANTAGE = 10.0
+"""BIC by which a product of parts must beat the whole catalogue: odds of about 150 to 1, "very
+strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
 SILENT = frozenset({"bad_data", "cannot_tell"})
 CLASS_SHARE = 0.95
 """A class is the fewest hypotheses that hold so much of the probability: where ``unknown`` holds it
@@ -31,22 +31,6 @@ alone, no effect is of the class (a credible set of 95 %)."""
 LEAST_OF_A_NAME = 0.8
 """Probability from which on one name is said: a false name is taken to cost four times what it
 costs to name a class where one name would do."""
-
-
-def verdict_of(
-    verdict: Verdict, effect_class: Sequence[str], probability: Mapping[str, float]
-) -> Verdict:
-    """The verdict of the rules, or the one that its probabilities ask for.
-
-    The rules bound the odds between names; how much is left to ``unknown`` they leave open.
-    """
-    if verdict not in ("named", "ambiguous"):
-        return verdict
-    unknown = probability[UNKNOWN]
-    there = sum(probability.get(name, 0.0) for name in effect_class)
-    if unknown >= CLASS_SHARE * (there + unknown):
-        return "unknown"
-    return "ambiguous" if probability[effect_class[0]] < LEAST_OF_A_NAME else verdict
 
 
 def posterior(
@@ -130,8 +114,7 @@ def allowed_for(
 
 
 def _weighed(item: Candidate) -> Weighed:
-    trials = item.trials if item.level_trials is None else item.level_trials
-    return Weighed(item.gain, item.rank, trials, item.rows, item.freedom)
+    return Weighed(item.gain, item.rank, item.charged_trials, item.rows, item.freedom)
 
 
-__all__ = ["allowed_for", "posterior", "verdict_of"]
+__all__ = ["allowed_for", "posterior"]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri, logsumexp
 
-from arctrue.workbench.diagnose.significance import single_p_value
+from arctrue.workbench.inference.significance import single_p_value
 
 NONE, UNKNOWN = "none", "unknown"
 PRIOR_NONE = 0.5

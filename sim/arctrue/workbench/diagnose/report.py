@@ -8,9 +8,9 @@ from arctrue.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.heldout import HeldOut
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
+from arctrue.workbench.inference.held_out import HeldOut
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.whiteness import noise_data
@@ -48,9 +48,7 @@ def held_out_data(held_out: HeldOut | None) -> dict[str, float]:
     return {channel: value for channel, value in values.items() if value is not None}
 
 
-def candidate_data(
-    item: Candidate, before: dict[str, float], held_out_before: HeldOut | None
-) -> dict[str, Any]:
+def candidate_data(item: Candidate, before: dict[str, float]) -> dict[str, Any]:
     """One candidate as JSON."""
     return {
         "effect": item.name,
@@ -59,7 +57,7 @@ def candidate_data(
         "size_arcsec": item.size_arcsec,
         "rms_before_arcsec": before,
         "rms_after_arcsec": rms_data(item.solution),
-        "heldout_before_arcsec": held_out_data(held_out_before),
+        "heldout_before_arcsec": {},
         "heldout_after_arcsec": held_out_data(item.held_out),
         "heldout_se_arcsec": {
             channel: fall.standard_error_arcsec for channel, fall in item.improvement.items()
@@ -99,50 +97,51 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
 def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
     """The whole diagnosis as JSON, schema 2."""
     parts = [] if result.described is None else result.described.effect.parts
+    said = result.decision
+    before = {name: item.residual_rms_arcsec for name, item in result.channels.items()}
     return {
         "schema": 2,
         "model": model,
-        "noise_arcsec": result.noise_arcsec,
-        "residual_rms_arcsec": result.residual_rms_arcsec,
+        "noise_arcsec": {name: item.noise_arcsec for name, item in result.channels.items()},
+        "residual_rms_arcsec": before,
         "lack_of_fit": {
-            channel: {"p_value": value} for channel, value in result.lack_of_fit.items()
+            channel: {"p_value": item.lack_of_fit_p}
+            for channel, item in result.channels.items()
+            if item.lack_of_fit_p is not None
         },
         "verdict": result.verdict,
         "named": None if result.named is None else result.named.name,
         "class": result.effect_class,
-        "class_correlation": result.class_correlation,
+        "class_correlation": dict(said.class_correlation),
         "description": result.description,
         "parts": parts,
-        "resembles": None if result.resembles is None else result.resembles.name,
-        "unlike": result.unlike,
+        "resembles": None if said.resembles is None else said.resembles.name,
+        "unlike": said.unlike,
         "next_measurement": result.next_measurement,
         "next_measurement_kind": result.next_measurement_kind,
-        "data_faults": result.faults,
-        "probability": result.probability,
+        "data_faults": list(said.faults),
+        "probability": dict(result.probability),
         "covers": covers_data(result.covers),
         "noise": _noise_data(result),
-        "cannot_tell": result.cannot_tell,
-        "look_alikes": result.look_alikes,
+        "cannot_tell": said.cannot_tell,
+        "look_alikes": dict(said.look_alikes),
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
         "beside": [item.name for item in result.beside],
-        "cannot_be_tested": result.untestable,
-        "candidates": [
-            candidate_data(item, result.residual_rms_arcsec, result.held_out_before)
-            for item in result.candidates
-        ],
+        "cannot_be_tested": dict(result.untestable),
+        "candidates": [candidate_data(item, before) for item in result.candidates],
     }
 
 
 def sentences(result: Diagnosis) -> list[str]:
     """The verdict in words, and what to do next."""
     if result.verdict == "bad_data":
-        return ["The data themselves are faulty:", *result.faults]
+        return ["The data themselves are faulty:", *result.decision.faults]
     if result.verdict == "cannot_tell":
         return [
-            f"This set cannot tell: {result.cannot_tell}.",
+            f"This set cannot tell: {result.decision.cannot_tell}.",
             *_probable(result),
-            f"Next measurement: {result.next_measurement}.",
+            *_measurement(result),
         ]
     if result.verdict == "adequate":
         said = [
@@ -164,10 +163,10 @@ def sentences(result: Diagnosis) -> list[str]:
             )
     elif result.verdict == "ambiguous":
         said = _undecided(result)
-    elif result.resembles is not None:
+    elif result.decision.resembles is not None:
         said = [
-            f"None of the known effects fits. It resembles {result.resembles.name}, but: "
-            f"{result.unlike}."
+            f"None of the known effects fits. It resembles {result.decision.resembles.name}, but: "
+            f"{result.decision.unlike}."
         ]
         if result.description is not None:
             said.append(f"Described by its parts: {result.description}.")
@@ -179,12 +178,17 @@ def sentences(result: Diagnosis) -> list[str]:
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
     said += _probable(result)
-    if result.next_measurement:
-        said.append(f"Next measurement: {result.next_measurement}.")
+    said += _measurement(result)
     if result.negligible:
         names = ", ".join(item.name for item in result.negligible)
         said.append(f"Significant but too small to matter: {names}.")
     return said
+
+
+def _measurement(result: Diagnosis) -> list[str]:
+    """What to measure next in a sentence."""
+    found = result.next_measurement
+    return [] if found is None else [f"Next measurement: {found}."]
 
 
 SHOWN_PROBABILITIES = 3
@@ -228,13 +232,13 @@ def _smallest(item: Detectable) -> str:
 
 
 def _undecided(result: Diagnosis) -> list[str]:
-    first = result.effect_class[0]
+    first, why = result.effect_class[0], result.decision.unconfirmed
     if len(result.effect_class) > 1:
         said = [f"This data cannot tell between: {', '.join(result.effect_class)}."]
-        if result.look_alikes and result.unconfirmed is not None:
-            said.append(f"Beside {first}: {result.unconfirmed}.")
-    elif result.unconfirmed is not None:
-        said = [f"{first} fits best, but this data is not enough to name it: {result.unconfirmed}."]
+        if result.decision.look_alikes and why is not None:
+            said.append(f"Beside {first}: {why}.")
+    elif why is not None:
+        said = [f"{first} fits best, but this data is not enough to name it: {why}."]
     else:
         said = [f"{first} fits best, but this data is not enough to name it."]
     if result.description is not None:

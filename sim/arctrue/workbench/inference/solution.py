@@ -66,6 +66,12 @@ class Solution:
         """Standard deviation of a reference row, all parts of its noise together."""
         return None if self.noise.reference is None else self.noise.reference.rms_arcsec
 
+    @property
+    def noise_is_unknown(self) -> bool:
+        """No channel has readings beyond what its coefficients take, nor a stated uncertainty."""
+        channels = {"capture": self.observations.capture, "reference": self.observations.reference}
+        return {name for name, rows in channels.items() if rows is not None} <= self.unknown_noise
+
     def part(self, index: int) -> slice:
         """Where the coefficients of one term are."""
         start = sum(self.widths[:index])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,10 @@ class NoiseLaw:
     def on_reference(self, rows: ReferenceRows) -> RowNoise:
         """The noise of some rows of the reference."""
         return self.of(reference_clock(rows), rows.run, rows.angle_rad, stated_scale(rows))
+
+    def white_part(self) -> NoiseLaw:
+        """The same without what is coloured."""
+        return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
 
     def of(self, clock: Float, run: Integer, angle_rad: Float, stated: Float) -> RowNoise:
         """The noise of rows with this clock, run, angle and stated scale, shape (rows,) each."""

@@ -53,6 +53,17 @@ class Noise:
             reference = reference.part(keep_reference)
         return replace(self, capture=capture, reference=reference)
 
+    def white_part(self) -> Noise:
+        """The same without what is coloured."""
+        return replace(
+            self,
+            capture=None if self.capture is None else self.capture.white_part(),
+            reference=None if self.reference is None else self.reference.white_part(),
+            capture_law=None if self.capture_law is None else self.capture_law.white_part(),
+            reference_law=None if self.reference_law is None else self.reference_law.white_part(),
+            groups=(),
+        )
+
     def on(self, observations: Observations) -> Noise:
         """The same laws for the rows of other observations of the same table."""
         capture, reference = observations.capture, observations.reference

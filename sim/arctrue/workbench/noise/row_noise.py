@@ -7,7 +7,7 @@ alike turns generalised least squares into ordinary least squares.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -266,6 +266,10 @@ class RowNoise:
         """Median step of the clock in a stretch."""
         return float(np.median(np.diff(self.clock[rows]))) if rows.stop - rows.start > 1 else 1.0
 
+    def white_part(self) -> RowNoise:
+        """The same without what is coloured."""
+        return replace(self, spectra=tuple(Spectrum(item.white) for item in self.spectra))
+
     def part(self, keep: NDArray[np.bool_]) -> RowNoise:
         """The noise of some of the rows."""
         kept_before = np.concatenate([[0], np.cumsum(keep)])
@@ -283,17 +287,4 @@ class RowNoise:
         )
 
 
-def white_noise(
-    clock: Float, starts: Integer, variance: float, *, weightless: bool = False
-) -> RowNoise:
-    """One variance for all rows, no correlation."""
-    spectra = tuple(Spectrum(variance) for _ in starts)
-    return RowNoise(clock, starts, spectra, np.ones(clock.size), weightless=weightless)
-
-
-def with_spectra(noise: RowNoise, spectra: Sequence[Spectrum]) -> RowNoise:
-    """The same rows with other spectra."""
-    return replace(noise, spectra=tuple(spectra))
-
-
-__all__ = ["Factor", "RowNoise", "white_noise", "with_spectra"]
+__all__ = ["Factor", "RowNoise"]

@@ -93,8 +93,8 @@ def test_a_set_that_can_test_little_cannot_tell() -> None:
     bare = replace(made, capture=None)
     result = diagnose(observations_of(bare), [_base()], EFFECTS)
     assert result.verdict == "cannot_tell"
-    assert result.cannot_tell is not None
-    assert "cannot be tested" in result.cannot_tell
+    assert result.decision.cannot_tell is not None
+    assert "cannot be tested" in result.decision.cannot_tell
     assert result.next_measurement is not None
     assert "capture of both heads" in result.next_measurement
 
@@ -127,8 +127,8 @@ def test_a_drift_that_slow_noise_may_be_is_not_adequate(
     result = diagnose(observations_of(made), [_base()], EFFECTS)
     assert result.verdict == verdict
     if verdict == "cannot_tell":
-        assert result.cannot_tell is not None
-        assert result.cannot_tell.startswith("reference_drift and slow noise explain")
+        assert result.decision.cannot_tell is not None
+        assert result.decision.cannot_tell.startswith("reference_drift and slow noise explain")
         assert result.next_measurement_kind == "again"
     if verdict == "named":
         assert result.named is not None

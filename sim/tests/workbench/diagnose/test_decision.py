@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set, paper_error
 
-from arctrue.workbench.diagnose.decision import OF_THE_SAME_KIND
+from arctrue.workbench.diagnose.case import OF_THE_SAME_KIND
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
@@ -35,9 +35,9 @@ def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
     found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=knocks))
     assert found.verdict == "unknown"
     assert found.named is None
-    assert found.resembles is not None
+    assert found.decision.resembles is not None
     told = diagnosis_data(found, ["graduation_harmonics"])
-    assert told["resembles"] == found.resembles.name
+    assert told["resembles"] == found.decision.resembles.name
     assert told["unlike"]
     assert any("resembles" in sentence for sentence in sentences(found))
     assert found.probability["unknown"] == max(found.probability.values())
@@ -59,9 +59,9 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
 
     found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=slip))
     assert found.verdict == "unknown"
-    assert found.resembles is not None
-    assert found.resembles.name == "count_slip"
-    assert "12.5" in str(found.unlike) or "12.4" in str(found.unlike)
+    assert found.decision.resembles is not None
+    assert found.decision.resembles.name == "count_slip"
+    assert "12.5" in str(found.decision.unlike) or "12.4" in str(found.decision.unlike)
 
 
 def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:

@@ -16,13 +16,10 @@ from scipy.stats import chi2, f_oneway
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose import classes, decision, survey
-from arctrue.workbench.diagnose.decision import described_by_parts, left_undescribed
+from arctrue.workbench.diagnose import classes, rules
+from arctrue.workbench.diagnose import evidence as weighing
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.every_pass import on_every_pass
-from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
-from arctrue.workbench.diagnose.free_in_runs import at_other_speeds
-from arctrue.workbench.diagnose.heldout import Improvement, folds_of, holds_out
+from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
@@ -31,18 +28,20 @@ from arctrue.workbench.diagnose.parts_scan import (
     condition_shares,
     level_share,
 )
-from arctrue.workbench.diagnose.significance import corrected_p_value
-from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.held_out import Improvement, folds_of, holds_out
+from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
 from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
 from arctrue.workbench.noise.index_offsets import index_variance
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum
-from arctrue.workbench.noise.sureness import freedom_of
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
@@ -83,7 +82,7 @@ def test_every_survey_of_a_diagnosis_is_charged() -> None:
     residuals = Residuals(fit([_base()], observations_of(made)))
     effects = {name: built_in()[name] for name in ("hysteresis", "thermal_head_drift")}
     once, thrice = (
-        survey.survey(residuals, effects, 0.0, lambda _: None, looks=looks) for looks in (1, 3)
+        weighing.survey(residuals, effects, 0.0, lambda _: None, looks=looks) for looks in (1, 3)
     )
     for first, charged in (
         (once.candidates[0], thrice.candidates[0]),
@@ -189,7 +188,7 @@ def test_four_runs_do_not_know_the_index_better_than_the_prior_allows() -> None:
 
 def test_what_is_known_from_the_runs_has_the_freedom_of_the_runs() -> None:
     noise: Any = SimpleNamespace(groups=(), index_variance=1.0, index_freedom=6.0)
-    freedom, share = freedom_of(noise, (None, None), np.ones(4), {})
+    freedom, share = degrees_of_freedom(noise, (None, None), np.ones(4), {})
     assert freedom == pytest.approx(10.0)
     assert share == 1.0
 
@@ -256,8 +255,8 @@ def test_passes_are_asked_beside_the_model_that_the_effect_was_weighed_with() ->
 
     item.solution = of_one_run(item.solution)
     assert not on_every_pass(item, base)
-    weighed_with = SimpleNamespace(solution=of_one_run(base))
-    item.evidence = SimpleNamespace(base=weighed_with)
+    weighed_with: Any = SimpleNamespace(base=SimpleNamespace(solution=of_one_run(base)))
+    item.evidence = weighed_with
     assert on_every_pass(item, base)
 
 
@@ -322,7 +321,7 @@ def test_a_slow_effect_far_above_the_scatter_is_no_slow_noise(
 ) -> None:
     """A delay of 40 ms on a ramp to 40°/s and back: 5,760″ that rise and fall once in a minute."""
     # Beside 20 orders its p with the noise of the model without it is 0.31: not near to a name.
-    monkeypatch.setattr(survey, "NEAR_P", 0.0)
+    monkeypatch.setattr(weighing, "NEAR_P", 0.0)
     time = np.arange(0.0, 60.0, 0.1)
     speed = np.where(time < 30.0, time, 60.0 - time) * 40.0 / 30.0
     noise = np.random.default_rng(9).normal(0.0, 20.0, time.size)
@@ -348,7 +347,7 @@ def test_an_effect_that_the_set_cannot_test_forbids_a_sure_name() -> None:
     error = 2.0 * side + random.normal(0.0, 0.2, target.size)
     found = diagnose(_reference(error, target), [_base()], EFFECTS)
     assert found.verdict == "ambiguous"
-    assert set(found.look_alikes) == {"latency"}
+    assert set(found.decision.look_alikes) == {"latency"}
     assert found.effect_class == ["hysteresis", "latency"]
 
 
@@ -394,21 +393,17 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
 
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
-    survey = SimpleNamespace(
-        lack_of_fit={"reference": p_value},
-        residual_rms_arcsec={"reference": residual},
-        noise_arcsec={"reference": noise},
-        matters_arcsec=matters,
-    )
+    channels = {"reference": FitOfChannel(residual, noise, p_value)}
+    survey = SimpleNamespace(channels=channels, matters_arcsec=matters)
     return SimpleNamespace(best=None, survey=survey)
 
 
 def test_a_sure_lack_of_fit_is_unknown_only_where_it_is_large() -> None:
-    assert left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
+    assert rules.left_undescribed(_left(1e-6, 0.30, 0.20)) is not None
     # √(0.201² − 0.2²) is a tenth of the noise; and 0.3″ of excess is nothing where 1″ matters.
-    assert left_undescribed(_left(1e-6, 0.201, 0.20)) is None
-    assert left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
-    assert left_undescribed(_left(1e-3, 0.30, 0.20)) is None
+    assert rules.left_undescribed(_left(1e-6, 0.201, 0.20)) is None
+    assert rules.left_undescribed(_left(1e-6, 0.36, 0.20, matters=1.0)) is None
+    assert rules.left_undescribed(_left(1e-3, 0.30, 0.20)) is None
 
 
 def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
@@ -418,12 +413,11 @@ def test_a_product_of_parts_needs_odds_of_150_to_1_over_a_name() -> None:
     )
     for ahead, is_unknown in ((11.0, True), (9.0, False)):
         case: Any = SimpleNamespace(product=product, ahead=ahead)
-        assert (described_by_parts(case) is not None) is is_unknown
+        assert (rules.described_by_parts(case) is not None) is is_unknown
 
 
 def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decision, "next_measurement", _any_measurement)
-    monkeypatch.setattr(decision, "_of_class", lambda case, verdict, **told: verdict)
+    monkeypatch.setattr(rules, "_of_class", lambda case, verdict, **told: verdict)
     best = SimpleNamespace(lacking_variety=[])
     similar = SimpleNamespace(larger=[])
     for ahead, verdict in ((-5.0, "ambiguous"), (-7.0, None)):
@@ -435,11 +429,7 @@ def test_a_near_tie_with_a_product_of_parts_is_no_name(monkeypatch: pytest.Monke
             rivals=[],
             others={},
         )
-        assert decision.cannot_be_split(case) == verdict
-
-
-def _any_measurement(best: object, rivals: object) -> object:
-    return SimpleNamespace(kind="speed")
+        assert rules.cannot_be_split(case) == verdict
 
 
 def test_what_moves_the_prediction_by_less_than_what_matters_is_negligible() -> None:

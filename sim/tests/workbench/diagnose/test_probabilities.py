@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.posterior import (
     LEAST_OF_A_NAME,
     SILENT,
     allowed_for,
     posterior,
-    verdict_of,
 )
 from arctrue.workbench.diagnose.probabilities import (
     NONE,
@@ -27,6 +28,7 @@ from arctrue.workbench.diagnose.probabilities import (
     normalised,
     prior,
 )
+from arctrue.workbench.diagnose.rules import too_improbable_for_a_name, unknown_is_likelier
 
 
 @pytest.mark.parametrize("columns", [1, 3])
@@ -84,9 +86,19 @@ def test_p_values_become_bounds_of_odds() -> None:
 
 def _candidate(name: str, gain: float, p: float, rank: int = 1):  # type: ignore[no-untyped-def]
     return SimpleNamespace(
-        name=name, gain=gain, rank=rank, trials=1.0, level_trials=None, p_corrected=p,
+        name=name, gain=gain, rank=rank, charged_trials=1.0, p_corrected=p,
         freedom=float("inf"), rows=1000, delta_bic=gain,
     )  # fmt: skip
+
+
+def _verdict(verdict, effect_class, offered):  # type: ignore[no-untyped-def]
+    """What the rules of the probabilities make of a verdict of the survey's rules."""
+    item = SimpleNamespace(name="latency", delta_bic=50.0)
+    case = SimpleNamespace(ranked=[item], excluded=frozenset())
+    said = Decision(verdict, effect_class=effect_class)
+    facts: Any = SimpleNamespace(said=said, offered=offered, case=case)
+    found = unknown_is_likelier(facts) or too_improbable_for_a_name(facts)
+    return verdict if found is None else found.verdict
 
 
 def _posterior(verdict, candidates, **changed):  # type: ignore[no-untyped-def]
@@ -222,11 +234,11 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
             "look_alikes": ["settling"] if members and random.random() < 0.2 else [],
         }
         found = posterior(verdict, candidates, 2, near_tie=6.0, advantage=10.0, **changes)  # type: ignore[arg-type]
-        last = verdict_of(verdict, members, allowed_for(found, verdict, candidates))  # type: ignore[arg-type]
+        last = _verdict(verdict, members, allowed_for(found, verdict, candidates))  # type: ignore[arg-type]
         said = allowed_for(found, last, candidates)
         changed += last != verdict
         members = members if last != "unknown" else []
-        assert verdict_of(last, members, said) == last, verdict  # type: ignore[arg-type]
+        assert _verdict(last, members, said) == last, verdict  # type: ignore[arg-type]
         _assert_the_largest_is_said(last, members, said)
         assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
     # Enough of them needed the last word.
@@ -236,9 +248,9 @@ def test_no_verdict_contradicts_its_probabilities() -> None:
 def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
     """A line at the only speed, and a half order that a hundred times as many sets would have."""
     said = {"vibration": 0.0063, "unknown": 0.9937, "none": 0.0}
-    assert verdict_of("ambiguous", ["vibration"], said) == "unknown"
+    assert _verdict("ambiguous", ["vibration"], said) == "unknown"
     open_ = {"vibration": 0.3, "unknown": 0.7, "none": 0.0}
-    assert verdict_of("ambiguous", ["vibration"], open_) == "ambiguous"
+    assert _verdict("ambiguous", ["vibration"], open_) == "ambiguous"
 
 
 def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
@@ -246,9 +258,9 @@ def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
     members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]
     product = _candidate("product_of_parts", 1000.0, 1e-200, rank=2)
     found = _posterior("ambiguous", members, effect_class=["gear", "faces"], product=product)
-    assert verdict_of("ambiguous", ["gear", "faces"], found) == "ambiguous"
+    assert _verdict("ambiguous", ["gear", "faces"], found) == "ambiguous"
     alone = _posterior("ambiguous", members, effect_class=["gear"], product=product)
-    assert verdict_of("ambiguous", ["gear"], alone) == "unknown"
+    assert _verdict("ambiguous", ["gear"], alone) == "unknown"
 
 
 def test_a_name_that_shares_its_probability_is_a_class() -> None:
@@ -258,4 +270,4 @@ def test_a_name_that_shares_its_probability_is_a_class() -> None:
         (LEAST_OF_A_NAME - 0.01, "ambiguous"),
     ):
         said = {"latency": first, "hysteresis": 0.95 - first, "unknown": 0.05, "none": 0.0}
-        assert verdict_of("named", both, said) == verdict
+        assert _verdict("named", both, said) == verdict

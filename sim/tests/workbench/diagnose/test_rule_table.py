@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,19 +13,19 @@ from scipy.stats import multivariate_normal
 
 import arctrue.workbench
 from arctrue.workbench.diagnose import next_measurement
+from arctrue.workbench.diagnose.case import AGAIN, OF_THE_SAME_KIND, REFUSED_P, Case
 from arctrue.workbench.diagnose.classes import family_gain
-from arctrue.workbench.diagnose.decision import (
-    AGAIN,
-    OF_THE_SAME_KIND,
-    PARTS_ADVANTAGE,
-    REFUSED_P,
-    Case,
-    Decision,
+from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
+from arctrue.workbench.diagnose.rules import (
     comes_again_and_again,
     leaves_its_own_kind,
     refused_is_ahead,
+    rule_table,
+    said_of,
     shown_at_one_speed,
 )
+from arctrue.workbench.diagnose.survey import FitOfChannel
 from arctrue.workbench.effects.registry import catalogue
 
 WORKBENCH = Path(arctrue.workbench.__file__).parent
@@ -46,7 +47,7 @@ def _case(*items, beside: Decision | None = None) -> Case:  # type: ignore[no-un
         confirmed=lambda item: item.real,
         parts=[],
     )
-    case = Case(survey, {}, lambda item: survey)  # type: ignore[arg-type]
+    case = Case(survey, {}, lambda item: survey, said_of)  # type: ignore[arg-type]
     case.__dict__["beside"] = beside
     return case
 
@@ -146,9 +147,8 @@ def test_what_nothing_describes_takes_the_name_by_its_size(
         _item("hysteresis", 900.0),
         beside=Decision("unknown", undescribed_arcsec={"reference": after_arcsec}),
     )
-    case.survey.__dict__.update(
-        noise_arcsec={"reference": 0.1}, residual_rms_arcsec={"reference": np.hypot(1.0, 0.1)}
-    )
+    fit = FitOfChannel(float(np.hypot(1.0, 0.1)), 0.1, None)
+    case.survey.__dict__["channels"] = {"reference": fit}
     assert (leaves_its_own_kind(case) is not None) is taken
 
 
@@ -161,8 +161,7 @@ def _again(*events) -> bool:  # type: ignore[no-untyped-def]
         item = next(following)
         return _case(*([] if item is None else [item])).survey
 
-    case = _case(events[0])
-    case.with_first = with_first  # type: ignore[assignment]
+    case = replace(_case(events[0]), with_first=with_first)  # type: ignore[arg-type]
     return comes_again_and_again(case) is not None
 
 
@@ -185,6 +184,12 @@ def test_an_event_that_comes_again_and_again_is_no_accident() -> None:
     # Rows left out may not show it, where slow noise of their neighbours tells of them.
     assert _again(*slips(100.0, 80.0, 60.0, real=False))
     assert not _again(*slips(100.0, 80.0, 60.0, real=False, p=2.0 * REFUSED_P))
+
+
+def test_the_page_has_the_rules_of_the_table() -> None:
+    """docs/workbench.md lists them as the program applies them."""
+    page = (Path(__file__).parents[4] / "docs" / "workbench.md").read_text(encoding="utf-8")
+    assert "\n".join(rule_table()) in page, "python -m scripts.make_docs writes the table anew"
 
 
 def test_family_gain_is_the_largest_of_dense_gaussian_evidences() -> None:

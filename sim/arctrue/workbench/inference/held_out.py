@@ -113,6 +113,18 @@ def improvement(before: Float | None, after: Float | None, scale: Float) -> Impr
     return Improvement(rms_before - rms_after, float(spread * unit), gain, information)
 
 
+def falls(before: HeldOut, after: HeldOut, noise: Noise) -> dict[str, Improvement]:
+    """How much the error on held-out rows falls, by channel."""
+    found = {}
+    for channel, old, new, of_rows in (
+        ("capture", before.capture_arcsec, after.capture_arcsec, noise.capture),
+        ("reference", before.reference_arcsec, after.reference_arcsec, noise.reference),
+    ):
+        if of_rows is not None and (fall := improvement(old, new, of_rows.scale)) is not None:
+            found[channel] = fall
+    return found
+
+
 def folds_of(observations: Observations) -> Folds:
     """Each four rows in a row go to the four folds, in an order that is drawn.
 

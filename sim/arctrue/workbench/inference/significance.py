@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
+SIGNIFICANCE = 0.01
+"""Largest corrected p that names an effect: the aim is a false name on 1 % of adequate sets."""
 MANY = 1e5
 """Degrees of freedom from which the noise is as good as known."""
 

@@ -14,7 +14,7 @@ Float = NDArray[np.float64]
 LEAST_FREEDOM = 2.0
 
 
-def freedom_of(
+def degrees_of_freedom(
     noise: Noise,
     weights: tuple[Float | None, Float | None],
     offsets: Float,

@@ -1,0 +1,105 @@
+"""Every effect and every product of parts, tried on what one model leaves with the model's noise.
+
+The first stage after the faults of the data: searches and score tests. What comes near to a name
+is weighed with noise of its own by :mod:`arctrue.workbench.diagnose.evidence`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from arctrue.progress import Say
+from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.parts_scan import best_parts
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
+from arctrue.workbench.inference.significance import corrected_p_value
+from arctrue.workbench.observations import Observations
+
+
+def tried_effects(
+    residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, progress: Say
+) -> tuple[list[Candidate], dict[str, list[str]]]:
+    """A candidate of every effect that the set can test, and what it lacks for the others.
+
+    ``tests``: candidates that each p pays for.
+    """
+    found: list[Candidate] = []
+    untestable: dict[str, list[str]] = {}
+    for name, kind in effects.items():
+        effect = kind()
+        observations = residuals.observations
+        lacking = effect.missing(observations) or _on_an_arc(effect, observations)
+        if lacking:
+            untestable[name] = lacking
+            continue
+        progress(f"trying {name}")
+        place = looked_for(effect, residuals)
+        if place is None or residuals.score(place[0], place[1]).rank == 0:
+            continue
+        form, nonlinear, trials = place
+        item = _candidate(form, nonlinear, trials, residuals, tests)
+        found.append(replace(item, lacking_variety=form.variety(observations), asked=effect))
+    return found, untestable
+
+
+def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
+    """Products of parts, best first; ``looks``: surveys that each p pays for."""
+    found = []
+    for item in best_parts(residuals):
+        if item.rank > 0:
+            tried = _candidate(item.effect, {}, item.trials, residuals, 1)
+            p_value = corrected_p_value(item.gain, item.rank, item.level_trials, looks)
+            found.append(replace(tried, level_trials=item.level_trials, p_corrected=p_value))
+    return sorted(found, key=lambda item: -item.delta_bic)
+
+
+def looked_for(
+    effect: Effect, residuals: Residuals
+) -> tuple[Effect, dict[str, float], float] | None:
+    """The form and the place in which an effect fits best, and how many were tried."""
+    form, trials = effect.narrowed(residuals)
+    if not form.search:
+        return form, {}, trials
+    places = places_of(form, residuals)
+    return (form, places[0].nonlinear, places[0].trials) if places else None
+
+
+def _candidate(
+    effect: Effect, nonlinear: dict[str, float], trials: float, residuals: Residuals, tests: int
+) -> Candidate:
+    score = residuals.score(effect, nonlinear)
+    solution = residuals.solution_with(effect, nonlinear, score)
+    size_arcsec = sizes_arcsec(residuals.solution, solution)
+    rows = rows_moved(size_arcsec, residuals.solution)
+    return Candidate(
+        effect=effect,
+        nonlinear=nonlinear,
+        gain=score.gain,
+        rank=score.rank,
+        trials=trials,
+        solution=solution,
+        delta_bic=delta_bic(score.gain, score.rank, trials, rows),
+        size_arcsec=size_arcsec,
+        p_corrected=corrected_p_value(score.gain, score.rank, trials, tests),
+        rows=rows,
+    )
+
+
+def _on_an_arc(effect: Effect, observations: Observations) -> list[str]:
+    """What lacks to orders of which not one goes through a period on the arc of the reference.
+
+    They are then a slow curve, as a drift is, and say nothing of the disc.
+    """
+    rows = observations.reference
+    if observations.capture is not None or rows is None or effect.search:
+        return []
+    orders = effect.disc_orders({})
+    arc_rad = float(np.ptp(rows.target_rad))
+    if not orders or max(orders) * arc_rad >= 2.0 * np.pi:
+        return []
+    return ["stations over one period of its orders"]

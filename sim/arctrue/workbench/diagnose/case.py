@@ -1,0 +1,264 @@
+"""What the rules ask of a survey, each worked out once, when it is first asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.classes import (
+    Similar,
+    adds,
+    alike,
+    lead,
+    stands_in,
+    without_unspecific,
+)
+from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
+from arctrue.workbench.diagnose.excluded import look_alikes
+from arctrue.workbench.diagnose.survey import Survey
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.significance import SIGNIFICANCE
+
+NEAR_TIE = 6.0
+"""BIC by which an effect must be ahead of a product of parts that could stand in for it: odds of
+20 to 1, "strong" on the scale of Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773."""
+SAME_GAIN = 0.01
+"""Two gains nearer than this are of the same columns, but for the last digits of a search."""
+LACK_OF_FIT = 1e-4
+"""A lack of fit with a smaller p is sure."""
+REFUSED_P = LACK_OF_FIT
+"""As sure as a lack of fit: an effect that is refused tells one."""
+OF_THE_SAME_KIND = 0.1
+"""Share of the first effect's gain: what is left beside it and is larger, a third of its size, may
+be its own shape, that the catalogue does not have. Smaller, it is a matter of its own."""
+AGAIN = 3
+"""Events of one set that are a habit: two may be chance."""
+DEEPEST = 3
+"""So many effects are looked at one after the other, each beside those before it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A survey with what the rules ask of it, each worked out once."""
+
+    survey: Survey
+    effects: Mapping[str, type[Effect]]
+    with_first: Callable[[Candidate], Survey]
+    """The survey beside the model with one effect more."""
+    decided: Callable[[Case], Decision]
+    """What the rules say of a case."""
+    depth: int = 1
+
+    @cached_property
+    def decision(self) -> Decision:
+        """What the rules say of it."""
+        return self.decided(self)
+
+    @cached_property
+    def seen(self) -> list[Candidate]:
+        """Significant, large enough, in held-out rows and on every pass."""
+        return [item for item in self.survey.significant() if self.survey.confirmed(item)]
+
+    @cached_property
+    def at_every_speed(self) -> list[Candidate]:
+        """Of those, what shows at every speed at which it would."""
+        return [item for item in self.seen if at_other_speeds(item)]
+
+    @cached_property
+    def real(self) -> list[Candidate]:
+        """Of those, a cause rather than the line that it is."""
+        causes = {item.name for item in without_unspecific(self.seen)}
+        return [item for item in self.at_every_speed if item.name in causes]
+
+    @cached_property
+    def refused(self) -> Candidate | None:
+        """The first that fits and matters, and that held-out rows, passes or speeds speak against.
+
+        Something like it is there, and it is not this.
+        """
+        real = {item.name for item in self.at_every_speed}
+        return next(
+            (
+                item
+                for item in self.survey.significant()
+                if item.name not in real and _is_sure(item) and self.survey.matters(item)
+            ),
+            None,
+        )
+
+    @cached_property
+    def best(self) -> Candidate | None:
+        """The first, or a larger one around it that adds what is more than chance."""
+        return _large_enough(self.real)
+
+    @cached_property
+    def product(self) -> Candidate | None:
+        """The product of parts that is as real as an effect is asked to be.
+
+        Its p has paid for all places: no ΔBIC above 0 is asked for as well, which would charge
+        for them twice.
+        """
+        found = next(iter(self.survey.parts), None)
+        if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
+            return None
+        if self.best is not None and _contains(self.best, found):
+            # More than the product, and all of it: a polygon's faces beside one of their orders.
+            return None
+        return found
+
+    @property
+    def ahead(self) -> float:
+        """ΔBIC of the product over the best effect."""
+        if self.product is None or self.best is None:
+            return float("inf")
+        return self.product.delta_bic - self.best.delta_bic
+
+    @cached_property
+    def others(self) -> dict[str, Candidate]:
+        """Every other effect by its name."""
+        return {item.name: item for item in self.survey.candidates if item is not self.best}
+
+    @cached_property
+    def similar(self) -> Similar:
+        """What this data cannot tell from the best."""
+        assert self.best is not None
+        return alike(self.best, list(self.others.values()))
+
+    @cached_property
+    def rivals(self) -> list[Candidate]:
+        """Of those, all of equal freedom, and the larger ones that are as likely."""
+        best, similar = self.best, self.similar
+        assert best is not None
+        larger = [self.others[name] for name in similar.larger]
+        near = [item for item in larger if lead(best, item) < NEAR_TIE]
+        return [*(self.others[name] for name in similar.equals), *near]
+
+    @cached_property
+    def look_alikes(self) -> dict[str, list[str]]:
+        """Effects that this set cannot test and that would look like the best, with what it
+        lacks."""
+        best, survey = self.best, self.survey
+        if best is None or best.effect.unspecific:
+            return {}
+        return look_alikes(best, survey.residuals, survey.untestable, self.effects)
+
+    @cached_property
+    def stand_in(self) -> Candidate | None:
+        """A product of parts that explains what the best explains, and is none of its class."""
+        best, product = self.best, self.product
+        assert best is not None
+        if product is None or not stands_in(best, product):
+            return None
+        members = [best, *(self.others[name] for name in self.similar.all_names)]
+        return None if any(_same(item, product) for item in members) else product
+
+    def with_it(self, item: Candidate | None) -> Case | None:
+        """The case with one effect more in the model; None where that is not asked."""
+        if item is None or self.depth >= DEEPEST:
+            return None
+        if self.best is item:
+            return self.with_best
+        return replace(self, survey=self.with_first(item), depth=self.depth + 1)
+
+    @cached_property
+    def with_best(self) -> Case | None:
+        """The case with the best in the model."""
+        if self.best is None or self.depth >= DEEPEST:
+            return None
+        return replace(self, survey=self.with_first(self.best), depth=self.depth + 1)
+
+    @cached_property
+    def beside(self) -> Decision | None:
+        """What is said with the best in the model."""
+        return None if self.with_best is None else self.with_best.decision
+
+    def once_more(self, event: Candidate) -> Candidate | None:
+        """The event once more, at another instant, and about as large.
+
+        Slow noise of its neighbours may tell of a row left out after a step, so that such rows do
+        not show it; where it is as sure as a lack of fit, it counts all the same.
+        """
+        return next(
+            (
+                item
+                for item in self.survey.significant()
+                if item.name == event.name
+                and item.gain > OF_THE_SAME_KIND * event.gain
+                and self.survey.matters(item)
+                and (self.survey.confirmed(item) or _is_sure(item))
+            ),
+            None,
+        )
+
+    @cached_property
+    def negligible(self) -> list[Candidate]:
+        """Significant, seen on every pass, and too small to matter."""
+        survey = self.survey
+        return without_unspecific(
+            [
+                item
+                for item in survey.significant()
+                if not survey.matters(item) and on_every_pass(item, survey.base)
+            ]
+        )
+
+    @cached_property
+    def excluded(self) -> frozenset[str]:
+        """Effects that fit, and that held-out rows, passes or speeds speak against."""
+        survey = self.survey
+        kept = {item.name for item in self.at_every_speed}
+        if self.decision.resembles is not None:
+            kept.discard(self.decision.resembles.name)
+        return frozenset(
+            item.name
+            for item in survey.significant()
+            if item.name not in kept
+            and (survey.matters(item) or not on_every_pass(item, survey.base))
+        )
+
+    @cached_property
+    def ranked(self) -> list[Candidate]:
+        """The candidates with the one that is spoken of first, whatever negligible ones fit as
+        well."""
+        first = self.decision.spoken_of
+        others = [item for item in self.survey.candidates if item is not first]
+        return others if first is None else [first, *others]
+
+
+def _is_sure(item: Candidate) -> bool:
+    """With the noise free on both sides, as sure as a lack of fit has to be."""
+    return item.evidence is not None and item.p_corrected < REFUSED_P
+
+
+def _same(best: Candidate, product: Candidate) -> bool:
+    """The product is the effect itself in other words, and not only on this poor set."""
+    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):
+        return True
+    if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
+        return True
+    alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
+    return alike_here and not best.lacking_variety
+
+
+def _contains(best: Candidate, product: Candidate) -> bool:
+    return stands_in(product, best) and adds(best, product)
+
+
+def _large_enough(real: list[Candidate]) -> Candidate | None:
+    """The first of ``real``, or a larger one around it that adds what is more than chance."""
+    if not real:
+        return None
+    best, rest = real[0], list(real[1:])
+    while rest:
+        larger = [item for item in rest if item.rank > best.rank and stands_in(best, item)]
+        found = next(
+            (item for item in larger if adds(item, best) or lead(item, best) > NEAR_TIE), None
+        )
+        if found is None:
+            break
+        best = found
+        rest.remove(found)
+    return best

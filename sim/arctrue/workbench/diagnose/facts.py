@@ -1,0 +1,81 @@
+"""What the stages of a diagnosis found of one set, for the rules of the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from arctrue.workbench.diagnose.case import NEAR_TIE, Case
+from arctrue.workbench.diagnose.coverage import (
+    Blindness,
+    Coverage,
+    blindness,
+    effect_or_noise,
+)
+from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE, allowed_for, posterior
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """Faults, the survey with what the rules ask of it, and what it covers."""
+
+    faults: Sequence[str] = ()
+    case: Case | None = None
+    """None where the rows are faulty, or too few to show their noise."""
+    covers: Coverage = field(default_factory=Coverage)
+
+    @property
+    def said(self) -> Decision:
+        """What the rules of the survey say."""
+        assert self.case is not None
+        return self.case.decision
+
+    @cached_property
+    def blindness(self) -> Blindness | None:
+        """Why nothing found says nothing; None where something was found, or could have been."""
+        if self.said.verdict != "adequate" or self.case is None:
+            return None
+        survey = self.case.survey
+        left = {channel: item.residual_rms_arcsec for channel, item in survey.channels.items()}
+        return blindness(
+            survey.residuals, self.covers, left, survey.matters_arcsec
+        ) or effect_or_noise(survey.candidates, survey.absent, survey.matters_arcsec)
+
+    @cached_property
+    def _posterior(self) -> dict[str, float]:
+        """The probabilities, as far as the rules of the survey leave them open."""
+        if self.case is None:
+            # Nothing was tested: as beforehand.
+            return posterior(
+                "cannot_tell", [], 1, effect_class=[], look_alikes=[], product=None,
+                excluded=frozenset(), lack_of_fit_p=1.0, near_tie=NEAR_TIE,
+                advantage=PARTS_ADVANTAGE,
+            )  # fmt: skip
+        survey, said = self.case.survey, self.said
+        product = said.described
+        if product is None and not said.effect_class:
+            product = next(iter(survey.parts), None)
+        return posterior(
+            said.verdict if self.blindness is None else "cannot_tell",
+            self.case.ranked,
+            len(survey.untestable),
+            effect_class=list(said.effect_class),
+            look_alikes=list(said.look_alikes),
+            product=product,
+            excluded=self.case.excluded,
+            lack_of_fit_p=min(survey.lack_of_fit.values(), default=1.0),
+            near_tie=NEAR_TIE,
+            advantage=PARTS_ADVANTAGE,
+        )
+
+    @cached_property
+    def offered(self) -> Mapping[str, float]:
+        """The probabilities under what the rules of the survey say."""
+        return self.probability(self.said.verdict)
+
+    def probability(self, verdict: Verdict) -> dict[str, float]:
+        """The probabilities that are stated with a verdict; the sum is 1."""
+        ranked = [] if self.case is None else self.case.ranked
+        return allowed_for(self._posterior, verdict, ranked)

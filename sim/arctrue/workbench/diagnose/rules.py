@@ -1,0 +1,374 @@
+"""The verdict: one table of rules, of which the first that applies decides.
+
+Rules of the set come first: they see what every stage found, the probabilities included. Rules of
+the survey are asked of every survey of a diagnosis, that beside the first effect too. The first
+sentence of each rule is its line in docs/workbench.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from arctrue.percent import probability_percent
+from arctrue.workbench.diagnose.candidate import Candidate
+from arctrue.workbench.diagnose.case import AGAIN, LACK_OF_FIT, NEAR_TIE, OF_THE_SAME_KIND, Case
+from arctrue.workbench.diagnose.classes import adds, stands_in, without_unspecific
+from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.facts import Facts
+from arctrue.workbench.diagnose.next_measurement import (
+    AT_ONE_SPEED,
+    MORE_READINGS_THAN_COEFFICIENTS,
+    RECORD_AGAIN,
+    NextMeasurement,
+    Question,
+)
+from arctrue.workbench.diagnose.posterior import CLASS_SHARE, LEAST_OF_A_NAME, PARTS_ADVANTAGE
+from arctrue.workbench.diagnose.probabilities import UNKNOWN
+from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+
+LEAST_EXCESS = 0.25
+"""A model with a sure lack of fit, and an excess over the repeats larger than this share of their
+noise, is not adequate even where nothing describes what is left."""
+
+
+# Rules of the set.
+
+
+def faulty_rows(facts: Facts) -> Decision | None:
+    """The rows themselves are faulty."""
+    if not facts.faults:
+        return None
+    return Decision("bad_data", faults=tuple(facts.faults), next=RECORD_AGAIN)
+
+
+def unknown_noise(facts: Facts) -> Decision | None:
+    """No channel has three readings more than coefficients, nor a stated uncertainty."""
+    if facts.case is not None:
+        return None
+    why = "its rows are too few beside the coefficients to show noise"
+    return Decision("cannot_tell", cannot_tell=why, next=MORE_READINGS_THAN_COEFFICIENTS)
+
+
+def too_little_to_see(facts: Facts) -> Decision | None:
+    """Nothing is found, and little could be: slow noise, few rows, or effects that lack data."""
+    found = facts.blindness
+    if found is None:
+        return None
+    measurement = NextMeasurement(found.next_measurement, found.next_measurement_kind)
+    return Decision("cannot_tell", cannot_tell=found.reason, next=measurement)
+
+
+def unknown_is_likelier(facts: Facts) -> Decision | None:
+    """An effect would be named, or a class, and `unknown` has 95 % of what both have together."""
+    said, case, offered = facts.said, facts.case, facts.offered
+    if said.verdict not in ("named", "ambiguous") or case is None:
+        return None
+    there = sum(offered.get(name, 0.0) for name in said.effect_class)
+    if offered[UNKNOWN] < CLASS_SHARE * (there + offered[UNKNOWN]):
+        return None
+    unknown = Decision("unknown", described=said.described, question=said.question, next=said.next)
+    if said.described is not None:
+        return unknown
+    # What fits best of what was refused, or else the first of the class.
+    refused = [item for item in case.ranked if item.name in case.excluded]
+    return replace(
+        unknown,
+        resembles=max(refused or case.ranked[:1], key=lambda item: item.delta_bic),
+        unlike="what is in no catalogue is more probable than any effect, "
+        + probability_percent(offered[UNKNOWN]),
+    )
+
+
+def too_improbable_for_a_name(facts: Facts) -> Decision | None:
+    """An effect would be named, and has less than 0.8 of the probability."""
+    said = facts.said
+    if said.verdict != "named" or facts.offered[said.effect_class[0]] >= LEAST_OF_A_NAME:
+        return None
+    share = probability_percent(facts.offered[said.effect_class[0]])
+    why = f"it has {share} of the probability, which is too little for a name"
+    return replace(said, verdict="ambiguous", unconfirmed=why, beside=None)
+
+
+# Rules of a survey.
+
+
+def described_by_parts(case: Case) -> Decision | None:
+    """A product of parts is far ahead of the whole catalogue."""
+    if case.product is None or case.ahead <= PARTS_ADVANTAGE:
+        return None
+    return Decision("unknown", described=case.product)
+
+
+def shown_at_one_speed(case: Case) -> Decision | None:
+    """The only effect that is seen would show at all speeds, and shows at one."""
+    if case.best is not None or not case.seen:
+        return None
+    first, refused = without_unspecific(case.seen)[0], case.refused
+    if refused is not None and refused.delta_bic > first.delta_bic + PARTS_ADVANTAGE:
+        return None
+    return Decision(
+        "ambiguous",
+        first=first,
+        effect_class=[first.name],
+        unconfirmed="it shows at one of several speeds only, and would show at all",
+        next=AT_ONE_SPEED,
+    )
+
+
+def refused_is_ahead(case: Case) -> Decision | None:
+    """What fits best by far is not what it seems to be, and the best of the others adds nothing."""
+    refused, best = case.refused, case.best
+    if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
+        return None
+    if best is not None and (
+        refused.delta_bic - best.delta_bic <= PARTS_ADVANTAGE or adds(best, refused)
+    ):
+        return None
+    why = "rows that were left out of the fit, or other passes and speeds, do not show it"
+    return Decision("unknown", resembles=refused, unlike=why)
+
+
+def left_undescribed(case: Case) -> Decision | None:
+    """Nothing describes what the model leaves, and that is sure and large."""
+    if case.best is not None:
+        return None
+    left = {
+        channel: item.excess_arcsec
+        for channel, item in case.survey.channels.items()
+        if item.lack_of_fit_p is not None
+        and item.lack_of_fit_p < LACK_OF_FIT
+        and item.excess_arcsec > max(case.survey.matters_arcsec, LEAST_EXCESS * item.noise_arcsec)
+    }
+    return Decision("unknown", undescribed_arcsec=left) if left else None
+
+
+def nothing_found(case: Case) -> Decision | None:
+    """No effect and no product of parts is real."""
+    return Decision("adequate") if case.best is None else None
+
+
+def contradicts_itself(case: Case) -> Decision | None:
+    """The best has values that its own physics does not allow."""
+    best = case.best
+    assert best is not None
+    solution = best.solution
+    part = solution.part(len(solution.terms) - 1)
+    why = best.effect.contradiction(
+        solution.coefficients[part],
+        solution.covariance[part, part],
+        best.nonlinear,
+        solution.observations,
+    )
+    if why is None and best.effect.search:
+        found = best.at_maximum.parameters()[-1]
+        why = best.effect.search_contradiction(found, solution.observations)
+    if why is None:
+        return None
+    # The product that explains what the best does says what it is without saying why.
+    product = case.product if case.product is not None and stands_in(best, case.product) else None
+    return _only_resembles(case, why, described=product)
+
+
+def leaves_its_own_kind(case: Case) -> Decision | None:
+    """With the best in the model, what is left is unknown, and about as large as the best.
+
+    A shape that the catalogue does not have is taken in part by an effect that is a little like
+    it: a flat track by the faces of a polygon, the knocks of a loose head by a slip.
+    """
+    assert case.best is not None
+    left = case.beside
+    if left is None or not _unknown_within(left, case):
+        return None
+    return _only_resembles(
+        case, "beside it as much again is left, which no effect of the catalogue explains", left
+    )
+
+
+def comes_again_and_again(case: Case) -> Decision | None:
+    """An event at an instant, and beside it the same event at two more, about as large.
+
+    One slip is an accident; a head that steps again and again is loose, sticks, or is disturbed.
+    """
+    best = case.best
+    assert best is not None
+    if best.effect.step_at is None:
+        return None
+    left: Case | None = case
+    event: Candidate | None = best
+    for _ in range(AGAIN - 1):
+        left = left.with_it(event) if left is not None else None
+        event = None if left is None else left.once_more(best)
+        if event is None:
+            return None
+    return _only_resembles(case, f"it is there {AGAIN} times or more, at instants without a rule")
+
+
+def cannot_be_split(case: Case) -> Decision | None:
+    """Others explain the same on these rows, or the set lacks what a name needs."""
+    best, similar = case.best, case.similar
+    assert best is not None
+    stranger = case.stand_in
+    near_tie = stranger is not None and case.ahead > -NEAR_TIE
+    rivals = list(case.rivals)
+    if not (best.lacking_variety or rivals or near_tie):
+        return None
+    if stranger is not None and (near_tie or not rivals):
+        rivals.append(stranger)
+    found = Question(best, rivals or [case.others[name] for name in similar.larger])
+    why = f"it needs {'; '.join(best.lacking_variety)}" if best.lacking_variety else None
+    return _of_class(
+        case,
+        "ambiguous",
+        described=stranger,
+        unconfirmed=why,
+        look_alikes=case.look_alikes if best.lacking_variety else None,
+        question=found,
+    )
+
+
+def looks_like_untestable(case: Case) -> Decision | None:
+    """An effect that this set cannot test would look the same."""
+    found = case.look_alikes
+    if not found:
+        return None
+    lacking = "; ".join(sorted({what for items in found.values() for what in items}))
+    return _of_class(
+        case,
+        "ambiguous",
+        look_alikes=found,
+        unconfirmed=(
+            f"{', '.join(found)} would look the same on the rows there are, and cannot be tested: "
+            f"the set lacks {lacking}"
+        ),
+        measurement=NextMeasurement(f"a set that has {lacking}", None),
+    )
+
+
+def known_by_name(case: Case) -> Decision | None:
+    """One effect is missing, and nothing speaks against its name."""
+    assert case.best is not None
+    larger = [case.others[name] for name in case.similar.larger]
+    return _of_class(case, "named", question=Question(case.best, larger) if larger else None)
+
+
+def _only_resembles(
+    case: Case, why: str, left: Decision | None = None, described: Candidate | None = None
+) -> Decision:
+    deepest = left
+    while deepest is not None and deepest.verdict != "unknown":
+        deepest = deepest.beside
+    if deepest is not None:
+        described = deepest.described
+    return Decision(
+        "unknown",
+        described=described,
+        resembles=case.best,
+        unlike=why,
+        beside=left,
+    )
+
+
+def _of_class(
+    case: Case,
+    verdict: Verdict,
+    *,
+    question: Question | None = None,
+    measurement: NextMeasurement | None = None,
+    described: Candidate | None = None,
+    unconfirmed: str | None = None,
+    look_alikes: dict[str, list[str]] | None = None,
+) -> Decision:
+    best, names = case.best, case.similar.all_names
+    assert best is not None
+    unseen = look_alikes or {}
+    return Decision(
+        verdict,
+        first=best,
+        effect_class=[best.name, *names, *unseen],
+        class_correlation={name: _correlation(case, best, case.others[name]) for name in names},
+        described=described,
+        unconfirmed=unconfirmed,
+        look_alikes=unseen,
+        question=question,
+        next=measurement,
+        beside=case.beside,
+    )
+
+
+def _correlation(case: Case, best: Candidate, other: Candidate) -> float:
+    found = canonical_correlations(case.survey.residuals, best.term, other.term)
+    return float(np.max(found, initial=0.0))
+
+
+def _unknown_within(left: Decision, case: Case) -> bool:
+    """What is left, or what is left of that, is unknown and of the size of the first."""
+    first = case.best
+    assert first is not None
+    if left.verdict != "unknown":
+        return left.beside is not None and _unknown_within(left.beside, case)
+    found = left.described or left.resembles
+    if found is not None:
+        return found.gain > OF_THE_SAME_KIND * first.gain
+    return not left.undescribed_arcsec or any(
+        after**2 > OF_THE_SAME_KIND * (case.survey.channels[channel].excess_arcsec ** 2 - after**2)
+        for channel, after in left.undescribed_arcsec.items()
+    )
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One line of the table."""
+
+    verdict: Verdict
+    judge: Callable[[Any], Decision | None]
+    """Of the facts of a set, or of the case of a survey; None where it does not apply."""
+    of_survey: bool = True
+
+    @property
+    def says(self) -> str:
+        """When it applies, in one sentence."""
+        return (self.judge.__doc__ or "").partition("\n\n")[0].replace("\n   ", "")
+
+
+RULES = (
+    Rule("bad_data", faulty_rows, of_survey=False),
+    Rule("cannot_tell", unknown_noise, of_survey=False),
+    Rule("cannot_tell", too_little_to_see, of_survey=False),
+    Rule("unknown", unknown_is_likelier, of_survey=False),
+    Rule("ambiguous", too_improbable_for_a_name, of_survey=False),
+    Rule("unknown", described_by_parts),
+    Rule("ambiguous", shown_at_one_speed),
+    Rule("unknown", refused_is_ahead),
+    Rule("unknown", left_undescribed),
+    Rule("adequate", nothing_found),
+    Rule("unknown", contradicts_itself),
+    Rule("unknown", leaves_its_own_kind),
+    Rule("unknown", comes_again_and_again),
+    Rule("ambiguous", cannot_be_split),
+    Rule("ambiguous", looks_like_untestable),
+    Rule("named", known_by_name),
+)
+"""The first that applies is the verdict; the last always does."""
+
+
+def decide(facts: Facts) -> Decision:
+    """The verdict of a set: that of the first rule that applies."""
+    of_set = (rule.judge(facts) for rule in RULES if not rule.of_survey)
+    return next((found for found in of_set if found is not None), None) or facts.said
+
+
+def said_of(case: Case) -> Decision:
+    """What the rules of a survey say of one."""
+    of_survey = (rule.judge(case) for rule in RULES if rule.of_survey)
+    return next(found for found in of_survey if found is not None)
+
+
+def rule_table() -> list[str]:
+    """The table as lines of Markdown."""
+    return ["| | Verdict | When |", "|---|---|---|"] + [
+        f"| {number} | `{rule.verdict}` | {rule.says} |" for number, rule in enumerate(RULES, 1)
+    ]

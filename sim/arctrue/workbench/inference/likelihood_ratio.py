@@ -1,0 +1,142 @@
+"""How much likelier an effect makes the data, with the noise estimated anew on both sides.
+
+Noise that is estimated on residuals in which an effect still hides takes the effect for noise: a
+slip becomes slow noise, a few rows' reversal a correlation. So for whatever comes near to being
+named the noise is estimated once more with the effect in the model, and the two likelihoods, each
+at its own best noise, are compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.noise_fit import noise_of
+from arctrue.workbench.inference.residuals import Residuals, Score
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
+from arctrue.workbench.noise.index_offsets import index_variance
+from arctrue.workbench.noise.noise import Noise
+
+MOST_ROUNDS = 3
+MUCH_MORE = 1.2
+"""A gain that rises so much with the noise estimated anew asks for one round more."""
+
+
+LEAST_MOVE = 1.0
+"""χ² of the change of a channel's residuals below which its noise is not estimated anew: one
+reading's worth, and the noise is known from all of them."""
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Of one effect against the model without it."""
+
+    gain: float
+    """Twice the rise of the log likelihood, the noise free on both sides."""
+    freedom: float
+    """Degrees of freedom with which the noise of the effect's size is known."""
+    index_share: float
+    """Of the variance of its size, what the index repeatability makes: near 1, the runs are the
+    sample."""
+    score: Score
+    """With the noise of the model that has the effect."""
+    base: Residuals
+    """What the model without it leaves, with that noise."""
+
+
+def evidence(
+    residuals: Residuals, null_likelihood: float, effect: Effect, nonlinear: Nonlinear
+) -> Evidence:
+    """``null_likelihood`` is :func:`restricted_likelihood` of ``residuals``."""
+    score = there = residuals.score(effect, nonlinear)
+    base = residuals
+    for _ in range(MOST_ROUNDS):
+        before = there.gain
+        grown = base.solution_with(effect, nonlinear, there)
+        base = _with_noise(residuals, under(grown, base.solution))
+        there = base.score(effect, nonlinear)
+        if there.gain < MUCH_MORE * before:
+            break
+    likelihood = restricted_likelihood(base)
+    with_effect = max(likelihood + 0.5 * there.gain, null_likelihood + 0.5 * score.gain)
+    gain = 2.0 * (with_effect - max(likelihood, null_likelihood))
+    freedom, share = _degrees_of_freedom(base, effect, nonlinear, there)
+    return Evidence(max(gain, 0.0), freedom, share, there, base)
+
+
+def under(grown: Solution, base: Solution) -> Noise:
+    """The noise of what ``grown`` leaves, in the contrasts that ``base`` does not touch."""
+    left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
+    noise = noise_of(
+        base.terms,
+        base.observations,
+        base.context,
+        left,
+        base.noise,
+        base.unknown_noise | _unmoved(left, base),
+    )
+    if base.observations.runs:
+        variance, freedom = index_variance(base.observations, grown.run_offsets_arcsec)
+        noise = replace(noise, index_variance=variance, index_freedom=freedom)
+    return noise
+
+
+def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:
+    """Channels whose residuals are the same with and without an effect: so is their noise."""
+    found = set()
+    for channel, values, before, of_rows in (
+        ("capture", left[0], base.capture_residual_arcsec(), base.noise.capture),
+        ("reference", left[1], base.reference_residual_arcsec(), base.noise.reference),
+    ):
+        if values is None or before is None or of_rows is None:
+            continue
+        change = of_rows.whiten(values - before)
+        if float(change @ change) < LEAST_MOVE:
+            found.add(channel)
+    return frozenset(found)
+
+
+def without_slow_noise(residuals: Residuals) -> Residuals:
+    """The same model beside the white part of the noise alone."""
+    return _with_noise(residuals, residuals.solution.noise.white_part())
+
+
+def _with_noise(residuals: Residuals, noise: Noise) -> Residuals:
+    base = residuals.solution
+    again = fit(base.terms, base.observations, base.context, noise=noise)
+    return Residuals(replace(again, unknown_noise=base.unknown_noise))
+
+
+def restricted_likelihood(residuals: Residuals) -> float:
+    """Log likelihood of the rows with the coefficients integrated out, and the index's prior."""
+    solution = residuals.solution
+    noise = solution.noise
+    prior = residuals.observations.index_sigma_arcsec**2
+    total = solution.log_likelihood - 0.5 * residuals.log_determinant
+    if residuals.observations.runs:
+        total -= (
+            0.5
+            * noise.index_freedom
+            * (float(np.log(noise.index_variance)) + prior / noise.index_variance)
+        )
+    return total
+
+
+def _degrees_of_freedom(
+    residuals: Residuals, effect: Effect, nonlinear: Nonlinear, score: Score
+) -> tuple[float, float]:
+    """Degrees of freedom of the noise of an effect's size, and the index's share in it."""
+    observations, noise = residuals.observations, residuals.solution.noise
+    weights, offsets = residuals.projected(effect, nonlinear, score)
+    runs = {
+        name: rows.run
+        for name, rows in (("capture", observations.capture), ("reference", observations.reference))
+        if rows is not None
+    }
+    return degrees_of_freedom(noise, weights, offsets, runs)

@@ -1,0 +1,118 @@
+"""Compares what ``diagnose --json`` says today of 40 benchmark sets with what was recorded.
+
+The record holds verdicts, names, numbers and keys; sentences are left out, because they may be
+reworded. ``python -m scripts.record_verdicts`` writes it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from arctrue.studies.benchmark.diagnosis import diagnosed
+from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.plan import TIERS
+from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.tasks import set_tasks
+from arctrue.studies.campaign import Task
+from arctrue.workbench.diagnose.report import diagnosis_data
+from arctrue.workbench.model.model import default_model
+
+RECORD = Path(__file__).parent / "recorded_verdicts.jsonl"
+SETS = 40
+WHOLE_CANDIDATES = 3
+"""Of the candidates after these only the name and the evidence are recorded."""
+DIGITS = 7
+RELATIVE = 1e-3
+"""Largest relative difference of two numbers that count as equal. The fit of the noise stops when
+a round gains less than 0.01 of log likelihood, so that another order of summation may move what
+follows from it in the fourth digit."""
+LEAST = 1e-6
+"""Absolute difference (arcseconds, or the parameter's unit) below which two numbers are equal."""
+SMALLEST_P = 1e-300
+EVIDENCE = 0.02
+"""Largest difference of ΔBIC, which twice the tolerance of the log likelihood moves."""
+SENTENCES = {"description", "unlike", "next_measurement", "cannot_tell", "reason"}
+LACKING = {"cannot_be_tested", "look_alikes"}
+"""Effects with sentences that say what the set lacks."""
+
+
+def tasks() -> list[Task]:
+    """The first sets of the tier ``quick``: four of every world or more."""
+    tier = TIERS["quick"]
+    assert tier.seed is not None
+    return set_tasks(tier.sets, tier.samples, tier.seed, "")[:SETS]
+
+
+def verdict_of(task: Task) -> dict[str, Any]:
+    """What ``diagnose --json`` writes of the set of a task, without its sentences."""
+    _, found = diagnosed(make_set(task).measurement)
+    data = diagnosis_data(found, default_model().names())
+    candidates = data["candidates"]
+    short = [
+        {key: item[key] for key in ("effect", "p_corrected", "delta_bic")}
+        for item in candidates[WHOLE_CANDIDATES:]
+    ]
+    data["candidates"] = candidates[:WHOLE_CANDIDATES] + short
+    return {"set": set_name(task), **_without_sentences(data)}
+
+
+def recorded() -> dict[str, dict[str, Any]]:
+    """The record by the names of the sets."""
+    lines = RECORD.read_text(encoding="utf-8").splitlines()
+    return {item["set"]: item for item in map(json.loads, lines)}
+
+
+def line_of(verdict: Mapping[str, Any]) -> str:
+    """One line of the record."""
+    return json.dumps(_rounded(verdict), separators=(",", ":"), sort_keys=True)
+
+
+def differences(before: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Where two verdicts differ by more than the tolerance, one sentence each."""
+    if isinstance(before, Mapping) and isinstance(now, Mapping):
+        for key in sorted({*before, *now}):
+            if key not in before or key not in now:
+                yield f"{place}/{key}: {'was not there' if key not in before else 'is gone'}"
+            else:
+                yield from differences(before[key], now[key], f"{place}/{key}")
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for number, (old, new) in enumerate(zip(before, now, strict=True)):
+            yield from differences(old, new, f"{place}/{number}")
+    elif not _equal(before, now, place.rsplit("/", 1)[-1]):
+        yield f"{place}: was {before}, is {now}"
+
+
+def _equal(before: Any, now: Any, key: str) -> bool:
+    numbers = all(isinstance(item, int | float) and item is not True for item in (before, now))
+    if not numbers or before == now:
+        return bool(before == now)
+    if key == "p_corrected" or key.endswith(("_p", "p_value")):
+        before, now = (math.log(max(item, SMALLEST_P)) for item in (before, now))
+    least = EVIDENCE if key == "delta_bic" else LEAST
+    return math.isclose(before, now, rel_tol=RELATIVE, abs_tol=least)
+
+
+def _without_sentences(data: Any, key: str = "") -> Any:
+    if isinstance(data, Mapping):
+        if key in LACKING:
+            return sorted(data)
+        return {name: _without_sentences(value, name) for name, value in data.items()}
+    if key in SENTENCES:
+        return data is not None
+    if key in ("data_faults", "lacking_variety"):
+        return len(data)
+    if isinstance(data, list):
+        return [_without_sentences(item) for item in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
+
+
+def _rounded(data: Any) -> Any:
+    if isinstance(data, Mapping):
+        return {key: _rounded(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_rounded(item) for item in data]
+    return float(f"{data:.{DIGITS}g}") if isinstance(data, float) else data
