@@ -27,12 +27,14 @@ module arctrue_core_rules #(
     // Inputs that are not connected may take any value in any clock.
     arctrue_core core (
         .clock(clock), .reset(reset),
-        .s_axil_awvalid(awvalid), .s_axil_awready(awready), .s_axil_awaddr(awaddr),
-        .s_axil_wvalid(wvalid), .s_axil_wready(wready), .s_axil_wdata(wdata),
-        .s_axil_wstrb(wstrb), .s_axil_bvalid(bvalid), .s_axil_bready(bready),
-        .s_axil_bresp(bresp), .s_axil_arvalid(arvalid), .s_axil_arready(arready),
-        .s_axil_araddr(araddr), .s_axil_rvalid(rvalid), .s_axil_rready(rready),
-        .s_axil_rdata(rdata), .s_axil_rresp(rresp)
+        .s_axil_request_awvalid(awvalid), .s_axil_request_awaddr(awaddr),
+        .s_axil_request_wvalid(wvalid), .s_axil_request_wdata(wdata), .s_axil_request_wstrb(wstrb),
+        .s_axil_request_bready(bready), .s_axil_request_arvalid(arvalid),
+        .s_axil_request_araddr(araddr), .s_axil_request_rready(rready),
+        .s_axil_response_awready(awready), .s_axil_response_wready(wready),
+        .s_axil_response_bvalid(bvalid), .s_axil_response_bresp(bresp),
+        .s_axil_response_arready(arready), .s_axil_response_rvalid(rvalid),
+        .s_axil_response_rdata(rdata), .s_axil_response_rresp(rresp)
     );
 
     localparam OKAY = 0, SLVERR = 2;

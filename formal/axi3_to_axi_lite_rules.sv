@@ -27,7 +27,18 @@ module axi3_to_axi_lite_rules (
     wire [17:0] m_axil_awaddr, m_axil_araddr;
     wire [3:0] m_axil_wstrb;
 
-    axi3_to_axi_lite bridge (.*);
+    axi3_to_axi_lite bridge (
+        .*,
+        .m_axil_request_awvalid(m_axil_awvalid), .m_axil_request_awaddr(m_axil_awaddr),
+        .m_axil_request_wvalid(m_axil_wvalid), .m_axil_request_wdata(m_axil_wdata),
+        .m_axil_request_wstrb(m_axil_wstrb), .m_axil_request_bready(m_axil_bready),
+        .m_axil_request_arvalid(m_axil_arvalid), .m_axil_request_araddr(m_axil_araddr),
+        .m_axil_request_rready(m_axil_rready),
+        .m_axil_response_awready(m_axil_awready), .m_axil_response_wready(m_axil_wready),
+        .m_axil_response_bvalid(m_axil_bvalid), .m_axil_response_bresp(m_axil_bresp),
+        .m_axil_response_arready(m_axil_arready), .m_axil_response_rvalid(m_axil_rvalid),
+        .m_axil_response_rdata(m_axil_rdata), .m_axil_response_rresp(m_axil_rresp)
+    );
 
     reg running = 0;
     reg aw_waits = 0, w_waits = 0, ar_waits = 0, b_waits = 0, r_waits = 0;

@@ -299,13 +299,13 @@ PROOFS = (
         breaks=(
             Break(
                 "an address is withdrawn before it is taken",
-                "          if m_axil_awready = '1' then\n",
-                "          if m_axil_awready = '1' or m_axil_wready = '1' then\n",
+                "          if m_axil_response.awready = '1' then\n",
+                "          if m_axil_response.awready = '1' or m_axil_response.wready = '1' then\n",
             ),
             Break(
                 "write data change while they wait",
                 "        when WRITE_ACCESS =>\n",
-                "        when WRITE_ACCESS =>\n          m_axil_wdata <= s_axi_wdata;\n",
+                "        when WRITE_ACCESS =>\n          m_axil_request.wdata <= s_axi_wdata;\n",
             ),
             Break(
                 "a write answer lasts one clock only",
@@ -315,17 +315,18 @@ PROOFS = (
             Break(
                 "a read beat changes while it waits",
                 "        when READ_ANSWER =>\n",
-                "        when READ_ANSWER =>\n          s_axi_rdata <= m_axil_rdata;\n",
+                "        when READ_ANSWER =>\n          s_axi_rdata <= m_axil_response.rdata;\n",
             ),
             Break(
                 "a read address is withdrawn before it is taken",
-                "          if m_axil_arready = '1' then\n",
+                "          if m_axil_response.arready = '1' then\n",
                 "          if true then\n",
             ),
             Break(
                 "a reset leaves a write address out",
-                "        m_axil_awvalid <= '0';\n        m_axil_wvalid  <= '0';\n      end if;",
-                "        m_axil_wvalid  <= '0';\n      end if;",
+                "        m_axil_request.awvalid <= '0';\n"
+                "        m_axil_request.wvalid  <= '0';\n      end if;",
+                "        m_axil_request.wvalid  <= '0';\n      end if;",
             ),
             Break(
                 "RLAST comes a beat too early",
@@ -515,25 +516,25 @@ PROOFS = (
         breaks=(
             Break(
                 "a write address is taken without its data",
-                "          choose_write  := s_axil_awvalid and s_axil_wvalid and ",
-                "          choose_write  := s_axil_awvalid and ",
+                "          choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and ",
+                "          choose_write  := s_axil_request.awvalid and ",
                 entity="axi_lite_access",
             ),
             Break(
                 "a read goes before every write",
-                " and not (s_axil_arvalid and is_write);\n",
-                " and not s_axil_arvalid;\n",
+                " and not (s_axil_request.arvalid and is_write);\n",
+                " and not s_axil_request.arvalid;\n",
                 entity="axi_lite_access",
             ),
             Break(
                 "data that are read change while they wait",
                 "        when ANSWER =>\n",
-                "        when ANSWER =>\n          s_axil_rdata <= data;\n",
+                "        when ANSWER =>\n          s_axil_response.rdata <= data;\n",
                 entity="axi_lite_access",
             ),
             Break(
                 "an answer lasts one clock only",
-                "          if (is_write = '1' and s_axil_bready = '1') or ",
+                "          if (is_write = '1' and s_axil_request.bready = '1') or ",
                 "          if is_write = '1' or ",
                 entity="axi_lite_access",
             ),

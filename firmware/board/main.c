@@ -57,8 +57,10 @@ void interrupt_taken(uint32_t instruction) {
         firmware.core_interrupted = true;
     }
     register_write(GIC_ICCEOIR, acknowledged);
-    if (interrupt == INTERRUPT_GLOBAL_TIMER) {
-        watchdog_interrupt(instruction);
+    if (interrupt == INTERRUPT_GLOBAL_TIMER && watchdog_is_overdue()) {
+        /* Fed, so that what is told on the console is not cut off. */
+        watchdog_feed();
+        fault_hang(instruction);
     }
 }
 

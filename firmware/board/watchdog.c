@@ -2,8 +2,9 @@
 
 #include "watchdog.h"
 
+#include <stdint.h>
+
 #include "clocks.h"
-#include "fault.h"
 #include "memory_mapped.h"
 #include "registers.h"
 
@@ -29,11 +30,7 @@ bool watchdog_has_reset(void) {
 }
 
 /* The watchdog's own counter tells how long ago it was fed. */
-void watchdog_interrupt(uint32_t instruction) {
+bool watchdog_is_overdue(void) {
     uint32_t spent = CLOCKS_TIMER_HZ * WATCHDOG_S - register_read(WATCHDOG_COUNTER);
-    if (spent > CLOCKS_TIMER_HZ * WATCHDOG_HANG_S) {
-        /* Fed, so that what is told on the console is not cut off. */
-        watchdog_feed();
-        fault_hang(instruction);
-    }
+    return spent > CLOCKS_TIMER_HZ * WATCHDOG_HANG_S;
 }

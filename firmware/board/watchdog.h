@@ -9,7 +9,6 @@
 #define ARCTRUE_WATCHDOG_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 #define WATCHDOG_S 4U
 /* More than the longest calibration by far. */
@@ -20,7 +19,7 @@ void watchdog_feed(void);
 /* The processor began because the watchdog reset it; asked once. */
 bool watchdog_has_reset(void);
 
-/* From the timer's interrupt, which came at `instruction`. Does not come back after a hang. */
-void watchdog_interrupt(uint32_t instruction);
+/* The main program has not fed it for WATCHDOG_HANG_S: it hangs. */
+bool watchdog_is_overdue(void);
 
 #endif

@@ -28,6 +28,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.arctrue_registers_pkg.all;
+  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_core is
@@ -37,51 +38,34 @@ entity arctrue_core is
     FOLD          : positive range 1 to 8         := 1                      -- lanes that share a pipeline: 1, 2, 4 or 8
   );
   port (
-    clock          : in    std_ulogic;
-    reset          : in    std_ulogic;
-    -- AXI4-Lite slave, 256 KiB
-    s_axil_awvalid : in    std_ulogic;
-    s_axil_awready : out   std_ulogic;
-    s_axil_awaddr  : in    std_ulogic_vector(17 downto 0); -- bytes
-    s_axil_awprot  : in    std_ulogic_vector(2 downto 0);
-    s_axil_wvalid  : in    std_ulogic;
-    s_axil_wready  : out   std_ulogic;
-    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
-    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
-    s_axil_bvalid  : out   std_ulogic;
-    s_axil_bready  : in    std_ulogic;
-    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
-    s_axil_arvalid : in    std_ulogic;
-    s_axil_arready : out   std_ulogic;
-    s_axil_araddr  : in    std_ulogic_vector(17 downto 0); -- bytes
-    s_axil_arprot  : in    std_ulogic_vector(2 downto 0);
-    s_axil_rvalid  : out   std_ulogic;
-    s_axil_rready  : in    std_ulogic;
-    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
-    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
-    interrupt      : out   std_ulogic;                     -- level, high while an enabled event is set
+    clock           : in    std_ulogic;
+    reset           : in    std_ulogic;
+    -- AXI4-Lite slave, 256 KiB, see axi_lite_pkg
+    s_axil_request  : in    axi_lite_request;
+    s_axil_response : out   axi_lite_response;
+    interrupt       : out   std_ulogic;                     -- level, high while an enabled event is set
     -- Reference head, asynchronous
-    head1_a        : in    std_ulogic;
-    head1_b        : in    std_ulogic;
-    head1_z        : in    std_ulogic;
+    head1_a         : in    std_ulogic;
+    head1_b         : in    std_ulogic;
+    head1_z         : in    std_ulogic;
     -- Calibration head, asynchronous
-    head2_a        : in    std_ulogic;
-    head2_b        : in    std_ulogic;
-    head2_z        : in    std_ulogic;
+    head2_a         : in    std_ulogic;
+    head2_b         : in    std_ulogic;
+    head2_z         : in    std_ulogic;
     -- Corrected encoder signal
-    out_a          : out   std_ulogic;
-    out_b          : out   std_ulogic;
-    out_z          : out   std_ulogic;
-    driver_enable  : out   std_ulogic;                     -- of the line drivers of A, B and Z
-    alarm          : out   std_ulogic;                     -- a fault of those that are asked for is present
+    out_a           : out   std_ulogic;
+    out_b           : out   std_ulogic;
+    out_z           : out   std_ulogic;
+    driver_enable   : out   std_ulogic;                     -- of the line drivers of A, B and Z
+    alarm           : out   std_ulogic;                     -- a fault of those that are asked for is present
     -- Instruments beside the table
-    sync_in        : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
-    trigger_out    : out   std_ulogic;                     -- a pulse with each sample
-    probe_in       : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
-    compare_out    : out   std_ulogic;                     -- a pulse at chosen corrected positions
+    sync_in         : in    std_ulogic := '0';              -- asynchronous: an edge asks for a sample
+    trigger_out     : out   std_ulogic;                     -- a pulse with each sample
+    probe_in        : in    std_ulogic := '0';              -- asynchronous: an edge latches the corrected position
+    compare_out     : out   std_ulogic;                     -- a pulse at chosen corrected positions
     -- The chip's identifier, of a top level that reads it
-    chip_dna       : in    std_ulogic_vector(56 downto 0) := (others => '0');
-    chip_dna_known : in    std_ulogic := '0';
+    chip_dna        : in    std_ulogic_vector(56 downto 0) := (others => '0');
+    chip_dna_known  : in    std_ulogic := '0';
     -- For lamps
     status_capturing    : out   std_ulogic; -- a turn is being captured
     status_fault        : out   std_ulogic; -- a fault that is not cleared, or a correction that was clipped
@@ -574,23 +558,8 @@ begin
     port map (
       clock             => clock,
       reset             => reset,
-      s_axil_awvalid    => s_axil_awvalid,
-      s_axil_awready    => s_axil_awready,
-      s_axil_awaddr     => s_axil_awaddr,
-      s_axil_wvalid     => s_axil_wvalid,
-      s_axil_wready     => s_axil_wready,
-      s_axil_wdata      => s_axil_wdata,
-      s_axil_wstrb      => s_axil_wstrb,
-      s_axil_bvalid     => s_axil_bvalid,
-      s_axil_bready     => s_axil_bready,
-      s_axil_bresp      => s_axil_bresp,
-      s_axil_arvalid    => s_axil_arvalid,
-      s_axil_arready    => s_axil_arready,
-      s_axil_araddr     => s_axil_araddr,
-      s_axil_rvalid     => s_axil_rvalid,
-      s_axil_rready     => s_axil_rready,
-      s_axil_rdata      => s_axil_rdata,
-      s_axil_rresp      => s_axil_rresp,
+      s_axil_request    => s_axil_request,
+      s_axil_response   => s_axil_response,
       hwif_in           => hwif_in,
       hwif_out          => hwif_out,
       capture_ready     => bank_ready,

@@ -28,41 +28,25 @@
 library ieee;
   use ieee.std_logic_1164.all;
 
+  use work.axi_lite_pkg.all;
+
 entity axi_lite_access is
-  generic (
-    ADDRESS_WIDTH : positive range 12 to 30 := 18
-  );
   port (
-    clock          : in    std_ulogic;
-    reset          : in    std_ulogic;
-    -- AXI4-Lite slave
-    s_axil_awvalid : in    std_ulogic;
-    s_axil_awready : out   std_ulogic;
-    s_axil_awaddr  : in    std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes
-    s_axil_wvalid  : in    std_ulogic;
-    s_axil_wready  : out   std_ulogic;
-    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
-    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
-    s_axil_bvalid  : out   std_ulogic;
-    s_axil_bready  : in    std_ulogic;
-    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
-    s_axil_arvalid : in    std_ulogic;
-    s_axil_arready : out   std_ulogic;
-    s_axil_araddr  : in    std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes
-    s_axil_rvalid  : out   std_ulogic;
-    s_axil_rready  : in    std_ulogic;
-    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
-    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
+    clock           : in    std_ulogic;
+    reset           : in    std_ulogic;
+    -- AXI4-Lite slave, see axi_lite_pkg
+    s_axil_request  : in    axi_lite_request;
+    s_axil_response : out   axi_lite_response;
     -- The access under way
-    taken          : out   std_ulogic;                                    -- pulse: a new one
-    address        : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    is_write       : out   std_ulogic := '0';
-    write_data     : out   std_ulogic_vector(31 downto 0);
-    write_strobes  : out   std_ulogic_vector(3 downto 0);                 -- a bit a byte
-    refused        : in    std_ulogic;                                    -- in the clock after taken
+    taken           : out   std_ulogic;                    -- pulse: a new one
+    address         : out   axi_lite_address;              -- bytes, a word's
+    is_write        : out   std_ulogic := '0';
+    write_data      : out   std_ulogic_vector(31 downto 0);
+    write_strobes   : out   std_ulogic_vector(3 downto 0);  -- a bit a byte
+    refused         : in    std_ulogic;                    -- in the clock after taken
     -- Its answer
-    answered       : in    std_ulogic;                                    -- pulse
-    data           : in    std_ulogic_vector(31 downto 0)                 -- what was read; 0 when refused
+    answered        : in    std_ulogic;                    -- pulse
+    data            : in    std_ulogic_vector(31 downto 0) -- what was read; 0 when refused
   );
 end entity axi_lite_access;
 
@@ -75,15 +59,15 @@ architecture rtl of axi_lite_access is
 
 begin
 
-  s_axil_awready <= taken and is_write;
-  s_axil_wready  <= taken and is_write;
-  s_axil_arready <= taken and not is_write;
-  s_axil_bvalid  <= '1' when state = ANSWER and is_write = '1' else
+  s_axil_response.awready <= taken and is_write;
+  s_axil_response.wready  <= taken and is_write;
+  s_axil_response.arready <= taken and not is_write;
+  s_axil_response.bvalid  <= '1' when state = ANSWER and is_write = '1' else
                     '0';
-  s_axil_rvalid  <= '1' when state = ANSWER and is_write = '0' else
+  s_axil_response.rvalid  <= '1' when state = ANSWER and is_write = '0' else
                     '0';
-  s_axil_bresp   <= resp;
-  s_axil_rresp   <= resp;
+  s_axil_response.bresp   <= resp;
+  s_axil_response.rresp   <= resp;
 
   one_access : process (clock) is
 
@@ -99,14 +83,14 @@ begin
         when IDLE =>
           -- What is valid stays until its handshake, so it may be read in the clock before. is_write
           -- still tells the last access: the other kind goes first.
-          choose_write  := s_axil_awvalid and s_axil_wvalid and not (s_axil_arvalid and is_write);
-          address       <= s_axil_araddr(s_axil_araddr'high downto 2) & "00";
-          write_data    <= s_axil_wdata;
-          write_strobes <= s_axil_wstrb;
+          choose_write  := s_axil_request.awvalid and s_axil_request.wvalid and not (s_axil_request.arvalid and is_write);
+          address       <= s_axil_request.araddr(s_axil_request.araddr'high downto 2) & "00";
+          write_data    <= s_axil_request.wdata;
+          write_strobes <= s_axil_request.wstrb;
           if choose_write = '1' then
-            address <= s_axil_awaddr(s_axil_awaddr'high downto 2) & "00";
+            address <= s_axil_request.awaddr(s_axil_request.awaddr'high downto 2) & "00";
           end if;
-          if (choose_write or s_axil_arvalid) = '1' then
+          if (choose_write or s_axil_request.arvalid) = '1' then
             is_write <= choose_write;
             taken    <= '1';
             state    <= BUSY;
@@ -114,7 +98,7 @@ begin
 
         when BUSY =>
           if taken = '0' then
-            s_axil_rdata <= data;
+            s_axil_response.rdata <= data;
             resp         <= refused & '0'; -- SLVERR or OKAY
             if (refused or answered) = '1' then
               state <= ANSWER;
@@ -122,7 +106,7 @@ begin
           end if;
 
         when ANSWER =>
-          if (is_write = '1' and s_axil_bready = '1') or (is_write = '0' and s_axil_rready = '1') then
+          if (is_write = '1' and s_axil_request.bready = '1') or (is_write = '0' and s_axil_request.rready = '1') then
             state <= IDLE;
           end if;
 

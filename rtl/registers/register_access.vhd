@@ -22,6 +22,7 @@ library ieee;
   use ieee.std_logic_1164.all;
 
   use work.arctrue_registers_pkg.all;
+  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
   use work.register_addresses_pkg.all;
 
@@ -31,43 +32,28 @@ entity register_access is
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT -- samples a bank
   );
   port (
-    clock               : in    std_ulogic;
-    reset               : in    std_ulogic;
-    -- AXI4-Lite slave, 256 KiB
-    s_axil_awvalid      : in    std_ulogic;
-    s_axil_awready      : out   std_ulogic;
-    s_axil_awaddr       : in    std_ulogic_vector(17 downto 0); -- bytes
-    s_axil_wvalid       : in    std_ulogic;
-    s_axil_wready       : out   std_ulogic;
-    s_axil_wdata        : in    std_ulogic_vector(31 downto 0);
-    s_axil_wstrb        : in    std_ulogic_vector(3 downto 0);
-    s_axil_bvalid       : out   std_ulogic;
-    s_axil_bready       : in    std_ulogic;
-    s_axil_bresp        : out   std_ulogic_vector(1 downto 0);
-    s_axil_arvalid      : in    std_ulogic;
-    s_axil_arready      : out   std_ulogic;
-    s_axil_araddr       : in    std_ulogic_vector(17 downto 0); -- bytes
-    s_axil_rvalid       : out   std_ulogic;
-    s_axil_rready       : in    std_ulogic;
-    s_axil_rdata        : out   std_ulogic_vector(31 downto 0);
-    s_axil_rresp        : out   std_ulogic_vector(1 downto 0);
+    clock             : in    std_ulogic;
+    reset             : in    std_ulogic;
+    -- AXI4-Lite slave, 256 KiB, see axi_lite_pkg
+    s_axil_request    : in    axi_lite_request;
+    s_axil_response   : out   axi_lite_response;
     -- The registers
-    hwif_in             : in    arctrue_registers_in_t;
-    hwif_out            : out   arctrue_registers_out_t;
+    hwif_in           : in    arctrue_registers_in_t;
+    hwif_out          : out   arctrue_registers_out_t;
     -- What other units answer
-    capture_ready       : in    std_ulogic;                     -- a bank belongs to the processor
-    access_address      : out   std_ulogic_vector(17 downto 0); -- bytes
-    access_data         : out   std_ulogic_vector(31 downto 0); -- to be written
-    coefficient_read    : out   std_ulogic;                     -- pulse
-    coefficient_write   : out   std_ulogic;                     -- pulse
-    coefficient_data    : in    std_ulogic_vector(31 downto 0);
-    offset_read         : out   std_ulogic;                     -- pulse
-    offset_write        : out   std_ulogic;                     -- pulse
-    offset_data         : in    std_ulogic_vector(31 downto 0);
-    coefficient_done    : in    std_ulogic;                     -- pulse: coefficient or offset read or written
-    capture_read        : out   std_ulogic;                     -- pulse
-    capture_done        : in    std_ulogic;                     -- pulse
-    capture_data        : in    std_ulogic_vector(31 downto 0)
+    capture_ready     : in    std_ulogic;                     -- a bank belongs to the processor
+    access_address    : out   std_ulogic_vector(17 downto 0); -- bytes
+    access_data       : out   std_ulogic_vector(31 downto 0); -- to be written
+    coefficient_read  : out   std_ulogic;                     -- pulse
+    coefficient_write : out   std_ulogic;                     -- pulse
+    coefficient_data  : in    std_ulogic_vector(31 downto 0);
+    offset_read       : out   std_ulogic;                     -- pulse
+    offset_write      : out   std_ulogic;                     -- pulse
+    offset_data       : in    std_ulogic_vector(31 downto 0);
+    coefficient_done  : in    std_ulogic;                     -- pulse: coefficient or offset read or written
+    capture_read      : out   std_ulogic;                     -- pulse
+    capture_done      : in    std_ulogic;                     -- pulse
+    capture_data      : in    std_ulogic_vector(31 downto 0)
   );
 end entity register_access;
 
@@ -116,33 +102,18 @@ begin
 
   bus_port : entity work.axi_lite_access
     port map (
-      clock          => clock,
-      reset          => reset,
-      s_axil_awvalid => s_axil_awvalid,
-      s_axil_awready => s_axil_awready,
-      s_axil_awaddr  => s_axil_awaddr,
-      s_axil_wvalid  => s_axil_wvalid,
-      s_axil_wready  => s_axil_wready,
-      s_axil_wdata   => s_axil_wdata,
-      s_axil_wstrb   => s_axil_wstrb,
-      s_axil_bvalid  => s_axil_bvalid,
-      s_axil_bready  => s_axil_bready,
-      s_axil_bresp   => s_axil_bresp,
-      s_axil_arvalid => s_axil_arvalid,
-      s_axil_arready => s_axil_arready,
-      s_axil_araddr  => s_axil_araddr,
-      s_axil_rvalid  => s_axil_rvalid,
-      s_axil_rready  => s_axil_rready,
-      s_axil_rdata   => s_axil_rdata,
-      s_axil_rresp   => s_axil_rresp,
-      taken          => taken,
-      address        => access_address,
-      is_write       => is_write,
-      write_data     => access_data,
-      write_strobes  => write_strobes,
-      refused        => refused,
-      answered       => answered,
-      data           => data
+      clock           => clock,
+      reset           => reset,
+      s_axil_request  => s_axil_request,
+      s_axil_response => s_axil_response,
+      taken           => taken,
+      address         => access_address,
+      is_write        => is_write,
+      write_data      => access_data,
+      write_strobes   => write_strobes,
+      refused         => refused,
+      answered        => answered,
+      data            => data
     );
 
   judge <= taken and not reset;

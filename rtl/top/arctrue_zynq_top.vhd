@@ -20,6 +20,7 @@
 library ieee;
   use ieee.std_logic_1164.all;
 
+  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_zynq_top is
@@ -63,31 +64,14 @@ end entity arctrue_zynq_top;
 
 architecture rtl of arctrue_zynq_top is
 
-  constant ADDRESS_WIDTH : positive := 18;
-
   signal clock     : std_ulogic;
   signal reset     : std_ulogic;
   signal interrupt : std_ulogic;
   signal scl_low   : std_ulogic;
   signal sda_low   : std_ulogic;
 
-  signal awvalid : std_ulogic;
-  signal awready : std_ulogic;
-  signal awaddr  : std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0);
-  signal wvalid  : std_ulogic;
-  signal wready  : std_ulogic;
-  signal wdata   : std_ulogic_vector(31 downto 0);
-  signal wstrb   : std_ulogic_vector(3 downto 0);
-  signal bvalid  : std_ulogic;
-  signal bready  : std_ulogic;
-  signal bresp   : std_ulogic_vector(1 downto 0);
-  signal arvalid : std_ulogic;
-  signal arready : std_ulogic;
-  signal araddr  : std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0);
-  signal rvalid  : std_ulogic;
-  signal rready  : std_ulogic;
-  signal rdata   : std_ulogic_vector(31 downto 0);
-  signal rresp   : std_ulogic_vector(1 downto 0);
+  signal axil_request  : axi_lite_request;
+  signal axil_response : axi_lite_response;
 
   signal dna       : std_ulogic_vector(56 downto 0);
   signal dna_known : std_ulogic;
@@ -104,34 +88,16 @@ begin
              'Z';
 
   processor : entity work.zynq_processor
-    generic map (
-      ADDRESS_WIDTH => ADDRESS_WIDTH
-    )
     port map (
-      clock          => clock,
-      reset          => reset,
-      interrupt      => interrupt,
-      scl            => i2c_scl,
-      scl_low        => scl_low,
-      sda            => i2c_sda,
-      sda_low        => sda_low,
-      m_axil_awvalid => awvalid,
-      m_axil_awready => awready,
-      m_axil_awaddr  => awaddr,
-      m_axil_wvalid  => wvalid,
-      m_axil_wready  => wready,
-      m_axil_wdata   => wdata,
-      m_axil_wstrb   => wstrb,
-      m_axil_bvalid  => bvalid,
-      m_axil_bready  => bready,
-      m_axil_bresp   => bresp,
-      m_axil_arvalid => arvalid,
-      m_axil_arready => arready,
-      m_axil_araddr  => araddr,
-      m_axil_rvalid  => rvalid,
-      m_axil_rready  => rready,
-      m_axil_rdata   => rdata,
-      m_axil_rresp   => rresp
+      clock           => clock,
+      reset           => reset,
+      interrupt       => interrupt,
+      scl             => i2c_scl,
+      scl_low         => scl_low,
+      sda             => i2c_sda,
+      sda_low         => sda_low,
+      m_axil_request  => axil_request,
+      m_axil_response => axil_response
     );
 
   core : entity work.arctrue_core
@@ -143,25 +109,8 @@ begin
     port map (
       clock               => clock,
       reset               => reset,
-      s_axil_awvalid      => awvalid,
-      s_axil_awready      => awready,
-      s_axil_awaddr       => awaddr,
-      s_axil_awprot       => "000",
-      s_axil_wvalid       => wvalid,
-      s_axil_wready       => wready,
-      s_axil_wdata        => wdata,
-      s_axil_wstrb        => wstrb,
-      s_axil_bvalid       => bvalid,
-      s_axil_bready       => bready,
-      s_axil_bresp        => bresp,
-      s_axil_arvalid      => arvalid,
-      s_axil_arready      => arready,
-      s_axil_araddr       => araddr,
-      s_axil_arprot       => "000",
-      s_axil_rvalid       => rvalid,
-      s_axil_rready       => rready,
-      s_axil_rdata        => rdata,
-      s_axil_rresp        => rresp,
+      s_axil_request      => axil_request,
+      s_axil_response     => axil_response,
       interrupt           => interrupt,
       head1_a             => head1_a,
       head1_b             => head1_b,

@@ -20,7 +20,7 @@
 -- carries its own. SLVERR without any access: burst kind 3, `size` above 2, WRAP that is not 2, 4,
 -- 8 or 16 beats long or does not start at a multiple of its size. SLVERR also for a write whose WLAST
 -- is not at its last beat; the number of beats that AWLEN names is taken. DECERR without access: an
--- address outside of BASE .. BASE + 2**ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
+-- address outside of BASE .. BASE + 2**AXI_LITE_ADDRESS_WIDTH - 1. An exclusive access is answered OKAY, which
 -- tells the master that there is no monitor.
 --
 -- **Reset** drops a burst under way on both sides, so master and slave must be reset with it. A
@@ -30,63 +30,49 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.axi_lite_pkg.all;
+
 entity axi3_to_axi_lite is
   generic (
-    ID_WIDTH      : positive range 1 to 16  := 12;
-    ADDRESS_WIDTH : positive range 12 to 30 := 18;             -- of the slave
-    BASE          : natural                 := 16#4000_0000#   -- bytes, a multiple of 2**ADDRESS_WIDTH
+    ID_WIDTH : positive range 1 to 16 := 12;
+    BASE     : natural                := 16#4000_0000# -- bytes, a multiple of the window's size
   );
   port (
-    clock          : in    std_ulogic;
-    reset          : in    std_ulogic;
+    clock           : in    std_ulogic;
+    reset           : in    std_ulogic;
     -- AXI3 slave, 32 bit
-    s_axi_awvalid  : in    std_ulogic;
-    s_axi_awready  : out   std_ulogic;
-    s_axi_awid     : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
-    s_axi_awaddr   : in    std_ulogic_vector(31 downto 0); -- bytes
-    s_axi_awlen    : in    std_ulogic_vector(3 downto 0);  -- beats - 1
-    s_axi_awsize   : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
-    s_axi_awburst  : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
-    s_axi_wvalid   : in    std_ulogic;
-    s_axi_wready   : out   std_ulogic;
-    s_axi_wdata    : in    std_ulogic_vector(31 downto 0);
-    s_axi_wstrb    : in    std_ulogic_vector(3 downto 0);
-    s_axi_wlast    : in    std_ulogic;
-    s_axi_bvalid   : out   std_ulogic;
-    s_axi_bready   : in    std_ulogic;
-    s_axi_bid      : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
-    s_axi_bresp    : out   std_ulogic_vector(1 downto 0);
-    s_axi_arvalid  : in    std_ulogic;
-    s_axi_arready  : out   std_ulogic;
-    s_axi_arid     : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
-    s_axi_araddr   : in    std_ulogic_vector(31 downto 0); -- bytes
-    s_axi_arlen    : in    std_ulogic_vector(3 downto 0);  -- beats - 1
-    s_axi_arsize   : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
-    s_axi_arburst  : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
-    s_axi_rvalid   : out   std_ulogic;
-    s_axi_rready   : in    std_ulogic;
-    s_axi_rid      : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
-    s_axi_rdata    : out   std_ulogic_vector(31 downto 0);
-    s_axi_rresp    : out   std_ulogic_vector(1 downto 0);
-    s_axi_rlast    : out   std_ulogic;
-    -- AXI4-Lite master
-    m_axil_awvalid : out   std_ulogic;
-    m_axil_awready : in    std_ulogic;
-    m_axil_awaddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    m_axil_wvalid  : out   std_ulogic;
-    m_axil_wready  : in    std_ulogic;
-    m_axil_wdata   : out   std_ulogic_vector(31 downto 0);
-    m_axil_wstrb   : out   std_ulogic_vector(3 downto 0);
-    m_axil_bvalid  : in    std_ulogic;
-    m_axil_bready  : out   std_ulogic;
-    m_axil_bresp   : in    std_ulogic_vector(1 downto 0);
-    m_axil_arvalid : out   std_ulogic;
-    m_axil_arready : in    std_ulogic;
-    m_axil_araddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    m_axil_rvalid  : in    std_ulogic;
-    m_axil_rready  : out   std_ulogic;
-    m_axil_rdata   : in    std_ulogic_vector(31 downto 0);
-    m_axil_rresp   : in    std_ulogic_vector(1 downto 0)
+    s_axi_awvalid   : in    std_ulogic;
+    s_axi_awready   : out   std_ulogic;
+    s_axi_awid      : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_awaddr    : in    std_ulogic_vector(31 downto 0); -- bytes
+    s_axi_awlen     : in    std_ulogic_vector(3 downto 0);  -- beats - 1
+    s_axi_awsize    : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
+    s_axi_awburst   : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
+    s_axi_wvalid    : in    std_ulogic;
+    s_axi_wready    : out   std_ulogic;
+    s_axi_wdata     : in    std_ulogic_vector(31 downto 0);
+    s_axi_wstrb     : in    std_ulogic_vector(3 downto 0);
+    s_axi_wlast     : in    std_ulogic;
+    s_axi_bvalid    : out   std_ulogic;
+    s_axi_bready    : in    std_ulogic;
+    s_axi_bid       : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_bresp     : out   std_ulogic_vector(1 downto 0);
+    s_axi_arvalid   : in    std_ulogic;
+    s_axi_arready   : out   std_ulogic;
+    s_axi_arid      : in    std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_araddr    : in    std_ulogic_vector(31 downto 0); -- bytes
+    s_axi_arlen     : in    std_ulogic_vector(3 downto 0);  -- beats - 1
+    s_axi_arsize    : in    std_ulogic_vector(2 downto 0);  -- log2 of bytes
+    s_axi_arburst   : in    std_ulogic_vector(1 downto 0);  -- 0 FIXED, 1 INCR, 2 WRAP
+    s_axi_rvalid    : out   std_ulogic;
+    s_axi_rready    : in    std_ulogic;
+    s_axi_rid       : out   std_ulogic_vector(ID_WIDTH - 1 downto 0);
+    s_axi_rdata     : out   std_ulogic_vector(31 downto 0);
+    s_axi_rresp     : out   std_ulogic_vector(1 downto 0);
+    s_axi_rlast     : out   std_ulogic;
+    -- AXI4-Lite master, see axi_lite_pkg
+    m_axil_request  : out   axi_lite_request;
+    m_axil_response : in    axi_lite_response
   );
 end entity axi3_to_axi_lite;
 
@@ -123,7 +109,7 @@ architecture rtl of axi3_to_axi_lite is
   ) return boolean is
   begin
 
-    return u_unsigned(address(31 downto ADDRESS_WIDTH)) = BASE_ADDRESS(31 downto ADDRESS_WIDTH);
+    return u_unsigned(address(31 downto AXI_LITE_ADDRESS_WIDTH)) = BASE_ADDRESS(31 downto AXI_LITE_ADDRESS_WIDTH);
 
   end function in_window;
 
@@ -228,8 +214,8 @@ architecture rtl of axi3_to_axi_lite is
 
 begin
 
-  assert BASE mod 2 ** ADDRESS_WIDTH = 0
-    report "axi3_to_axi_lite: BASE must be a multiple of 2**ADDRESS_WIDTH"
+  assert BASE mod 2 ** AXI_LITE_ADDRESS_WIDTH = 0
+    report "axi3_to_axi_lite: BASE must be a multiple of 2**AXI_LITE_ADDRESS_WIDTH"
     severity failure;
 
   s_axi_awready <= '1' when writing = WRITE_IDLE and reset = '0' else
@@ -239,7 +225,7 @@ begin
   s_axi_bvalid  <= '1' when writing = WRITE_ANSWER else
                    '0';
   s_axi_bresp   <= write_resp;
-  m_axil_bready <= '1' when writing = WRITE_ACCESS else
+  m_axil_request.bready <= '1' when writing = WRITE_ACCESS else
                    '0';
 
   write_burst : process (clock) is
@@ -265,9 +251,9 @@ begin
           end if;
 
         when WRITE_BEAT =>
-          m_axil_awaddr <= std_ulogic_vector(write_now.address(ADDRESS_WIDTH - 1 downto 2)) & "00";
-          m_axil_wdata  <= s_axi_wdata;
-          m_axil_wstrb  <= s_axi_wstrb;
+          m_axil_request.awaddr <= std_ulogic_vector(write_now.address(AXI_LITE_ADDRESS_WIDTH - 1 downto 2)) & "00";
+          m_axil_request.wdata  <= s_axi_wdata;
+          m_axil_request.wstrb  <= s_axi_wstrb;
           if s_axi_wvalid = '1' then
             answer := write_now.refusal;
             if (s_axi_wlast = '1') /= last then
@@ -277,8 +263,8 @@ begin
               write_resp <= answer;
             end if;
             if write_now.refusal = OKAY and s_axi_wstrb /= "0000" then
-              m_axil_awvalid <= '1';
-              m_axil_wvalid  <= '1';
+              m_axil_request.awvalid <= '1';
+              m_axil_request.wvalid  <= '1';
               writing        <= WRITE_ACCESS;
             else
               done := true;
@@ -286,15 +272,15 @@ begin
           end if;
 
         when WRITE_ACCESS =>
-          if m_axil_awready = '1' then
-            m_axil_awvalid <= '0';
+          if m_axil_response.awready = '1' then
+            m_axil_request.awvalid <= '0';
           end if;
-          if m_axil_wready = '1' then
-            m_axil_wvalid <= '0';
+          if m_axil_response.wready = '1' then
+            m_axil_request.wvalid <= '0';
           end if;
-          if m_axil_bvalid = '1' then
+          if m_axil_response.bvalid = '1' then
             if write_resp = OKAY then
-              write_resp <= m_axil_bresp;
+              write_resp <= m_axil_response.bresp;
             end if;
             done := true;
           end if;
@@ -317,8 +303,8 @@ begin
 
       if reset = '1' then
         writing        <= WRITE_IDLE;
-        m_axil_awvalid <= '0';
-        m_axil_wvalid  <= '0';
+        m_axil_request.awvalid <= '0';
+        m_axil_request.wvalid  <= '0';
       end if;
     end if;
 
@@ -328,11 +314,11 @@ begin
                     '0';
   s_axi_rvalid   <= '1' when reading = READ_ANSWER else
                     '0';
-  m_axil_arvalid <= '1' when reading = READ_ADDRESS else
+  m_axil_request.arvalid <= '1' when reading = READ_ADDRESS else
                     '0';
-  m_axil_rready  <= '1' when reading = READ_DATA else
+  m_axil_request.rready  <= '1' when reading = READ_DATA else
                     '0';
-  m_axil_araddr  <= std_ulogic_vector(read_now.address(ADDRESS_WIDTH - 1 downto 2)) & "00";
+  m_axil_request.araddr  <= std_ulogic_vector(read_now.address(AXI_LITE_ADDRESS_WIDTH - 1 downto 2)) & "00";
 
   read_burst : process (clock) is
   begin
@@ -362,14 +348,14 @@ begin
           end if;
 
         when READ_ADDRESS =>
-          if m_axil_arready = '1' then
+          if m_axil_response.arready = '1' then
             reading <= READ_DATA;
           end if;
 
         when READ_DATA =>
-          s_axi_rdata <= m_axil_rdata;
-          s_axi_rresp <= m_axil_rresp;
-          if m_axil_rvalid = '1' then
+          s_axi_rdata <= m_axil_response.rdata;
+          s_axi_rresp <= m_axil_response.rresp;
+          if m_axil_response.rvalid = '1' then
             reading <= READ_ANSWER;
           end if;
 

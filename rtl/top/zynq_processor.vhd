@@ -28,38 +28,24 @@
 library ieee;
   use ieee.std_logic_1164.all;
 
+  use work.axi_lite_pkg.all;
+
 entity zynq_processor is
   generic (
-    ADDRESS_WIDTH : positive range 12 to 30    := 18; -- of the window
-    RESET_CLOCKS  : positive range 1 to 65535  := 64  -- reset is held this long after the processor's
+    RESET_CLOCKS : positive range 1 to 65535 := 64 -- reset is held this long after the processor's
   );
   port (
-    clock          : out   std_ulogic;
-    reset          : out   std_ulogic;
-    interrupt      : in    std_ulogic;                                    -- level
+    clock           : out   std_ulogic;
+    reset           : out   std_ulogic;
+    interrupt       : in    std_ulogic; -- level
     -- I2C bus, both wires with a pull-up
-    scl            : in    std_ulogic;
-    scl_low        : out   std_ulogic;                                    -- 1 pulls low
-    sda            : in    std_ulogic;
-    sda_low        : out   std_ulogic;                                    -- 1 pulls low
-    -- AXI4-Lite master
-    m_axil_awvalid : out   std_ulogic;
-    m_axil_awready : in    std_ulogic;
-    m_axil_awaddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    m_axil_wvalid  : out   std_ulogic;
-    m_axil_wready  : in    std_ulogic;
-    m_axil_wdata   : out   std_ulogic_vector(31 downto 0);
-    m_axil_wstrb   : out   std_ulogic_vector(3 downto 0);
-    m_axil_bvalid  : in    std_ulogic;
-    m_axil_bready  : out   std_ulogic;
-    m_axil_bresp   : in    std_ulogic_vector(1 downto 0);
-    m_axil_arvalid : out   std_ulogic;
-    m_axil_arready : in    std_ulogic;
-    m_axil_araddr  : out   std_ulogic_vector(ADDRESS_WIDTH - 1 downto 0); -- bytes, a word's
-    m_axil_rvalid  : in    std_ulogic;
-    m_axil_rready  : out   std_ulogic;
-    m_axil_rdata   : in    std_ulogic_vector(31 downto 0);
-    m_axil_rresp   : in    std_ulogic_vector(1 downto 0)
+    scl             : in    std_ulogic;
+    scl_low         : out   std_ulogic; -- 1 pulls low
+    sda             : in    std_ulogic;
+    sda_low         : out   std_ulogic; -- 1 pulls low
+    -- AXI4-Lite master, see axi_lite_pkg
+    m_axil_request  : out   axi_lite_request;
+    m_axil_response : in    axi_lite_response
   );
 end entity zynq_processor;
 
@@ -235,58 +221,42 @@ begin
 
   bridge : entity work.axi3_to_axi_lite
     generic map (
-      ID_WIDTH      => ID_WIDTH,
-      ADDRESS_WIDTH => ADDRESS_WIDTH
+      ID_WIDTH => ID_WIDTH
     )
     port map (
-      clock          => fabric_clock,
-      reset          => fabric_reset,
-      s_axi_awvalid  => awvalid,
-      s_axi_awready  => awready,
-      s_axi_awid     => awid,
-      s_axi_awaddr   => awaddr,
-      s_axi_awlen    => awlen,
-      s_axi_awsize   => awsize,
-      s_axi_awburst  => awburst,
-      s_axi_wvalid   => wvalid,
-      s_axi_wready   => wready,
-      s_axi_wdata    => wdata,
-      s_axi_wstrb    => wstrb,
-      s_axi_wlast    => wlast,
-      s_axi_bvalid   => bvalid,
-      s_axi_bready   => bready,
-      s_axi_bid      => bid,
-      s_axi_bresp    => bresp,
-      s_axi_arvalid  => arvalid,
-      s_axi_arready  => arready,
-      s_axi_arid     => arid,
-      s_axi_araddr   => araddr,
-      s_axi_arlen    => arlen,
-      s_axi_arsize   => arsize,
-      s_axi_arburst  => arburst,
-      s_axi_rvalid   => rvalid,
-      s_axi_rready   => rready,
-      s_axi_rid      => rid,
-      s_axi_rdata    => rdata,
-      s_axi_rresp    => rresp,
-      s_axi_rlast    => rlast,
-      m_axil_awvalid => m_axil_awvalid,
-      m_axil_awready => m_axil_awready,
-      m_axil_awaddr  => m_axil_awaddr,
-      m_axil_wvalid  => m_axil_wvalid,
-      m_axil_wready  => m_axil_wready,
-      m_axil_wdata   => m_axil_wdata,
-      m_axil_wstrb   => m_axil_wstrb,
-      m_axil_bvalid  => m_axil_bvalid,
-      m_axil_bready  => m_axil_bready,
-      m_axil_bresp   => m_axil_bresp,
-      m_axil_arvalid => m_axil_arvalid,
-      m_axil_arready => m_axil_arready,
-      m_axil_araddr  => m_axil_araddr,
-      m_axil_rvalid  => m_axil_rvalid,
-      m_axil_rready  => m_axil_rready,
-      m_axil_rdata   => m_axil_rdata,
-      m_axil_rresp   => m_axil_rresp
+      clock           => fabric_clock,
+      reset           => fabric_reset,
+      s_axi_awvalid   => awvalid,
+      s_axi_awready   => awready,
+      s_axi_awid      => awid,
+      s_axi_awaddr    => awaddr,
+      s_axi_awlen     => awlen,
+      s_axi_awsize    => awsize,
+      s_axi_awburst   => awburst,
+      s_axi_wvalid    => wvalid,
+      s_axi_wready    => wready,
+      s_axi_wdata     => wdata,
+      s_axi_wstrb     => wstrb,
+      s_axi_wlast     => wlast,
+      s_axi_bvalid    => bvalid,
+      s_axi_bready    => bready,
+      s_axi_bid       => bid,
+      s_axi_bresp     => bresp,
+      s_axi_arvalid   => arvalid,
+      s_axi_arready   => arready,
+      s_axi_arid      => arid,
+      s_axi_araddr    => araddr,
+      s_axi_arlen     => arlen,
+      s_axi_arsize    => arsize,
+      s_axi_arburst   => arburst,
+      s_axi_rvalid    => rvalid,
+      s_axi_rready    => rready,
+      s_axi_rid       => rid,
+      s_axi_rdata     => rdata,
+      s_axi_rresp     => rresp,
+      s_axi_rlast     => rlast,
+      m_axil_request  => m_axil_request,
+      m_axil_response => m_axil_response
     );
 
 end architecture rtl;

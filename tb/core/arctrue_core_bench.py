@@ -71,7 +71,7 @@ class Machine:
         while True:
             await FallingEdge(self.dut.clock)
             if self.first_time < 0:
-                self.first_time = int(self.dut.timestamp.value)
+                self.first_time = int(self.dut.unit.timestamp.value)
             self.log()
 
     def log(self) -> None:
@@ -85,7 +85,7 @@ class Machine:
         else:
             self.output.append(phase)
         self.z.append(int(self.dut.out_z.value))
-        self.corrected.append(self.dut.corrected_position.value.to_signed())
+        self.corrected.append(self.dut.unit.corrected_position.value.to_signed())
 
 
 def readings_at(angle_counts: float) -> tuple[int, int]:

@@ -22,8 +22,8 @@ from tb.firmware.processor import Processor
 
 CLOCK_NS = 10
 BUS_INPUTS = (
-    *("awvalid", "awaddr", "awprot", "wvalid", "wdata", "wstrb"),
-    *("bready", "arvalid", "araddr", "arprot", "rready"),
+    *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
+    *("bready", "arvalid", "araddr", "rready"),
 )
 # Without an interrupt the firmware looks at the core this often: on the device its timer wakes it
 # every millisecond, which is longer than a turn of this table.

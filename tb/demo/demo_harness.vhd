@@ -8,6 +8,7 @@
 library ieee;
   use ieee.std_logic_1164.all;
 
+  use work.axi_lite_pkg.all;
   use work.number_formats_pkg.all;
 
 entity demo_harness is
@@ -18,30 +19,13 @@ entity demo_harness is
     RECORDED      : string   := "recorded.txt"
   );
   port (
-    reset          : in    std_ulogic;
-    run            : in    std_ulogic;
-    clock          : out   std_ulogic := '0';
-    played_out     : out   std_ulogic;
-    s_axil_awvalid : in    std_ulogic;
-    s_axil_awready : out   std_ulogic;
-    s_axil_awaddr  : in    std_ulogic_vector(17 downto 0);
-    s_axil_awprot  : in    std_ulogic_vector(2 downto 0);
-    s_axil_wvalid  : in    std_ulogic;
-    s_axil_wready  : out   std_ulogic;
-    s_axil_wdata   : in    std_ulogic_vector(31 downto 0);
-    s_axil_wstrb   : in    std_ulogic_vector(3 downto 0);
-    s_axil_bvalid  : out   std_ulogic;
-    s_axil_bready  : in    std_ulogic;
-    s_axil_bresp   : out   std_ulogic_vector(1 downto 0);
-    s_axil_arvalid : in    std_ulogic;
-    s_axil_arready : out   std_ulogic;
-    s_axil_araddr  : in    std_ulogic_vector(17 downto 0);
-    s_axil_arprot  : in    std_ulogic_vector(2 downto 0);
-    s_axil_rvalid  : out   std_ulogic;
-    s_axil_rready  : in    std_ulogic;
-    s_axil_rdata   : out   std_ulogic_vector(31 downto 0);
-    s_axil_rresp   : out   std_ulogic_vector(1 downto 0);
-    interrupt      : out   std_ulogic
+    reset           : in    std_ulogic;
+    run             : in    std_ulogic;
+    clock           : out   std_ulogic := '0';
+    played_out      : out   std_ulogic;
+    s_axil_request  : in    axi_lite_request;
+    s_axil_response : out   axi_lite_response;
+    interrupt       : out   std_ulogic
   );
 end entity demo_harness;
 
@@ -73,37 +57,20 @@ begin
       CAPTURE_DEPTH => CAPTURE_DEPTH
     )
     port map (
-      clock          => clock,
-      reset          => reset,
-      s_axil_awvalid => s_axil_awvalid,
-      s_axil_awready => s_axil_awready,
-      s_axil_awaddr  => s_axil_awaddr,
-      s_axil_awprot  => s_axil_awprot,
-      s_axil_wvalid  => s_axil_wvalid,
-      s_axil_wready  => s_axil_wready,
-      s_axil_wdata   => s_axil_wdata,
-      s_axil_wstrb   => s_axil_wstrb,
-      s_axil_bvalid  => s_axil_bvalid,
-      s_axil_bready  => s_axil_bready,
-      s_axil_bresp   => s_axil_bresp,
-      s_axil_arvalid => s_axil_arvalid,
-      s_axil_arready => s_axil_arready,
-      s_axil_araddr  => s_axil_araddr,
-      s_axil_arprot  => s_axil_arprot,
-      s_axil_rvalid  => s_axil_rvalid,
-      s_axil_rready  => s_axil_rready,
-      s_axil_rdata   => s_axil_rdata,
-      s_axil_rresp   => s_axil_rresp,
-      interrupt      => interrupt,
-      head1_a        => head_pins(0),
-      head1_b        => head_pins(1),
-      head1_z        => head_pins(2),
-      head2_a        => head_pins(3),
-      head2_b        => head_pins(4),
-      head2_z        => head_pins(5),
-      out_a          => out_pins(0),
-      out_b          => out_pins(1),
-      out_z          => out_pins(2)
+      clock           => clock,
+      reset           => reset,
+      s_axil_request  => s_axil_request,
+      s_axil_response => s_axil_response,
+      interrupt       => interrupt,
+      head1_a         => head_pins(0),
+      head1_b         => head_pins(1),
+      head1_z         => head_pins(2),
+      head2_a         => head_pins(3),
+      head2_b         => head_pins(4),
+      head2_z         => head_pins(5),
+      out_a           => out_pins(0),
+      out_b           => out_pins(1),
+      out_z           => out_pins(2)
     );
 
   recorder : entity work.edge_recorder

@@ -130,8 +130,8 @@ class Master:
         self.inputs = {
             f"s_axil_{name}": 0
             for name in (
-                *("awvalid", "awaddr", "awprot", "wvalid", "wdata", "wstrb"),
-                *("bready", "arvalid", "araddr", "arprot", "rready"),
+                *("awvalid", "awaddr", "wvalid", "wdata", "wstrb"),
+                *("bready", "arvalid", "araddr", "rready"),
             )
         }
 

@@ -28,12 +28,15 @@ from arctrue.instrument.build import (
     verilate,
     verilator_include,
 )
+from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
 # The model runs for some thousand clocks: compiling is what takes time.
 OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
+# GHDL's netlist has a port an element too, named with the whole name of the record port.
+RECORD_PORT = re.compile(r"(\w+_axil_(?:request|response))_(\w+)")
 
 PROGRAM = """
 #include <cstdint>
@@ -100,8 +103,12 @@ class Port:
 
 
 def ports_of(header: Path) -> list[Port]:
+    def in_the_bench(name: str) -> str:
+        element = RECORD_PORT.fullmatch(name)
+        return flat_name(*element.groups()) if element else name
+
     found = [
-        Port(name.removeprefix("__SYM__"), name, int(high) + 1, kind == "IN")
+        Port(in_the_bench(name.removeprefix("__SYM__")), name, int(high) + 1, kind == "IN")
         for kind, name, high in PORT.findall(header.read_text(encoding="utf-8"))
     ]
     return [port for port in found if port.name != "clock"]

@@ -41,7 +41,7 @@ async def write(dut, address: int, word: int) -> None:
 @cocotb.test()
 async def turn(dut) -> None:
     lanes, clocks = int(os.environ["ARCTRUE_LANES"]), int(os.environ["ARCTRUE_CLOCKS"])
-    for name in ("awvalid", "awprot", "wvalid", "bready", "arvalid", "arprot", "rready"):
+    for name in ("awvalid", "wvalid", "bready", "arvalid", "rready"):
         getattr(dut, f"s_axil_{name}").value = 0
     heads = [getattr(dut, f"head{head}_{pin}") for head in (1, 2) for pin in "abz"]
     for pin in heads:

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 --
--- Flat ports around register_access and the generated block in it, so that a test bench can drive
--- every field (records are invisible to cocotb): a port a register, its bits where the map has
+-- Flat ports around the register records of register_access and the generated block in it, so that a test bench can
+-- drive every field (records are invisible to cocotb): a port a register, its bits where the map has
 -- them. The coefficient window and the offset are plain memory, the capture window reads its own
 -- word index twice; all three answer after `memory_latency` clocks.
 
@@ -10,6 +10,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.arctrue_registers_pkg.all;
+  use work.axi_lite_pkg.all;
 
 entity arctrue_registers_harness is
   generic (
@@ -19,25 +20,8 @@ entity arctrue_registers_harness is
   port (
     clock                          : in    std_ulogic;
     reset                          : in    std_ulogic;
-    s_axil_awvalid                 : in    std_ulogic;
-    s_axil_awready                 : out   std_ulogic;
-    s_axil_awaddr                  : in    std_ulogic_vector(17 downto 0);
-    s_axil_awprot                  : in    std_ulogic_vector(2 downto 0);
-    s_axil_wvalid                  : in    std_ulogic;
-    s_axil_wready                  : out   std_ulogic;
-    s_axil_wdata                   : in    std_ulogic_vector(31 downto 0);
-    s_axil_wstrb                   : in    std_ulogic_vector(3 downto 0);
-    s_axil_bvalid                  : out   std_ulogic;
-    s_axil_bready                  : in    std_ulogic;
-    s_axil_bresp                   : out   std_ulogic_vector(1 downto 0);
-    s_axil_arvalid                 : in    std_ulogic;
-    s_axil_arready                 : out   std_ulogic;
-    s_axil_araddr                  : in    std_ulogic_vector(17 downto 0);
-    s_axil_arprot                  : in    std_ulogic_vector(2 downto 0);
-    s_axil_rvalid                  : out   std_ulogic;
-    s_axil_rready                  : in    std_ulogic;
-    s_axil_rdata                   : out   std_ulogic_vector(31 downto 0);
-    s_axil_rresp                   : out   std_ulogic_vector(1 downto 0);
+    s_axil_request                 : in    axi_lite_request;
+    s_axil_response                : out   axi_lite_response;
     interrupt                      : out   std_ulogic;
     interrupt_events               : in    std_ulogic_vector(10 downto 0);
     memory_latency                 : in    u_unsigned(3 downto 0);
@@ -148,23 +132,8 @@ begin
     port map (
       clock             => clock,
       reset             => reset,
-      s_axil_awvalid    => s_axil_awvalid,
-      s_axil_awready    => s_axil_awready,
-      s_axil_awaddr     => s_axil_awaddr,
-      s_axil_wvalid     => s_axil_wvalid,
-      s_axil_wready     => s_axil_wready,
-      s_axil_wdata      => s_axil_wdata,
-      s_axil_wstrb      => s_axil_wstrb,
-      s_axil_bvalid     => s_axil_bvalid,
-      s_axil_bready     => s_axil_bready,
-      s_axil_bresp      => s_axil_bresp,
-      s_axil_arvalid    => s_axil_arvalid,
-      s_axil_arready    => s_axil_arready,
-      s_axil_araddr     => s_axil_araddr,
-      s_axil_rvalid     => s_axil_rvalid,
-      s_axil_rready     => s_axil_rready,
-      s_axil_rdata      => s_axil_rdata,
-      s_axil_rresp      => s_axil_rresp,
+      s_axil_request    => s_axil_request,
+      s_axil_response   => s_axil_response,
       hwif_in           => hwif_in,
       hwif_out          => hwif_out,
       capture_ready     => status(2),

@@ -17,14 +17,12 @@ from arctrue.gateware.register_access import RegisterMap
 MASTER_DRIVES = (
     "awvalid",
     "awaddr",
-    "awprot",
     "wvalid",
     "wdata",
     "wstrb",
     "bready",
     "arvalid",
     "araddr",
-    "arprot",
     "rready",
 )
 

@@ -20,6 +20,8 @@ from xml.etree import ElementTree
 
 from cocotb_tools.runner import Ghdl, get_runner
 
+from tb.support.flat_ports import wrapper
+
 ROOT = Path(__file__).resolve().parents[2]
 GENERATED_VHDL = ROOT / "build" / "generated" / "vhdl"
 # Where GHDL looks for LLVM by another name than the system gives it, set-up puts that name here.
@@ -56,6 +58,13 @@ def vhdl_sources(toplevel: str) -> tuple[Path, ...]:
     return tuple(files[name] for name in sorted(needed))
 
 
+@functools.cache
+def _flat(toplevel: str) -> str | None:
+    """The VHDL round ``toplevel`` that cocotb needs; None where it reaches all of its ports."""
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in vhdl_sources(toplevel)}
+    return wrapper(toplevel, texts[toplevel], texts.values())
+
+
 def _work_folder(toplevel: str, backend: Backend) -> Path:
     # One folder a pytest worker: two workers never write the same library.
     worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
@@ -72,6 +81,10 @@ def _counting() -> list[str]:
     return ["--coverage", f"--coverage-output={Path(folder) / uuid.uuid4().hex}.json"]
 
 
+def _top(toplevel: str) -> str:
+    return f"{toplevel}_flat" if _flat(toplevel) else toplevel
+
+
 @functools.cache
 def _built(toplevel: str, backend: Backend) -> Ghdl:
     runner = get_runner("ghdl")
@@ -82,9 +95,14 @@ def _built(toplevel: str, backend: Backend) -> Ghdl:
         paths = dict.fromkeys([str(LLVM_NAMES), *before])
         os.environ["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, paths))
     folder = _work_folder(toplevel, backend)
+    sources, flat = list(vhdl_sources(toplevel)), _flat(toplevel)
+    if flat:
+        folder.mkdir(parents=True, exist_ok=True)
+        sources.append(folder / f"{toplevel}_flat.vhd")
+        sources[-1].write_text(flat, encoding="utf-8")
     runner.build(
-        sources=list(vhdl_sources(toplevel)),
-        hdl_toplevel=toplevel,
+        sources=sources,
+        hdl_toplevel=_top(toplevel),
         build_args=["--std=08"],
         build_dir=folder,
         always=True,
@@ -105,6 +123,7 @@ def simulate(
 ) -> Path:
     """Build ``toplevel`` and run the cocotb tests of ``test_module`` (a dotted name) on it.
 
+    Where ``toplevel`` has record ports, the tests run on its wrapper of ``flat_ports``.
     ``generics`` are integers, enumerations or strings. ``environment`` reaches the cocotb
     process as variables. Returns the folder in which the simulation ran.
     Raises AssertionError with the names of the cocotb tests that failed.
@@ -114,7 +133,7 @@ def simulate(
     folder = _work_folder(toplevel, backend)
     runner = _built(toplevel, backend)
     results = runner.test(
-        hdl_toplevel=toplevel,
+        hdl_toplevel=_top(toplevel),
         test_module=test_module,
         testcase=testcase,
         parameters=dict(generics or {}),

@@ -12,7 +12,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 BASE = 0x4000_0000
-ADDRESS_WIDTH = 14
+ADDRESS_WIDTH = 18
 FIXED, INCR, WRAP = 0, 1, 2
 OKAY, SLVERR, DECERR = 0, 2, 3
 BAD_WORDS = {0x0A4: SLVERR, 0x1A8: DECERR}  # the model slave refuses these, in every KiB

@@ -1,12 +1,7 @@
 from __future__ import annotations
 
 from tb.support.simulation import simulate
-from tb.top.axi3_to_axi_lite_bench import ADDRESS_WIDTH
 
 
 def test_bridge() -> None:
-    simulate(
-        "axi3_to_axi_lite",
-        "tb.top.axi3_to_axi_lite_bench",
-        generics={"ADDRESS_WIDTH": ADDRESS_WIDTH},
-    )
+    simulate("axi3_to_axi_lite", "tb.top.axi3_to_axi_lite_bench")

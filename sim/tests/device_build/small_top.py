@@ -29,6 +29,7 @@ VHDL = """
 library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
+  use work.axi_lite_pkg.all;
 
 entity small_zynq_top is
   port (led_alive, led_written : out std_ulogic; scl, sda : inout std_logic);
@@ -56,9 +57,9 @@ architecture rtl of small_zynq_top is
   signal read_64 : std_ulogic_vector(5 downto 0);
   signal read_128, replaced_128 : std_ulogic_vector(1 downto 0);
   signal clock, reset, scl_low, sda_low : std_ulogic;
-  signal awvalid, wvalid, bvalid, arvalid, rvalid : std_ulogic;
-  signal awaddr, araddr : std_ulogic_vector(17 downto 0);
-  signal wdata, rdata, word : std_ulogic_vector(31 downto 0);
+  signal request : axi_lite_request;
+  signal response : axi_lite_response;
+  signal word : std_ulogic_vector(31 downto 0);
   signal read : std_ulogic_vector(17 downto 0);
   signal factor1 : signed(24 downto 0) := (others => '0');
   signal factor2 : signed(17 downto 0) := (others => '0');
@@ -72,38 +73,39 @@ begin
     port map (
       scl => scl, scl_low => scl_low, sda => sda, sda_low => sda_low,
       clock => clock, reset => reset, interrupt => delayed(31),
-      m_axil_awvalid => awvalid, m_axil_awready => '1', m_axil_awaddr => awaddr,
-      m_axil_wvalid => wvalid, m_axil_wready => '1', m_axil_wdata => wdata, m_axil_wstrb => open,
-      m_axil_bvalid => bvalid, m_axil_bready => open, m_axil_bresp => "00",
-      m_axil_arvalid => arvalid, m_axil_arready => '1', m_axil_araddr => araddr,
-      m_axil_rvalid => rvalid, m_axil_rready => open, m_axil_rdata => rdata, m_axil_rresp => "00");
+      m_axil_request => request, m_axil_response => response);
+  response.awready <= '1';
+  response.wready <= '1';
+  response.bresp <= "00";
+  response.arready <= '1';
+  response.rresp <= "00";
   process (clock) is
   begin
     if rising_edge(clock) then
-      bvalid <= awvalid and wvalid;
-      rvalid <= arvalid;
-      read <= memory(to_integer(unsigned(araddr(11 downto 2))));
-      read_16 <= memory_16(to_integer(unsigned(araddr(5 downto 2))));
-      read_64 <= memory_64(to_integer(unsigned(araddr(7 downto 2))));
-      read_128 <= memory_128(to_integer(unsigned(araddr(8 downto 2))));
-      replaced_128 <= memory_128(to_integer(unsigned(awaddr(8 downto 2))));
-      if wvalid = '1' then
-        word <= wdata;
-        memory(to_integer(unsigned(awaddr(11 downto 2)))) <= wdata(17 downto 0);
-        memory_16(to_integer(unsigned(awaddr(5 downto 2)))) <= wdata(15 downto 0);
-        memory_64(to_integer(unsigned(awaddr(7 downto 2)))) <= wdata(21 downto 16);
-        memory_128(to_integer(unsigned(awaddr(8 downto 2)))) <= wdata(23 downto 22);
+      response.bvalid <= request.awvalid and request.wvalid;
+      response.rvalid <= request.arvalid;
+      read <= memory(to_integer(unsigned(request.araddr(11 downto 2))));
+      read_16 <= memory_16(to_integer(unsigned(request.araddr(5 downto 2))));
+      read_64 <= memory_64(to_integer(unsigned(request.araddr(7 downto 2))));
+      read_128 <= memory_128(to_integer(unsigned(request.araddr(8 downto 2))));
+      replaced_128 <= memory_128(to_integer(unsigned(request.awaddr(8 downto 2))));
+      if request.wvalid = '1' then
+        word <= request.wdata;
+        memory(to_integer(unsigned(request.awaddr(11 downto 2)))) <= request.wdata(17 downto 0);
+        memory_16(to_integer(unsigned(request.awaddr(5 downto 2)))) <= request.wdata(15 downto 0);
+        memory_64(to_integer(unsigned(request.awaddr(7 downto 2)))) <= request.wdata(21 downto 16);
+        memory_128(to_integer(unsigned(request.awaddr(8 downto 2)))) <= request.wdata(23 downto 22);
       end if;
       factor1 <= signed(word(24 downto 0));
       factor2 <= signed(read);
       product <= factor1 * factor2;
       sum <= resize(product, 48) + signed(word);
       delayed <= delayed(30 downto 0) & word(1);
-      case araddr(13 downto 12) is
-        when "00" => rdata <= std_ulogic_vector(sum(31 downto 0));
-        when "01" => rdata <= word(15 downto 0) & std_ulogic_vector(sum(47 downto 32));
-        when "10" => rdata <= std_ulogic_vector(resize(signed(read), 32));
-        when others => rdata <= "000000" & replaced_128 & read_128 & read_64 & read_16;
+      case request.araddr(13 downto 12) is
+        when "00" => response.rdata <= std_ulogic_vector(sum(31 downto 0));
+        when "01" => response.rdata <= word(15 downto 0) & std_ulogic_vector(sum(47 downto 32));
+        when "10" => response.rdata <= std_ulogic_vector(resize(signed(read), 32));
+        when others => response.rdata <= "000000" & replaced_128 & read_128 & read_64 & read_16;
       end case;
     end if;
   end process;

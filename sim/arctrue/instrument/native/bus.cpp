@@ -38,12 +38,11 @@ void Bus::begin_write(uint32_t where, uint32_t word) {
 
 void Bus::silence() {
     busy = false;
-    core.s_axil_awvalid = core.s_axil_wvalid = core.s_axil_bready = 0;
-    core.s_axil_arvalid = core.s_axil_rready = 0;
-    core.s_axil_awaddr = core.s_axil_araddr = 0;
-    core.s_axil_awprot = core.s_axil_arprot = 0;
-    core.s_axil_wdata = 0;
-    core.s_axil_wstrb = 0;
+    core.s_axil_request_awvalid = core.s_axil_request_wvalid = core.s_axil_request_bready = 0;
+    core.s_axil_request_arvalid = core.s_axil_request_rready = 0;
+    core.s_axil_request_awaddr = core.s_axil_request_araddr = 0;
+    core.s_axil_request_wdata = 0;
+    core.s_axil_request_wstrb = 0;
 }
 
 // A valid that has been raised stays until its handshake, as AXI demands: waits only count down.
@@ -51,17 +50,17 @@ void Bus::drive() {
     bool asks = busy && !address_done && address_wait == 0;
     bool gives = busy && writing && !data_done && data_wait == 0;
     bool takes = busy && answer_wait == 0;
-    core.s_axil_awvalid = asks && writing;
-    core.s_axil_arvalid = asks && !writing;
-    core.s_axil_wvalid = gives;
-    core.s_axil_bready = takes && writing;
-    core.s_axil_rready = takes && !writing;
+    core.s_axil_request_awvalid = asks && writing;
+    core.s_axil_request_arvalid = asks && !writing;
+    core.s_axil_request_wvalid = gives;
+    core.s_axil_request_bready = takes && writing;
+    core.s_axil_request_rready = takes && !writing;
     if (asks) {
-        (writing ? core.s_axil_awaddr : core.s_axil_araddr) = address;
+        (writing ? core.s_axil_request_awaddr : core.s_axil_request_araddr) = address;
     }
     if (gives) {
-        core.s_axil_wdata = data;
-        core.s_axil_wstrb = 0xF;
+        core.s_axil_request_wdata = data;
+        core.s_axil_request_wstrb = 0xF;
     }
     address_wait -= address_wait > 0;
     data_wait -= data_wait > 0;
@@ -73,17 +72,17 @@ void Bus::see() {
         return;
     }
     if (writing) {
-        address_done = address_done || (core.s_axil_awvalid && core.s_axil_awready);
-        data_done = data_done || (core.s_axil_wvalid && core.s_axil_wready);
-        if (core.s_axil_bvalid && core.s_axil_bready) {
-            response = core.s_axil_bresp;
+        address_done = address_done || (core.s_axil_request_awvalid && core.s_axil_response_awready);
+        data_done = data_done || (core.s_axil_request_wvalid && core.s_axil_response_wready);
+        if (core.s_axil_response_bvalid && core.s_axil_request_bready) {
+            response = core.s_axil_response_bresp;
             busy = false;
         }
     } else {
-        address_done = address_done || (core.s_axil_arvalid && core.s_axil_arready);
-        if (core.s_axil_rvalid && core.s_axil_rready) {
-            response = core.s_axil_rresp;
-            data = core.s_axil_rdata;
+        address_done = address_done || (core.s_axil_request_arvalid && core.s_axil_response_arready);
+        if (core.s_axil_response_rvalid && core.s_axil_request_rready) {
+            response = core.s_axil_response_rresp;
+            data = core.s_axil_response_rdata;
             busy = false;
         }
     }
