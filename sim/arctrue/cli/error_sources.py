@@ -16,6 +16,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
+from arctrue.studies.error_budget import DRAWS
 from arctrue.typed_content import ContentError, read_json
 from arctrue.whole_file import write_whole_text
 
@@ -24,7 +25,7 @@ from arctrue.whole_file import write_whole_text
 @click.option(
     "--draws",
     type=click.IntRange(2, 1000),
-    default=16,
+    default=DRAWS,
     show_default=True,
     help="Number of draws of each source.",
 )

@@ -23,7 +23,7 @@ from arctrue.whole_file import write_whole_text
 USUAL = Plan(400, 1)
 
 
-@click.command("monte-carlo", short_help="Propagate distributions through the calibration.")
+@click.command("monte-carlo", short_help="How often the stated uncertainty covers the truth.")
 @click.argument("folder", type=OutputFolder())
 @click.option(
     "--trials",
@@ -83,6 +83,9 @@ def monte_carlo(
     shard: tuple[int, int] | None,
 ) -> None:
     """Draw tables and input quantities, calibrate each, and compare with the truth.
+
+    The result is the coverage of the stated uncertainty over random tables, not the distribution
+    of one measurement's result (JCGM 101).
 
     Results go to FOLDER; the same command goes on where it stopped, and prints what is there.
     """

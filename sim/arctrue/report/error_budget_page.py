@@ -51,8 +51,7 @@ def error_budget_page(found: Mapping[str, Any]) -> str:
 def _sources(found: Mapping[str, Any]) -> list[str]:
     own, paper = (found["methods"][name] for name in TITLES)
     rows = [
-        f"| {ours['title']} | {ours['size']} | {_value(ours['rms_arcsec'])} | "
-        f"{_value(theirs['rms_arcsec'])} |"
+        f"| {ours['title']} | {ours['size']} | {_with_u(ours)} | {_with_u(theirs)} |"
         for ours, theirs in zip(own["sources"], paper["sources"], strict=True)
     ]
     noise = own["sources"][1]
@@ -66,8 +65,9 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
     return [
         "## By source",
         "",
-        f"RMS over the turn of what is left of the error of head 1, ″; the root mean square of "
-        f"{found['draws']} draws where a source is random. The table is that of",
+        "RMS over the turn of what is left of the error of head 1, ″; where a source is random, "
+        f"the root mean square of {found['draws']} draws ± its standard error. The table is that "
+        "of",
         "[`arctrue revolution`](instrument.md) with 0.4″ of order 11; one turn of 12,000 samples, "
         "orders 1 to 16, 2²⁴ counts. With no source at all",
         f"{own['exact_rms_arcsec']:.0e}″ and {paper['exact_rms_arcsec']:.0e}″ are left.",
@@ -84,6 +84,8 @@ def _sources(found: Mapping[str, Any]) -> list[str]:
         "  assumption; `subdivision_error` of the [effects](effects.md#subdivision_error) finds "
         "the real one.",
         *_sum_and_whole(found),
+        f"- Noise by the transfer function, without a draw: 0.1″ · √(4 Σ |TF(n)|² / 12,000) = "
+        f"{noise['expected_arcsec']:.4f}″.",
         f"- {percent(share)} of the noise comes through order 11 alone, by α = 33°: "
         "[the angle between the heads](head-angle.md).",
         "- What the paper's method adds are the uneven sampling and the approximation in (8); "
@@ -108,10 +110,12 @@ def _sum_and_whole(found: Mapping[str, Any]) -> list[str]:
         one = found["methods"][name]
         whole = one["whole"]
         shares.append(one["sum_arcsec"] / whole["rms_arcsec"] - 1.0)
-        errors.append((one["sum_arcsec"] - whole["rms_arcsec"]) / whole["u_rms_arcsec"])
+        u_sum = np.linalg.norm([row["rms_arcsec"] * row["u_rms_arcsec"] for row in one["sources"]])
+        u_both = np.hypot(u_sum / one["sum_arcsec"], whole["u_rms_arcsec"])
+        errors.append((one["sum_arcsec"] - whole["rms_arcsec"]) / u_both)
     return [
         f"- Sum and whole differ by {100 * shares[0]:+.1f} % and {100 * shares[1]:+.1f} %, "
-        f"{abs(errors[0]):.1f} and {abs(errors[1]):.1f} standard errors of the whole (the ±): the "
+        f"{abs(errors[0]):.1f} and {abs(errors[1]):.1f} standard errors of the difference: the "
         "sources hardly couple.",
     ]
 
@@ -132,15 +136,15 @@ def _angles(found: Mapping[str, Any]) -> list[str]:
     return [
         "## At every angle",
         "",
-        "U (k = 2) of ε by the full covariance of one calibration, with the index term that moves "
-        "all orders together "
-        f"({covariance.min():.3f}″ to {covariance.max():.3f}″),",
-        f"and twice the root mean square of what is left with all sources "
-        f"({drawn.min():.2f}″ to {drawn.max():.2f}″). `Estimate.u_error_arcsec` gives the first; "
-        "tests hold it",
-        "against drawn calibrations.",
+        "The covariance of a calibration gives a *partial* uncertainty of ε: that of noise, "
+        "quantisation and α, with the index term that moves",
+        f"all orders together. Twice it is {covariance.min():.3f}″ to {covariance.max():.3f}″; "
+        "twice the root mean square of what is left with all sources of the table",
+        f"is {drawn.min():.2f}″ to {drawn.max():.2f}″. Only the second is an expanded uncertainty "
+        "U (k = 2) of the corrected angle, and it holds for the sizes above.",
+        "`Estimate.u_error_arcsec` gives the first; tests hold it against drawn calibrations.",
         "",
-        f"![U over the angle, and every source](images/{PICTURE})",
+        f"![Every source, and the uncertainty over the angle](images/{PICTURE})",
         "",
     ]
 
@@ -272,9 +276,9 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         legend_below(bars, columns=2)
         for name, colour, label in (
             ("drawn", MUTED, "all sources, drawn"),
-            ("covariance", AFTER, "covariance: noise and α"),
+            ("covariance", AFTER, "in part: covariance of noise, quantisation and α"),
             ("of_alpha", BEFORE, "α alone"),
-            ("of_noise", LIMIT, "noise alone"),
+            ("of_noise", LIMIT, "noise and quantisation alone"),
         ):
             curve.plot(
                 found["angle_deg"], own["by_angle"][f"{name}_arcsec"], color=colour, label=label
@@ -283,9 +287,9 @@ def plot_error_budget(found: Mapping[str, Any], folder: Path) -> Path:
         curve.set_xlim(0, 360)
         curve.set_xticks(range(0, 361, 45))
         curve.set_xlabel("reading, °")
-        curve.set_ylabel("U (k = 2), ″")
-        curve.set_title("Expanded uncertainty of the correction over the turn")
-        legend_below(curve, columns=4)
+        curve.set_ylabel("2 u, ″")
+        curve.set_title("Uncertainty over the turn: all sources, and what the covariance knows")
+        legend_below(curve, columns=2)
         return save_picture(figure, path)
 
 
@@ -293,8 +297,10 @@ def _value(arcsec: float) -> str:
     return f"{arcsec:.4f}" if arcsec >= 1e-4 else "< 0.0001"
 
 
-def _with_u(whole: Mapping[str, float]) -> str:
-    return f"{whole['rms_arcsec']:.4f} ± {whole['u_rms_arcsec']:.4f}"
+def _with_u(one: Mapping[str, float]) -> str:
+    """With its standard error, where draws differ in the digits that are shown."""
+    spread = one["u_rms_arcsec"]
+    return _value(one["rms_arcsec"]) + (f" ± {spread:.4f}" if spread >= 5e-5 else "")
 
 
 def _freedom(value: float | None) -> str:

@@ -23,6 +23,7 @@ from arctrue.calibration.head_separation import U_DETECTION_DEFAULT_ARCSEC
 from arctrue.calibration.least_squares import least_squares
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.harmonic_lane import lane_cosine
+from arctrue.gateware.latency import pin_to_pin_clocks
 from arctrue.generated.number_formats import CLOCK_HZ, COSINE_FRACTION, PHASE_WIDTH
 from arctrue.generated.registers import REGISTERS
 from arctrue.instrument.revolution import (
@@ -72,7 +73,8 @@ SPEED_RAD_S = math.radians(30.0)
 NOISE_ARCSEC = 0.1
 INDEX_COUNTS = 1.0
 RIPPLE_RAD, RIPPLE_ORDER = 0.002, 7
-LATENCY_S = 29 / CLOCK_HZ
+LATENCY_S = pin_to_pin_clocks()[1] / CLOCK_HZ
+"""From an edge of head 1 at its pin to the corrected edge at the output's."""
 LINES = 16384
 DISTORTION = 0.01
 """Offset, gain difference and phase error of the signals: 1 %, 0.01 rad."""
@@ -189,7 +191,9 @@ def _calibrated(
     counts = [table.counts(head, state, random) for head in (0, 1)]
     off_arcsec = 0.0
     if "alpha" in sources:
-        off_arcsec += random.normal(0.0, U_DETECTION_DEFAULT_ARCSEC)
+        # Rectangular, as a tolerance is: its half width is √3 standard uncertainties.
+        half_width = math.sqrt(3.0) * U_DETECTION_DEFAULT_ARCSEC
+        off_arcsec += random.uniform(-half_width, half_width)
     if "index" in sources:
         repeats = random.uniform(-INDEX_COUNTS, INDEX_COUNTS, 2)
         off_arcsec += float(repeats[1] - repeats[0]) * arcsec_per_count(FULL_COUNTS)

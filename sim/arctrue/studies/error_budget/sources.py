@@ -8,11 +8,15 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.calibration.transfer_function import separation_slope
+from arctrue.calibration.transfer_function import noise_gain, separation_slope
 from arctrue.progress import Say
+from arctrue.studies.error_budget import DRAWS
 from arctrue.studies.error_budget.chain import (
     CENTRE_M_PER_K,
+    LATENCY_S,
+    NOISE_ARCSEC,
     ORDERS,
+    SAMPLES,
     SCORED_ANGLES,
     TURN_RAD,
     WEAK_ORDER,
@@ -22,7 +26,7 @@ from arctrue.studies.error_budget.chain import (
     ramp_rate_arcsec_s,
     run_chain,
 )
-from arctrue.table import DISC_RADIUS_M
+from arctrue.table import DISC_RADIUS_M, HEAD_SEPARATION_RAD
 from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
@@ -30,6 +34,7 @@ Float = NDArray[np.float64]
 METHODS: tuple[Method, ...] = ("least_squares", "paper")
 SHOWN_ANGLES = 72
 ALL_SOURCES: tuple[Source, ...] = get_args(Source)
+LATENCY_SIZE = f"{LATENCY_S * 1e9:.0f} ns from pin to pin, 30°/s"
 
 
 @dataclass(frozen=True)
@@ -51,14 +56,14 @@ SOURCES = (
     SourceText("uneven", "uneven sampling", "ripple of 1.4 % at order 7", False),
     SourceText("cordic", "CORDIC", "18 bits, 16 iterations, phase u0.24", False),
     SourceText("coefficients", "rounding of the coefficients", "2⁻¹¹ count, 2⁻²⁴ turn", False),
-    SourceText("latency", "latency × speed", "290 ns, 30°/s", False),
+    SourceText("latency", "latency × speed", LATENCY_SIZE, False),
     SourceText("ramp", "ramp after a swap", "a recalibration with noise, the turn after it", True),
     SourceText("subdivision", "subdivision", "1 % of offset, gain and phase in both heads", True),
     SourceText("heat", "heat between two calibrations", "0.9 µm/K, 2 K an hour, 12 s", False),
 )  # fmt: skip
 
 
-def error_budget(draws: int = 16, seed: int = 1, progress: Say | None = None) -> dict[str, Any]:
+def error_budget(draws: int = DRAWS, seed: int = 1, progress: Say | None = None) -> dict[str, Any]:
     """The budget as plain values; ``draws`` of each random source and of the whole.
 
     Raises ValueError for fewer than two draws.
@@ -87,6 +92,7 @@ def error_budget(draws: int = 16, seed: int = 1, progress: Say | None = None) ->
             row = {"source": text.source, "title": text.title, "size": text.size, **_rms(runs)}
             if text.source == "noise":
                 row["of_weak_order_arcsec"] = _of_order(runs, exact, WEAK_ORDER)
+                row["expected_arcsec"] = expected_of_noise_arcsec()
             rows.append(row)
         say(f"{method}: all together")
         whole = [
@@ -102,6 +108,15 @@ def error_budget(draws: int = 16, seed: int = 1, progress: Say | None = None) ->
             "by_angle": _by_angle(whole, angle),
         }
     return found
+
+
+def expected_of_noise_arcsec() -> float:
+    """RMS over the turn of white noise on both readings through TF(n), equation (6).
+
+    A component of an order of R₂ − R₁ has the variance 2 σ² · 2 / samples.
+    """
+    gain = noise_gain(ORDERS, HEAD_SEPARATION_RAD)
+    return float(NOISE_ARCSEC * np.sqrt(4.0 / SAMPLES * np.sum(gain**2)))
 
 
 def _rms(runs: list[Left]) -> dict[str, float]:

@@ -53,15 +53,16 @@ def closure(errors_arcsec: Float, face: Integer) -> Closure:
             "anew by a number of faces that shares no divisor with their number"
         )
     observed = np.concatenate([errors_arcsec.ravel(), [0.0, 0.0]])
-    found = np.linalg.lstsq(design, observed)[0]
+    # Closing the circle is exact: the last two rows carry no scatter.
+    through = np.linalg.pinv(design)
+    found = through @ observed
     left = errors_arcsec.ravel() - design[:-2] @ found
     freedom = rows.size + 2 - design.shape[1]
     scatter = float(np.sqrt(left @ left / freedom)) if freedom > 0 else float("nan")
-    spread = np.linalg.inv(design.T @ design)
     return Closure(
         found[:faces],
         found[faces : 2 * faces],
-        scatter * np.sqrt(np.diag(spread)[:faces]),
+        scatter * np.linalg.norm(through[:faces, :-2], axis=1),
         scatter,
         freedom,
     )

@@ -1,4 +1,4 @@
-"""Uncertainty of the whole calibration by the propagation of distributions (GUM supplement 1).
+"""Coverage of the uncertainty that the calibration states, over random tables.
 
 Each trial draws a table and all input quantities, measures, calibrates and compares with the truth.
 """

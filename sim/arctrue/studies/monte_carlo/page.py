@@ -1,4 +1,4 @@
-"""The page of the Monte Carlo calculation: where the stated uncertainty holds and where not."""
+"""The page of the coverage study: where the stated uncertainty holds and where not."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ from arctrue.studies.campaign.store import told_state
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS
 from arctrue.studies.monte_carlo.trial import ECCENTRICITY_UM, GRADUATION_ARCSEC
 
-HEAD = """# Uncertainty of the whole calibration
+HEAD = """# Coverage of the stated uncertainty
 
-`arctrue monte-carlo` propagates distributions as supplement 1 of the GUM (JCGM 101:2008) does: each
-trial draws a table and all input quantities, measures two heads, runs `arctrue calibrate` and
-compares what it says with the truth. *Coverage* is how often the truth lies in the region that the
-stated uncertainty gives for 95 %: of an order, the ellipse of its cosine and sine in their stated
-covariance; of the error at a reading ±1.96 u; of α ±1.65 u, its error being rectangular.
+`arctrue monte-carlo` is a coverage study over random tables: each trial draws a table and all input
+quantities, measures two heads, runs `arctrue calibrate` and compares what it says with the truth.
+*Coverage* is how often the truth lies in the region that the stated uncertainty gives for 95 %: of
+an order, the ellipse of its cosine and sine in their stated covariance; of the error at a reading
+±1.96 u; of α ±1.65 u, its error being rectangular.
+
+It is not the propagation of distributions of supplement 1 of the GUM (JCGM 101:2008). That takes
+one measurement with its estimates, and gives the distribution of the measurand for it, a coverage
+interval and a numerical tolerance (clause 7.9). Here the tables differ from trial to trial, and the
+result is how often an interval holds over all of them.
 
     arctrue monte-carlo FOLDER --trials 400          # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue monte-carlo FOLDER --trials 400 --page docs/monte-carlo.md

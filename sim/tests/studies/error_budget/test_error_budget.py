@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy import stats
 
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
@@ -16,6 +17,7 @@ from arctrue.calibration.transfer_function import noise_gain
 from arctrue.cli import main
 from arctrue.metrology.budget import Contribution
 from arctrue.report.error_budget_page import error_budget_page, plot_error_budget
+from arctrue.studies.error_budget import chain
 from arctrue.studies.error_budget.chain import (
     HEAD_SEPARATION_RAD,
     NOISE_ARCSEC,
@@ -27,7 +29,8 @@ from arctrue.studies.error_budget.chain import (
 )
 from arctrue.studies.error_budget.drawn import drawn_calibrations
 from arctrue.studies.error_budget.experiment import closure_budget
-from arctrue.studies.methods.polygon_closure import Closure
+from arctrue.studies.error_budget.sources import SOURCES
+from arctrue.studies.methods.polygon_closure import Closure, closure, spread_shifts
 from arctrue.studies.monte_carlo.inputs import CASES
 from arctrue.studies.monte_carlo.plan import Plan
 from arctrue.table import DiscEccentricity, RotaryTable, TableState, two_heads
@@ -70,8 +73,30 @@ def test_two_roundings_of_a_count() -> None:
 
 
 def test_the_latency_is_the_angle_travelled() -> None:
-    """290 ns at 30°/s are 0.0313″."""
-    assert rms("latency") == pytest.approx(290e-9 * 30.0 * 3600.0, rel=1e-2)
+    """400 ns from pin to pin (docs/paper.md) at 30°/s are 0.0432″."""
+    paper = json.loads((ROOT / "docs" / "data" / "paper.json").read_text(encoding="utf-8"))
+    (table_1,) = (one["values"] for one in paper["items"] if one["label"] == "Table 1")
+    assert table_1["pin_to_pin_ns"] == 400.0
+    travelled = table_1["pin_to_pin_ns"] * 1e-9 * 30.0 * 3600.0
+    assert rms("latency") == pytest.approx(travelled, rel=1e-2)
+    (row,) = (one for one in SOURCES if one.source == "latency")
+    assert row.size.startswith("400 ns")
+
+
+def test_the_place_of_the_index_is_drawn_as_it_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rectangular between ± 50″; a normal one of the same deviation has 8 % outside."""
+    monkeypatch.setattr(chain, "SAMPLES", 60)
+    monkeypatch.setattr(chain, "SCORED_ANGLES", 1)
+    off = [
+        run_chain(("alpha",), "paper", np.random.default_rng(draw)).estimate.head_separation_rad
+        - HEAD_SEPARATION_RAD
+        for draw in range(200)
+    ]
+    arcsec = np.array(off) * ARCSEC_PER_RAD
+    assert np.abs(arcsec).max() <= 50.0 + 0.1
+    assert stats.kstest(arcsec, stats.uniform(-50.0, 100.0).cdf).pvalue > 1e-3
+    (row,) = (one for one in SOURCES if one.source == "alpha")
+    assert "± 50″, rectangular" in row.size
 
 
 def test_heat_is_the_centre_that_moved() -> None:
@@ -96,6 +121,33 @@ def test_noise_is_that_of_the_transfer_function() -> None:
     found = [rms("noise", draw=draw) ** 2 for draw in range(8)]
     scatter = np.sqrt(2.0 * np.sum(gain**4) / 2.0) / np.sum(gain**2) * expected
     assert np.mean(found) == pytest.approx(expected, abs=4.0 * scatter / math.sqrt(8.0))
+
+
+def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None:
+    """By a fit's covariance, without TF(n): columns of the differences at both heads."""
+    angle = np.arange(SAMPLES) * (2.0 * np.pi / SAMPLES)
+    there = angle + HEAD_SEPARATION_RAD
+    columns = np.hstack(
+        [
+            wave(np.multiply.outer(there, ORDERS)) - wave(np.multiply.outer(angle, ORDERS))
+            for wave in (np.cos, np.sin)
+        ]
+    )
+    components = 2.0 * NOISE_ARCSEC**2 * np.linalg.inv(columns.T @ columns)
+    expected = math.sqrt(0.5 * np.trace(components))
+    for one in FOUND["methods"].values():
+        (noise,) = (row for row in one["sources"] if row["source"] == "noise")
+        assert noise["expected_arcsec"] == pytest.approx(expected, rel=1e-3)
+        assert noise["rms_arcsec"] == pytest.approx(expected, abs=3.0 * noise["u_rms_arcsec"])
+        # Half the relative spread of χ² with about two degrees of freedom, and that much more.
+        assert noise["u_rms_arcsec"] < 0.75 * expected / math.sqrt(FOUND["draws"])
+    assert f"{expected:.4f}″" in (ROOT / "docs" / "calibration-budget.md").read_text("utf-8")
+
+
+def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
+    section = error_budget_page(FOUND).split("## At every angle")[1].split("\n## ")[0]
+    assert "*partial* uncertainty" in section
+    assert "U (k = 2) of ε" not in section
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:
@@ -141,6 +193,27 @@ def test_the_polygon_shows_the_axis_and_agrees_without_it() -> None:
     # P(more than 4 of 24 outside at 4.55 %) is 0.4 %.
     assert sum(abs(value) > 1.0 for value in still) <= 4
     assert max(map(abs, moves)) > 2.0
+
+
+def test_closing_the_circle_adds_no_scatter_to_the_closure() -> None:
+    """u of the table is that of its readings alone, carried through the solution one by one."""
+    cycles, faces = 4, 6
+    face = (np.arange(faces) - np.array(spread_shifts(cycles, faces))[:, None]) % faces
+    errors = np.random.default_rng(3).normal(0.0, 1.0, (cycles, faces))
+    found = closure(errors, face)
+    through = np.stack(
+        [
+            closure(unit.reshape(cycles, faces), face).table_arcsec
+            for unit in np.eye(cycles * faces)
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(through @ errors.ravel(), found.table_arcsec, atol=1e-12)
+    assert np.abs(through.sum(axis=0)).max() < 1e-12
+    expected = found.scatter_arcsec * np.linalg.norm(through, axis=1)
+    np.testing.assert_allclose(found.u_table_arcsec, expected, rtol=1e-9)
+    # Readings less what they determine: faces and table without their means, and the cycles.
+    assert found.degrees_of_freedom == cycles * faces - 2 * (faces - 1) - cycles
 
 
 def test_closure_budget_is_the_root_of_its_lines() -> None:

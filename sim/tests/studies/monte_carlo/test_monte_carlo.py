@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -171,3 +172,15 @@ def test_every_trial_has_a_seed_of_its_own() -> None:
     tasks = Plan(50, 1).tasks()
     assert len({item["seed"] for item in tasks}) == 50
     assert len(tasks) == 50 * len(CASES)
+
+
+def test_the_study_is_not_called_a_propagation_of_distributions() -> None:
+    """JCGM 101 takes one measurement's estimates; here every trial has another table."""
+    root = Path(__file__).resolve().parents[4]
+    texts = {name: (root / name).read_text(encoding="utf-8") for name in (
+        "docs/monte-carlo.md", "docs/architecture.md", "docs/commands.md", "README.md",
+    )}  # fmt: skip
+    assert "coverage study over random tables" in texts["docs/monte-carlo.md"]
+    assert "not the propagation of distributions" in texts["docs/monte-carlo.md"]
+    for name, text in texts.items():
+        assert not re.search(r"propagat\w+ distributions|by GUM supplement 1", text), name
