@@ -347,6 +347,14 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/top/test_arctrue_zynq_top.py",
     ),
     Mutation(
+        "recovery_pin_of_sda",
+        "the general-purpose pin that frees the I2C bus pulls the other wire",
+        "rtl/top/zynq_processor.vhd",
+        "or (pin_drives(1) and not pin_values(1));",
+        "or (pin_drives(0) and not pin_values(0));",
+        "tb/top/test_arctrue_zynq_top.py",
+    ),
+    Mutation(
         "led_forgets",
         "an event within a window is not shown by its LED",
         "rtl/top/status_leds.vhd",

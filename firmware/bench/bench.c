@@ -57,7 +57,7 @@ static void put(void *context, const char *characters, size_t number) {
     }
 }
 
-static const struct text_sink sink = {put, NULL};
+static const struct text_sink sink = {.put = put};
 
 static void tell(const char *name, uint64_t ticks, double apart) {
     text_word(&sink, name);

@@ -30,6 +30,7 @@ static struct {
     struct image_store images;
     struct thermometer thermometer;
     struct capture_copy copy;
+    struct uart_output output;
 } upper __attribute__((section(".upper")));
 
 static struct {
@@ -50,6 +51,7 @@ void interrupt_taken(uint32_t instruction) {
     }
     if (interrupt == INTERRUPT_GLOBAL_TIMER) {
         timer_interrupt();
+        uart_go_on(&upper.output);
     } else if (interrupt == INTERRUPT_UART0) {
         uart_interrupt(&firmware.uart);
     } else if (interrupt == INTERRUPT_FABRIC) {
@@ -118,10 +120,13 @@ static bool read_temperature(void *context, double *celsius) {
 
 static void put(void *context, const char *characters, size_t number) {
     (void)context;
-    for (size_t place = 0; place < number; place++) {
-        uart_put(characters[place]);
-    }
+    uart_send(&upper.output, characters, number);
     watchdog_feed();
+}
+
+static size_t room(void *context) {
+    (void)context;
+    return uart_room(&upper.output);
 }
 
 static void take_core_interrupt(void) {
@@ -230,7 +235,7 @@ int main(void) {
         .write = write_core,
         .capture = capture_words,
     };
-    static const struct text_sink sink = {put, NULL};
+    static const struct text_sink sink = {put, NULL, room};
     clocks_set_up();
     timer_set_up();
     watchdog_start();

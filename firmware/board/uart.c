@@ -84,6 +84,41 @@ bool uart_take(struct uart *uart, uint8_t *character) {
     return true;
 }
 
+size_t uart_room(const struct uart_output *output) {
+    return UART_OUTPUT_RING - (output->written - output->sent);
+}
+
+static void fill(struct uart_output *output) {
+    while (output->sent != output->written &&
+           (register_read(UART_SR) & UART_SR_TRANSMIT_FULL) == 0) {
+        register_write(UART_FIFO, output->ring[output->sent % UART_OUTPUT_RING]);
+        output->sent = output->sent + 1;
+    }
+}
+
+static void fill_alone(struct uart_output *output) {
+    output->filling = true;
+    fill(output);
+    output->filling = false;
+}
+
+void uart_send(struct uart_output *output, const char *characters, size_t number) {
+    for (size_t place = 0; place < number; place++) {
+        while (uart_room(output) == 0) {
+            fill_alone(output);
+        }
+        output->ring[output->written % UART_OUTPUT_RING] = (uint8_t)characters[place];
+        output->written = output->written + 1;
+    }
+    fill_alone(output);
+}
+
+void uart_go_on(struct uart_output *output) {
+    if (!output->filling) {
+        fill(output);
+    }
+}
+
 void uart_put(char character) {
     while (register_read(UART_SR) & UART_SR_TRANSMIT_FULL) {
     }

@@ -24,12 +24,31 @@ struct uart {
     volatile uint8_t ring[UART_RING];
 };
 
+/* What is said waits in a ring, so that the main program does not: the FIFO holds 64 characters, and
+   115,200 baud carry 11,520 of them a second. The longest line of telemetry fits. */
+enum { UART_OUTPUT_RING = 4096 };
+
+/* All 0: empty. */
+struct uart_output {
+    volatile uint32_t written;
+    volatile uint32_t sent;
+    /* The main program is filling the FIFO: the interrupt that comes meanwhile does not. */
+    volatile bool filling;
+    volatile uint8_t ring[UART_OUTPUT_RING];
+};
+
 void uart_set_up(struct uart *uart);
 /* From the interrupt. */
 void uart_interrupt(struct uart *uart);
 bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
-/* Waits while the transmitter is full. */
+/* Characters that uart_send() takes without waiting. */
+size_t uart_room(const struct uart_output *output);
+/* Waits while the ring is full. */
+void uart_send(struct uart_output *output, const char *characters, size_t number);
+/* From an interrupt, before the FIFO has run empty: every 5 ms (57.6 characters). */
+void uart_go_on(struct uart_output *output);
+/* Past the ring, at once; waits while the transmitter is full. */
 void uart_put(char character);
 /* Waits until the last bit has left. */
 void uart_drain(void);

@@ -107,11 +107,9 @@ static const struct {
     {"flash_not_read_back",
      "the flash holds something else than was written; is it protected? What was saved before stays; save "
      "again"},
-    {"unread", "the flash did not answer at the start: nothing that was saved is in use; start again, and "
-               "look at the flash if it stays so"},
-    {"not_read_at_start",
-     "the flash did not answer at the start, so that what was saved is not in use; it has been read now: "
-     "start again to use it, or save once more to replace it"},
+    {"unread", "the flash did not answer at the start: what was saved is not in use; start again"},
+    {"not_read_at_start", "the flash did not answer at the start: what was saved is not in use; start again "
+                          "to use it, or save again to replace it"},
     {"fewer_orders", "the record holds more orders than would be saved now: let the table turn until "
                      "they are active, or forget first if they are to go"},
     {"golden_stays", "the golden image is never written again: the board starts it where the other is "

@@ -180,6 +180,7 @@ static void show_device(struct console *console) {
     show_saved(console);
     show_temperature(console);
     named(console, "console_overruns", console->overruns);
+    named(console, "telemetry_overruns", console->telemetry_overruns);
     named_fixed(console, "longest_step_us", console->longest_step_us);
     named(console, "interrupts", application->interrupts);
     named(console, "banks_without_interrupt", application->banks_without_interrupt);

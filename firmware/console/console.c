@@ -64,6 +64,14 @@ void console_receive(struct console *console, uint8_t character) {
     }
 }
 
+/* The alarms of a line that is left out are in the next one that is told. */
+static void tell_turn(struct console *console) {
+    uint32_t alarms = console->application->report.alarms | console->untold_alarms;
+    bool told = telemetry_turn(&console->sink, console->application, alarms);
+    console->telemetry_overruns += !told;
+    console->untold_alarms = told ? 0 : alarms;
+}
+
 void console_step(struct console *console) {
     struct application *application = console->application;
     dump_step(console);
@@ -72,12 +80,12 @@ void console_step(struct console *console) {
     if (application->report.fresh) {
         application->report.fresh = false;
         if (application->telemetry) {
-            telemetry_turn(&console->sink, application);
+            tell_turn(console);
         }
         application->report.between_turns = false;
     }
 }
 
 bool console_busy(const struct console *console) {
-    return dump_busy(console);
+    return dump_can_go_on(console);
 }

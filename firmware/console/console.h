@@ -25,6 +25,9 @@ struct console {
     /* Rows of a capture that are still to be told. */
     uint32_t dump_place;
     uint32_t dump_end;
+    /* Lines of telemetry for which the port had no room, and their alarms until they are told. */
+    uint32_t telemetry_overruns;
+    uint32_t untold_alarms;
     /* Times that the port lost characters. */
     uint32_t overruns;
     /* Where boot images are written to; NULL: nowhere. */

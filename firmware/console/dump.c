@@ -11,6 +11,8 @@ const char dump_use[] =
 
 /* A step: the rest of the firmware goes on in between. */
 enum { ROWS_A_STEP = 8 };
+/* A row has five digits, two numbers of 64 bits and a CRC. */
+enum { ROW_CHARACTERS_MOST = 64 };
 #define NO_TEMPERATURE 0x80000000U
 
 static uint32_t crc_of(const uint32_t *words, uint32_t number) {
@@ -83,6 +85,10 @@ bool dump_busy(const struct console *console) {
     return console->dump_place < console->dump_end;
 }
 
+bool dump_can_go_on(const struct console *console) {
+    return dump_busy(console) && text_has_room(&console->sink, ROW_CHARACTERS_MOST);
+}
+
 void dump_step(struct console *console) {
     struct application *application = console->application;
     const struct text_sink *sink = &console->sink;
@@ -99,7 +105,7 @@ void dump_step(struct console *console) {
     if (!dump_busy(console)) {
         return;
     }
-    for (uint32_t row = 0; row < ROWS_A_STEP && dump_busy(console); row++) {
+    for (uint32_t row = 0; row < ROWS_A_STEP && dump_can_go_on(console); row++) {
         tell_row(sink, copy, console->dump_place++);
     }
     if (!dump_busy(console)) {

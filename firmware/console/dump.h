@@ -13,7 +13,8 @@ extern const char dump_use[];
 void dump_command(struct console *console, char *const *words, uint32_t number);
 /* What there is to tell of a capture that was copied, some rows at a time. */
 void dump_step(struct console *console);
-/* There are rows to tell. */
+/* There are rows to tell; and room for one of them. */
 bool dump_busy(const struct console *console);
+bool dump_can_go_on(const struct console *console);
 
 #endif

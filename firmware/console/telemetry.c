@@ -63,7 +63,8 @@ static void released_part(const struct text_sink *sink, uint32_t causes) {
 }
 
 /* The turn itself was told in a line before. */
-static void alarm_line(const struct text_sink *sink, const struct application *application) {
+static void alarm_line(const struct text_sink *sink, const struct application *application,
+                       uint32_t alarms) {
     text_word(sink, "{\"turn\":");
     text_unsigned(sink, application->report.number);
     word(sink, "result", "alarm");
@@ -72,7 +73,7 @@ static void alarm_line(const struct text_sink *sink, const struct application *a
     if (application->report.release_causes != 0) {
         released_part(sink, application->report.release_causes);
     }
-    alarm_part(sink, application->report.alarms);
+    alarm_part(sink, alarms);
     text_word(sink, "}\r\n");
 }
 
@@ -179,10 +180,11 @@ static void harmonics_part(const struct text_sink *sink, const struct applicatio
     text_word(sink, "]");
 }
 
-void telemetry_turn(const struct text_sink *sink, const struct application *application) {
+static void line(const struct text_sink *sink, const struct application *application,
+                 uint32_t alarms) {
     const struct turn_report *report = &application->report;
     if (report->between_turns) {
-        alarm_line(sink, application);
+        alarm_line(sink, application, alarms);
         return;
     }
     turn_part(sink, report, application->configuration.clock_hz);
@@ -197,6 +199,23 @@ void telemetry_turn(const struct text_sink *sink, const struct application *appl
     number(sink, "swaps", application->swaps);
     word(sink, "output_fault", output_fault_name(report->output_stands));
     released_part(sink, report->release_causes);
-    alarm_part(sink, report->alarms);
+    alarm_part(sink, alarms);
     text_word(sink, "}\r\n");
+}
+
+static void count(void *context, const char *characters, size_t number) {
+    (void)characters;
+    *(size_t *)context += number;
+}
+
+bool telemetry_turn(const struct text_sink *sink, const struct application *application,
+                    uint32_t alarms) {
+    size_t length = 0;
+    const struct text_sink counter = {count, &length, NULL};
+    line(&counter, application, alarms);
+    if (!text_has_room(sink, length)) {
+        return false;
+    }
+    line(sink, application, alarms);
+    return true;
 }

@@ -6,7 +6,9 @@
 #include "application.h"
 #include "text.h"
 
-/* The latest turn as one line of JSON; the harmonics only where there are any. */
-void telemetry_turn(const struct text_sink *sink, const struct application *application);
+/* The latest turn as one line of JSON, with these alarms; the harmonics only where there are any. False:
+   the sink has no room for all of it, and nothing is told. */
+bool telemetry_turn(const struct text_sink *sink, const struct application *application,
+                    uint32_t alarms);
 
 #endif

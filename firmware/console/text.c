@@ -11,6 +11,10 @@ enum { DIGITS_MOST = 20, DECIMALS_MOST = 9, HEXADECIMAL_DIGITS = 8 };
 /* More digits say nothing in a double. */
 enum { PARSED_DIGITS_MOST = 15 };
 
+bool text_has_room(const struct text_sink *sink, size_t number) {
+    return sink->room == NULL || sink->room(sink->context) >= number;
+}
+
 void text_word(const struct text_sink *sink, const char *word) {
     sink->put(sink->context, word, strlen(word));
 }

@@ -10,11 +10,17 @@
 #include <stdint.h>
 
 typedef void text_put(void *context, const char *characters, size_t number);
+/* Characters that are taken at once; what is put beyond them waits. */
+typedef size_t text_room(void *context);
 
 struct text_sink {
     text_put *put;
     void *context;
+    /* NULL: nothing ever waits. */
+    text_room *room;
 };
+
+bool text_has_room(const struct text_sink *sink, size_t number);
 
 void text_word(const struct text_sink *sink, const char *word);
 void text_unsigned(const struct text_sink *sink, uint64_t value);

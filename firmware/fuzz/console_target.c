@@ -159,7 +159,7 @@ static void hand_over(void) {
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const struct core_access core = {read_word, write_word, capture_words, NULL, NULL};
-    static const struct text_sink sink = {put, NULL};
+    static const struct text_sink sink = {.put = put};
     memset(&fuzz, 0, sizeof fuzz);
     prepare_core();
     application_prepare(&fuzz.application, &core);

@@ -17,7 +17,8 @@
 -- generic interrupt controller. The other lines stay low.
 --
 -- **I2C.** Controller 0 leaves by the fabric (EMIO). `scl_low` and `sda_low` ask for a wire to be pulled low; a wire
--- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O.
+-- is never driven high. PS7's TN is an active-low tri-state: at 1 it drives O. General-purpose pins 54 (SCL) and 55 (SDA)
+-- are on the same wires: the firmware clocks a device free with them that holds SDA.
 --
 -- **Reset** is FCLKRESETN(0), which software sets (FPGA_RST_CTRL). No access may be under way then: it
 -- gets no answer, and the processor would wait for ever. One that begins during the reset, or in the
@@ -58,6 +59,9 @@ architecture rtl of zynq_processor is
   -- vsg_off
   component PS7 is
     port (
+      EMIOGPIOI       : in    std_ulogic_vector(63 downto 0);
+      EMIOGPIOO       : out   std_ulogic_vector(63 downto 0);
+      EMIOGPIOTN      : out   std_ulogic_vector(63 downto 0);
       EMIOI2C0SCLI    : in    std_ulogic;
       EMIOI2C0SCLO    : out   std_ulogic;
       EMIOI2C0SCLTN   : out   std_ulogic;
@@ -113,6 +117,9 @@ architecture rtl of zynq_processor is
   signal fabric_resetn  : std_ulogic_vector(3 downto 0);
   signal fabric_reset   : std_ulogic;
   signal interrupt_line : std_ulogic_vector(19 downto 0);
+  signal pin_levels     : std_ulogic_vector(63 downto 0);
+  signal pin_values     : std_ulogic_vector(63 downto 0);
+  signal pin_drives     : std_ulogic_vector(63 downto 0);
   signal scl_value      : std_ulogic;
   signal scl_drives     : std_ulogic;
   signal sda_value      : std_ulogic;
@@ -155,12 +162,16 @@ begin
   interrupt_line <= (0 => interrupt, others => '0');
   awsize(2)      <= '0';
   arsize(2)      <= '0';
-  scl_low        <= scl_drives and not scl_value;
-  sda_low        <= sda_drives and not sda_value;
+  pin_levels     <= (0 => scl, 1 => sda, others => '0');
+  scl_low        <= (scl_drives and not scl_value) or (pin_drives(0) and not pin_values(0));
+  sda_low        <= (sda_drives and not sda_value) or (pin_drives(1) and not pin_values(1));
 
   -- vsg_off
   ps7_primitive : component PS7
     port map (
+      EMIOGPIOI       => pin_levels,
+      EMIOGPIOO       => pin_values,
+      EMIOGPIOTN      => pin_drives,
       EMIOI2C0SCLI    => scl,
       EMIOI2C0SCLO    => scl_value,
       EMIOI2C0SCLTN   => scl_drives,

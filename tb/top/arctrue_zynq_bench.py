@@ -241,6 +241,27 @@ async def i2c_wires_are_open_drain(dut: Any) -> None:
 
 
 @cocotb.test()
+async def two_general_purpose_pins_are_on_the_i2c_wires(dut: Any) -> None:
+    """Pin 54 pulls SCL and 55 SDA, they read the wires; no other pin does anything."""
+    device = await started(dut)
+    others = (1 << 64) - 4
+    for name in ("scl", "sda"):
+        getattr(device.ps7, f"{name}_drives").value = 0
+    states = itertools.product(range(4), range(4), range(4), (0, 1))
+    for values, drives, thermometer, other in states:
+        device.ps7.pin_value.value = values
+        device.ps7.pin_drives.value = drives | others * other
+        dut.thermometer_scl.value = thermometer & 1
+        dut.thermometer_sda.value = thermometer >> 1
+        await Timer(1, "ns")
+        levels = 3 & ~(thermometer | drives & ~values)
+        found = f"{dut.sda.value}{dut.scl.value}"
+        assert found == f"{levels:02b}", (values, drives, thermometer, other)
+        assert int(device.ps7.pin_level.value) == levels
+    device.ps7.pin_drives.value = 0
+
+
+@cocotb.test()
 async def the_chip_is_identified(dut: Any) -> None:
     """The identifier is whole when it is said to be known, and is read anew after a reset."""
     device = await started(dut)

@@ -3,7 +3,7 @@
 -- # ps7
 --
 -- Model of the primitive PS7 for simulation, as far as zynq_processor connects it: the fabric's clock
--- and reset, I2C controller 0, and M_AXI_GP0, whose master is the test. The test writes the signals `fabric_clock`,
+-- and reset, I2C controller 0, general-purpose pins, and M_AXI_GP0, whose master is the test. The test writes the signals `fabric_clock`,
 -- `fabric_resetn` and those that begin with `master_` or end in `_value` and `_drives`, and reads the ports.
 -- `scl_level` and `sda_level` are what the controller's inputs make of a wire that a resistor pulls high.
 
@@ -12,6 +12,9 @@ library ieee;
 
 entity ps7 is
   port (
+    emiogpioi      : in    std_ulogic_vector(63 downto 0);
+    emiogpioo      : out   std_ulogic_vector(63 downto 0);
+    emiogpiotn     : out   std_ulogic_vector(63 downto 0);
     emioi2c0scli   : in    std_ulogic;
     emioi2c0sclo   : out   std_ulogic;
     emioi2c0scltn  : out   std_ulogic;
@@ -59,6 +62,9 @@ architecture simulation of ps7 is
   signal fabric_clock  : std_ulogic := '0';
   signal fabric_resetn : std_ulogic := '0';
 
+  signal pin_value  : std_ulogic_vector(63 downto 0) := (others => '0');
+  signal pin_drives : std_ulogic_vector(63 downto 0) := (others => '0');
+  signal pin_level  : std_ulogic_vector(63 downto 0);
   signal scl_value  : std_ulogic := '0';
   signal scl_drives : std_ulogic := '0';
   signal scl_level  : std_ulogic;
@@ -87,11 +93,14 @@ architecture simulation of ps7 is
 
 begin
 
+  emiogpioo     <= pin_value;
+  emiogpiotn    <= pin_drives;
   emioi2c0sclo  <= scl_value;
   emioi2c0scltn <= scl_drives;
   emioi2c0sdao  <= sda_value;
   emioi2c0sdatn <= sda_drives;
 
+  pin_level <= to_x01(emiogpioi);
   scl_level <= to_x01(emioi2c0scli);
   sda_level <= to_x01(emioi2c0sdai);
 

@@ -63,6 +63,7 @@ def capture(
         if before is not None and kind is not None:
             _guide(kind, before)
         console = Console(port)
+        click.get_current_context().call_on_close(console.close)
         taken = measurement = console.dump(timeout)
         if before is not None and kind is not None:
             refuse_what_was_not_asked(kind, before, taken, force=force)

@@ -32,9 +32,11 @@ def flash(port: str, file: Path) -> None:
     """
     try:
         image = file.read_bytes()
+        console = Console(port)
+        click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: writing") as progress:
             state = write_image(
-                Console(port),
+                console,
                 image,
                 lambda done, all_: progress.now(
                     f"{file.name}: {done:,} of {all_:,} bytes, {percent(done / all_)}"

@@ -41,6 +41,7 @@ def load(port: str, file: Path, timeout: float) -> None:
     try:
         coefficients = read_coefficient_file(file)
         console = Console(port)
+        click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: sending") as progress:
             send_coefficients(
                 console,

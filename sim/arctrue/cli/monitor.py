@@ -72,6 +72,7 @@ def monitor(
 
     try:
         console = Console(port)
+        click.get_current_context().call_on_close(console.close)
         recorder = None if record is None else Recorder(record)
         watch = TrendWatch(trend)
         console.command("telemetry on")

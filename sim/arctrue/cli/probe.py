@@ -45,7 +45,9 @@ def probe(port: str, count: int | None, out: Path | None, silence: float) -> Non
     latches: list[Latch] = []
     failed = False
     try:
-        latch = Probe(Console(port))
+        console = Console(port)
+        click.get_current_context().call_on_close(console.close)
+        latch = Probe(console)
         say(live_head(COLUMNS))
         while count is None or len(latches) < count:
             found = latch.wait(silence)

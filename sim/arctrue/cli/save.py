@@ -26,7 +26,9 @@ def save(port: str) -> None:
     Exit code 1: the flash did not take it. 2: the device does not answer.
     """
     try:
-        say(f"{port}: {save_settings(Console(port))}")
+        console = Console(port)
+        click.get_current_context().call_on_close(console.close)
+        say(f"{port}: {save_settings(console)}")
     except SaveRefusedError as error:
         tell_error(f"{port}: {error}")
         sys.exit(REFUSED)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import logging
 import os
 import time
 from dataclasses import dataclass
@@ -12,6 +14,7 @@ import serial
 from msgspec import Struct
 
 from arctrue.device.dump import DumpHead, read_head, read_row
+from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
 from arctrue.measurement import MeasurementSet
 from arctrue.typed_content import typed
 
@@ -20,6 +23,10 @@ ATTEMPTS = 3
 """Of what was spoiled on the way."""
 SILENCE_S = 5.0
 """A dump that is silent for so long has ended, and its end was spoiled."""
+LATE_S = 10.0
+"""An answer later than this does not come any more."""
+
+_LOG = logging.getLogger(__name__)
 
 
 class ConsoleError(Exception):
@@ -57,22 +64,27 @@ class Console:
     """One device. Lines are kept apart: answers, telemetry (``{``) and dumps."""
 
     def __init__(self, port: str, *, timeout_s: float = 1.0) -> None:
-        """Open ``port``: a device or a URL of pyserial. Raises ConsoleError."""
+        """Open ``port`` for this program alone: a device or a URL of pyserial.
+
+        Raises ConsoleError, which names the program that has the port where that can be known.
+        """
         try:
-            self._serial = serial.serial_for_url(port, BAUD, timeout=timeout_s)
+            self._serial = serial.serial_for_url(port, BAUD, timeout=timeout_s, exclusive=True)
         except (serial.SerialException, ValueError) as error:
-            # pyserial says the port's name and the system's error twice.
-            number = getattr(error, "errno", None)
-            why = os.strerror(number) if number else str(error)
-            raise ConsoleError(
-                f"{port}: cannot be opened: {why}; is the device plugged in, "
-                "and may you use the port?"
-            ) from error
+            raise _not_opened(port, error) from error
+        if users := other_users(port):
+            self._serial.close()
+            raise _in_use(port, users)
+        keep_others_out(self._serial)
         self.port = port
         self._turns: list[Turn] = []
+        self._in_step = False
+        self._markers = 0
 
     def close(self) -> None:
         """Close the port."""
+        if self._serial.is_open:
+            let_others_in(self._serial)
         self._serial.close()
 
     def command(self, line: str, seconds: float = 5.0) -> list[str]:
@@ -87,19 +99,49 @@ class Console:
         return self._answer(line, seconds)[-1].removeprefix("ok").removeprefix(",").strip()
 
     def _answer(self, line: str, seconds: float) -> list[str]:
+        if not self._in_step:
+            self._drop_late_answers(line, seconds)
         self._write(line)
         answer: list[str] = []
+        self._in_step = False
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             text = self._line()
             if text is None:
                 continue
+            self._in_step = text.startswith("error") or text == "ok" or text.startswith("ok,")
             if text.startswith("error"):
                 raise ConsoleError(f"{self.port}: {line}: the device says {text}")
             answer.append(text)
-            if text == "ok" or text.startswith("ok,"):
+            if self._in_step:
                 return answer
-        raise ConsoleError(
+        raise self._no_answer(line, seconds)
+
+    def _drop_late_answers(self, line: str, seconds: float) -> None:
+        """Read up to the answer to a marker: what comes before it was meant for somebody else.
+
+        That is an earlier line, whose answer was not waited for any longer, or another program's.
+        The marker is no command, and the device repeats it.
+        """
+        self._markers += 1
+        marker = f"marker{os.getpid()}.{self._markers}"
+        # An end of line first: a part of a line may wait in the device.
+        self._write(f"\r{marker}")
+        late = 0
+        end = time.monotonic() + max(seconds, LATE_S)
+        while time.monotonic() < end:
+            text = self._line()
+            if text is not None and text.startswith("error") and text.endswith(f" {marker}"):
+                if late:
+                    _LOG.warning(
+                        "%s: %d lines that nobody waits for any more are left out", self.port, late
+                    )
+                return
+            late += bool(text)
+        raise self._no_answer(line, max(seconds, LATE_S))
+
+    def _no_answer(self, line: str, seconds: float) -> ConsoleError:
+        return ConsoleError(
             f"{self.port}: no answer to {line!r} within {seconds:g} s; is it the console of the "
             f"device, at {BAUD} baud?"
         )
@@ -195,3 +237,19 @@ class Console:
                     raise ConsoleError(f"{self.port}: the device says {text}")
                 return text
         raise ConsoleError(f"{self.port}: nothing came within {seconds:g} s; does the table turn?")
+
+
+def _not_opened(port: str, error: Exception) -> ConsoleError:
+    # pyserial says the port's name and the system's error twice; its lock has an error of its own.
+    number = getattr(error, "errno", None)
+    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
+        return _in_use(port, other_users(port))
+    why = os.strerror(number) if number else str(error)
+    return ConsoleError(
+        f"{port}: cannot be opened: {why}; is the device plugged in, and may you use the port?"
+    )
+
+
+def _in_use(port: str, users: list[str]) -> ConsoleError:
+    who = " and ".join(users) or "another program, whose name the system does not tell you"
+    return ConsoleError(f"{port}: is in use by {who}; end that first, two cannot share a port")

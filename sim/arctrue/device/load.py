@@ -108,8 +108,13 @@ def wait_until_judged(console: Console, seconds: float) -> None:
     """
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        (state,) = [line for line in console.command("load status") if line.startswith("load ")]
-        words = state.split()
+        told = [line for line in console.command("load status") if line.startswith("load ")]
+        if len(told) != 1:
+            raise ConsoleError(
+                f"{console.port}: the answer to 'load status' has {len(told)} lines that begin "
+                "with 'load'; expected one: is another program using the device?"
+            )
+        words = told[0].split()
         if words[1] == "refused":
             raise LoadRefusedError(explained(console, words[2]))
         if words[1] in ("active", "none"):

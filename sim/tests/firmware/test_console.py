@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import struct
 import zlib
 
@@ -317,3 +318,69 @@ def test_what_the_board_knows_is_told(running: Firmware) -> None:
     told = running.send("status")
     assert "console_overruns 3\r\n" in told
     assert "reset hang\r\nreset_instruction 0x00001A2C\r\nfabric loaded\r\n" in told
+
+
+UART_OUTPUT_RING = 4096
+"""Of board/uart.h: what is said waits there."""
+
+
+class Room:
+    """A port that takes so many characters at once."""
+
+    def __init__(self, made: Firmware, characters: int) -> None:
+        self.characters = characters
+        self._call = firmware()[0].callback("text_room", lambda _: self.characters)
+        made.console.sink.room = self._call
+
+
+def test_a_line_for_which_there_is_no_room_is_left_out_whole(running: Firmware) -> None:
+    """Nothing waits, nothing is cut, and its alarms come with the next line."""
+    running.send("telemetry on")
+    running.send("set alarm_noise_arcsec 0.000001")
+    running.core.hand_over(turn(seed=1))
+    length = len(running.step(4))
+    running.send("set alarm_noise_arcsec 60")
+    running.send("set alarm_separation_arcsec 0.000001")
+    room = Room(running, length - 400)
+    running.core.hand_over(turn(seed=2))
+    assert running.step(4) == ""
+    running.send("set alarm_separation_arcsec 600")
+    room.characters = length + 400
+    running.core.hand_over(turn(seed=3))
+    told = json.loads(running.step(4))
+    assert (told["turn"], told["alarms"]) == (3, ["separation"])
+    assert "telemetry_overruns 1\r\n" in running.send("status")
+    running.core.hand_over(turn(seed=4))
+    assert json.loads(running.step(4))["alarms"] == [], "once"
+
+
+def test_the_longest_line_of_telemetry_has_room_in_the_ring(running: Firmware) -> None:
+    """With every number at its longest, and every alarm; a longer one would never be told."""
+    ffi, library = firmware()
+    running.core.hand_over(turn(seed=1))
+    running.step(4)
+    application = running.application
+    application.estimate.orders = library.ORDERS_MAX
+    for place in range(library.ORDERS_MAX):
+        application.estimate.harmonic[place].cosine = -8.9e8
+        application.estimate.harmonic[place].sine = 1e-9
+        application.estimate.harmonic[place].by_separation_cosine = 8e8
+    application.report.alarms = 0xFFFF_FFFF
+    application.report.between_turns = False
+    said: list[int] = []
+    put = ffi.callback("text_put", lambda _, __, number: said.append(number))
+    sink = ffi.new("struct text_sink *", [put, ffi.NULL, ffi.NULL])
+    assert library.telemetry_turn(sink, application, 0xFFFF_FFFF)
+    assert 2000 < sum(said) < UART_OUTPUT_RING
+
+
+def test_a_dump_goes_on_as_there_is_room(running: Firmware) -> None:
+    running.send("dump")
+    running.core.hand_over(turn(seed=1))
+    running.step(2)
+    room = Room(running, 63)
+    assert running.step(5) == ""
+    assert not running.library.console_busy(running.console), "it may sleep until there is"
+    room.characters = 64
+    assert running.library.console_busy(running.console)
+    assert len(running.step(1).splitlines()) == 8

@@ -44,6 +44,9 @@ class Board:
         self.after_line: Callable[[], None] = lambda: None
         self.spoil = 0
 
+    def close(self) -> None:
+        """As a console."""
+
     def command(self, line: str, _seconds: float = 5.0) -> list[str]:
         if self.spoil and line.startswith("flash data"):
             self.spoil -= 1

@@ -10,6 +10,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -41,6 +42,10 @@ extern void (*model_write)(uint32_t, uint32_t);
 struct uart { uint32_t written; uint32_t taken; uint32_t overruns; bool lost; uint8_t ring[4096]; };
 void uart_set_up(struct uart *uart);
 void uart_interrupt(struct uart *uart);
+struct uart_output { uint32_t written; uint32_t sent; bool filling; uint8_t ring[4096]; };
+size_t uart_room(const struct uart_output *output);
+void uart_send(struct uart_output *output, const char *characters, size_t number);
+void uart_go_on(struct uart_output *output);
 bool uart_take(struct uart *uart, uint8_t *character);
 void uart_put(char character);
 void uart_drain(void);
@@ -82,12 +87,14 @@ class Uart:
         self.shifted_at = 0
         self.sent = bytearray()
         self.arrivals: dict[int, int] = {}
+        self.ticks_every = 0
         self._calls = (
             self.ffi.callback("uint32_t(uint32_t)", self.read),
             self.ffi.callback("void(uint32_t, uint32_t)", self.write),
         )
         self.library.model_read, self.library.model_write = self._calls
         self.ring = self.ffi.new("struct uart *")
+        self.output = self.ffi.new("struct uart_output *")
 
     def arrive(self, character: int) -> None:
         if len(self.received) >= FIFO:
@@ -111,6 +118,11 @@ class Uart:
         if self.shifting is None and self.waiting:
             self.shifting = self.waiting.popleft()
             self.shifted_at = self.reads + CHARACTER_READS
+        if self.ticks_every and self.reads % self.ticks_every == 0:
+            # The timer's interrupt comes anywhere, and not while it is served.
+            every, self.ticks_every = self.ticks_every, 0
+            self.library.uart_go_on(self.output)
+            self.ticks_every = every
 
     def read(self, address: int) -> int:
         self.time_goes_on()
@@ -231,3 +243,52 @@ def test_a_fifo_that_overflows_is_told_where_it_did(uart: Uart, more: int) -> No
     assert uart.ring.overruns == 1
     uart.set_up()
     assert uart.ring.overruns == 0
+
+
+CHARACTER_US = 10 / 115_200 * 1e6
+LINE = 2128
+"""Characters of telemetry with 40 orders."""
+
+
+def stall_us(uart: Uart, say: Callable[[], None]) -> float:
+    """For how long the main program is held up."""
+    before = uart.reads
+    say()
+    return (uart.reads - before) / CHARACTER_READS * CHARACTER_US
+
+
+def test_a_line_of_telemetry_holds_nothing_up(uart: Uart) -> None:
+    """Past the ring it takes as long as its characters on the wire, but for those in the FIFO."""
+    text = bytes(32 + place % 90 for place in range(LINE))
+    waited = stall_us(uart, lambda: uart.say(text))
+    assert waited == pytest.approx((LINE - FIFO) * CHARACTER_US, rel=0.02)
+    uart.library.uart_drain()
+    uart.sent.clear()
+    # A read of the model takes 4 us; the chip's takes 0.1 us.
+    at_once = stall_us(uart, lambda: uart.library.uart_send(uart.output, text, LINE))
+    assert at_once < 1.2 * FIFO / CHARACTER_READS * CHARACTER_US
+    assert uart.library.uart_room(uart.output) == 4096 - LINE + uart.output.sent
+    while uart.library.uart_room(uart.output) < 4096:
+        # The timer's interrupt, every 5 ms.
+        for _ in range(int(5000 / CHARACTER_US * CHARACTER_READS)):
+            uart.time_goes_on()
+        assert uart.waiting, "the FIFO never runs empty, so that the line's rate is used"
+        uart.library.uart_go_on(uart.output)
+    uart.library.uart_drain()
+    assert uart.sent == text
+
+
+@pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
+def test_the_order_is_kept_whenever_the_interrupt_comes(uart: Uart, every: int) -> None:
+    """Longer than the ring: what does not fit waits, and nothing is lost or told twice."""
+    text = bytes(32 + place * 7 % 90 for place in range(3 * 4096))
+    uart.ticks_every = every
+    for first in range(0, len(text), 37):
+        part = text[first : first + 37]
+        uart.library.uart_send(uart.output, part, len(part))
+    while uart.library.uart_room(uart.output) < 4096:
+        uart.time_goes_on()
+        uart.library.uart_go_on(uart.output)
+    uart.ticks_every = 0
+    uart.library.uart_drain()
+    assert uart.sent == text

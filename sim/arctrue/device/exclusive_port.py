@@ -1,0 +1,77 @@
+"""A serial port for one program at a time: two readers would each get a part of every line."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+if sys.platform != "win32":
+    import fcntl
+    import termios
+
+COMMAND_SHOWN = 200
+"""Characters of another program's command line."""
+
+
+def keep_others_out(port: Any) -> None:
+    """No other program can open ``port`` from now on, but for the administrator's.
+
+    The lock that pyserial takes with ``exclusive`` keeps out only those that ask for it. A port
+    without a terminal behind it (a URL of pyserial, Windows) is left as it is.
+    """
+    descriptor = _descriptor(port)
+    if descriptor is not None:
+        fcntl.ioctl(descriptor, termios.TIOCEXCL)
+
+
+def let_others_in(port: Any) -> None:
+    """Take back :func:`keep_others_out`; a pseudo-terminal would keep it after it is closed."""
+    descriptor = _descriptor(port)
+    if descriptor is not None:
+        fcntl.ioctl(descriptor, termios.TIOCNXCL)
+
+
+def _descriptor(port: Any) -> int | None:
+    if sys.platform == "win32":
+        return None
+    number = getattr(port, "fd", None)
+    return number if isinstance(number, int) and os.isatty(number) else None
+
+
+def other_users(port: str) -> list[str]:
+    """The other programs that have ``port`` open, as ``COMMAND LINE (process NUMBER)``.
+
+    Linux tells it of one's own programs, and of all to the administrator; elsewhere it is empty.
+    """
+    try:
+        wanted = Path(port).resolve(strict=True)
+        processes = [entry for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+    except OSError:
+        return []
+    others = [entry for entry in processes if int(entry.name) != os.getpid()]
+    return [_named(entry) for entry in others if _has_open(entry, wanted)]
+
+
+def _has_open(process: Path, file: Path) -> bool:
+    try:
+        return any(_target(link) == str(file) for link in (process / "fd").iterdir())
+    except OSError:
+        return False
+
+
+def _target(link: Path) -> str:
+    try:
+        return str(link.readlink())
+    except OSError:
+        return ""
+
+
+def _named(process: Path) -> str:
+    try:
+        words = (process / "cmdline").read_bytes().rstrip(b"\0").split(b"\0")
+    except OSError:
+        words = []
+    line = b" ".join(words).decode("utf-8", "replace") or "a program"
+    return f"{line[:COMMAND_SHOWN]} (process {process.name})"
