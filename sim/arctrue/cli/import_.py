@@ -189,6 +189,8 @@ def import_(
         ),
         choices,
     )
+    # What was read is not needed any more, and may be most of the memory.
+    del recordings
     command = _command(choices.answers)
     _print(files, imported)
     if dry_run:
