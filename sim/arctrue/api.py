@@ -51,6 +51,22 @@ def read_set(folder: Path | str) -> MeasurementSet:
     return read_measurement_set(folder)
 
 
+SetOrFolder = MeasurementSet | Path | str
+"""A measurement set, or the name of its folder."""
+
+
+def _set_of(measurement: SetOrFolder) -> MeasurementSet:
+    """The set itself. Raises MeasurementError for a folder, TypeError for what is neither."""
+    if isinstance(measurement, MeasurementSet):
+        return measurement
+    if isinstance(measurement, Path | str):
+        return read_set(measurement)
+    raise TypeError(
+        "expected a measurement set (read_set, simulate) or the name of its folder, found "
+        f"{type(measurement).__name__}"
+    )
+
+
 def simulate(
     *effects: str,
     sizes: Sequence[float] = (),
@@ -139,11 +155,13 @@ class Model:
         """How the error fell, step by step."""
         return list(self.content.history)
 
-    def add(self, effect: str, measurement: MeasurementSet, **settings: object) -> Model:
-        """This model with ``effect``, fitted to ``measurement``.
+    def add(self, effect: str, measurement: SetOrFolder, **settings: object) -> Model:
+        """This model with ``effect``, fitted to ``measurement``: a set, or its folder's name.
 
-        Raises EffectNotFoundError, NotTestableError for a set that lacks what the effect needs.
+        Raises EffectNotFoundError, NotTestableError for a set that lacks what the effect needs,
+        MeasurementError for a folder that cannot be read.
         """
+        measurement = _set_of(measurement)
         content, _ = add_effect(
             self.content,
             effect,
@@ -158,10 +176,10 @@ class Model:
         """All effects by name, own ones with them."""
         return catalogue(list(self.folders))
 
-    def observations(self, measurement: MeasurementSet) -> Observations:
-        """The rows of a set with their conditions, as this model sees them."""
+    def observations(self, measurement: SetOrFolder) -> Observations:
+        """The rows of a set (or of its folder) with their conditions, as this model sees them."""
         return observations_of(
-            measurement, reference_temperature_c=self.content.reference_temperature_c
+            _set_of(measurement), reference_temperature_c=self.content.reference_temperature_c
         )
 
     def plot(self) -> Pictures:
@@ -232,11 +250,12 @@ class Diagnosis:
 
 
 def compare(
-    measurement: MeasurementSet, model: Model | None = None, *, fit: bool = True, seed: int = 1
+    measurement: SetOrFolder, model: Model | None = None, *, fit: bool = True, seed: int = 1
 ) -> Comparison:
     """How far a model is from a set, and where; ``fit=False`` judges the stored coefficients.
 
-    Raises NotTestableError for a model that the set cannot test.
+    ``measurement``: the set, or the name of its folder. Raises NotTestableError for a model that
+    the set cannot test, MeasurementError for a folder that cannot be read.
     """
     model = Model() if model is None else model
     observations = model.observations(measurement)
@@ -253,12 +272,16 @@ def compare(
 
 
 def diagnose(
-    measurement: MeasurementSet,
+    measurement: SetOrFolder,
     model: Model | None = None,
     *,
     matters_counts: float = MATTERS_COUNTS,
 ) -> Diagnosis:
-    """Which physical effect the model lacks, or that the set cannot tell."""
+    """Which physical effect the model lacks, or that the set cannot tell.
+
+    ``measurement``: the set, or the name of its folder. Raises MeasurementError for a folder that
+    cannot be read.
+    """
     model = Model() if model is None else model
     observations = model.observations(measurement)
     known = model.known()

@@ -22,6 +22,10 @@ class Finite(click.FloatRange):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
         return float(super().convert(number, param, ctx))
 
+    def _describe_range(self) -> str:
+        """The range for the help, which has none to show of a number without limits."""
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
 
 SEED = click.IntRange(min=0)
 """Of random numbers: numpy takes no negative one."""

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.cli._import_questions import Asker, Import
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
@@ -19,12 +20,11 @@ from arctrue.cli._terminal import note
 from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
     Ambiguous,
+    AmbiguousError,
     Choices,
     Imported,
     ReadSettings,
     Settings,
-    import_recordings,
-    read_recording,
 )
 from arctrue.importing.choices import refuse
 from arctrue.importing.quantities import QUANTITIES, UNITS
@@ -52,9 +52,13 @@ def _pairs(option: str, given: Sequence[str]) -> dict[str, str]:
 
 def _ask(asked: Ambiguous) -> str:
     """The answer of the person at the terminal."""
-    kind = None if asked.free_text else click.Choice([*asked.answers])
     note(asked.question)
-    return str(click.prompt(asked.option.strip("-"), type=kind, err=True))
+    if asked.free_text:
+        return str(click.prompt(asked.option.strip("-"), err=True))
+    answers = click.Choice([*asked.answers, *asked.numbered])
+    # The question lists the columns with their numbers.
+    label = asked.option.strip("-") + (", number or name" if asked.numbered else "")
+    return str(click.prompt(label, type=answers, show_choices=not asked.numbered, err=True))
 
 
 @click.command("import", short_help="Make a measurement set from files of other programs.")
@@ -158,37 +162,39 @@ def import_(
     """Make the measurement set OUT from FILEs that other programs recorded.
 
     Text in columns, JSON lines, NumPy, Parquet, HDF5, guide logs of PHD2, samples of LinuxCNC,
-    camonitor logs of EPICS. What the files do not say is asked at a terminal; a script is told the
-    options (exit code 2). The command that repeats the import is written into the set.
+    camonitor logs of EPICS, MAT files; gzip is unpacked. What the files do not say is asked at a
+    terminal; a script is told all open questions with their options and the first rows (exit code
+    2). The command that repeats the import is written into the set.
     """
     if not dry_run and (out / FILE_NAME).exists():
         raise ValueError(f"{out}: holds a measurement set already; name a new folder")
-    choices = Choices(_ask if sys.stdin.isatty() else refuse)
-    reading = ReadSettings(delimiter or "", decimal or "", group, period)
-    recordings = [read_recording(path, reader, reading, choices) for path in files]
-    imported = import_recordings(
-        recordings,
-        Settings(
-            columns=_pairs("--column", columns),
-            units=_pairs("--unit", units),
-            sign=sign or "",
-            zero=zero or "",
-            clock_offset_s=clock_offset,
-            missing=missing or "",
-            order=order or "",
-            table=Table(
-                counts_per_rev=counts_per_rev,
-                head_separation_deg=separation,
-                grating_lines=lines,
-                drive_gear_teeth=gear_teeth,
-                faces=faces,
-            ),
-            instrument=instrument,
-            standard_uncertainty_arcsec=u_arcsec,
-            title=title,
+    settings = Settings(
+        columns=_pairs("--column", columns),
+        units=_pairs("--unit", units),
+        sign=sign or "",
+        zero=zero or "",
+        clock_offset_s=clock_offset,
+        missing=missing or "",
+        order=order or "",
+        table=Table(
+            counts_per_rev=counts_per_rev,
+            head_separation_deg=separation,
+            grating_lines=lines,
+            drive_gear_teeth=gear_teeth,
+            faces=faces,
         ),
-        choices,
+        instrument=instrument,
+        standard_uncertainty_arcsec=u_arcsec,
+        title=title,
     )
+    reading = ReadSettings(delimiter or "", decimal or "", group, period)
+    import_ = Import(files, reader, reading, settings)
+    at_terminal = sys.stdin.isatty()
+    choices = Choices(Asker(import_, _ask) if at_terminal else refuse)
+    try:
+        imported = import_.run(choices)
+    except AmbiguousError as error:
+        raise ValueError(import_.all_open(error.asked)) from error
     command = _command(choices.answers)
     _print(files, imported)
     if dry_run:

@@ -101,6 +101,7 @@ def import_recordings(
     if heads:
         table = _with_separation(table, choices)
         capture = _capture(heads, table, choices)
+    settings = replace(settings, table=table)
     reference = _reference(references, settings, choices) if references else None
     if reference is not None and clocks is not None and capture is not None:
         reference = replace(reference, clock_offset_s=clocks.offset_s)
@@ -330,13 +331,17 @@ def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> R
     for number, rows in enumerate(files):
         columns: dict[str, Any] = {}
         if number in compared:
-            target, error = compared[number].target, compared[number].error
+            pair = compared.pop(number)
+            target, error = pair.target, pair.error
+            del pair
         else:
             target, error = rows.angles["target"], signed_error(rows, settings.sign, choices)
         run, direction, cycle = _labelled(
             rows, rows.unwrapped("target", choices, target), choices, split=False
         )
-        columns["run"], columns["cycle"] = run + first_run, cycle + first_cycle
+        if number:
+            run, cycle = run + first_run, cycle + first_cycle
+        columns["run"], columns["cycle"] = run, cycle
         first_run, first_cycle = int(columns["run"].max()) + 1, int(columns["cycle"].max()) + 1
         if rows.time_s is not None:
             columns["time_s"] = rows.time_s
@@ -344,6 +349,7 @@ def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> R
             columns["direction"] = direction
         columns["target_deg"] = target * 360.0
         columns["error_arcsec"] = error * ARCSEC_PER_TURN
+        del target, error
         if "head1" in rows.angles and settings.table.counts_per_rev is not None:
             columns["head1_counts"] = rows.counts("head1", settings.table.counts_per_rev)
         columns |= rows.further()
@@ -361,11 +367,16 @@ def _reference(files: list[FileRows], settings: Settings, choices: Choices) -> R
     )
 
 
-def _stacked(parts: Mapping[str, list[Any]], files: int) -> dict[str, Any]:
+def _stacked(parts: dict[str, list[Any]], files: int) -> dict[str, Any]:
     lacking = [name.lstrip("=") for name, values in parts.items() if len(values) != files]
     if lacking:
         raise ValueError(f"not every file has {', '.join(lacking)}: import them by themselves")
-    return {name: np.concatenate(values) for name, values in parts.items()}
+    # Column by column, and that of a single file as it is: there may be millions of rows.
+    found = {}
+    for name in list(parts):
+        values = parts.pop(name)
+        found[name] = values[0] if files == 1 else np.concatenate(values)
+    return found
 
 
 __all__ = ["NONE", "Imported", "Settings", "import_recordings"]

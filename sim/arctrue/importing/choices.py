@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 
@@ -15,6 +17,19 @@ class Ambiguous:
     answers: Sequence[str]
     free_text: bool = False
     """True: ``answers`` are examples, and any text may be given."""
+    numbered: Mapping[str, str] = field(default_factory=dict)
+    """Answers by the numbers that the question lists them with."""
+
+    def typed(self, answer: str) -> str:
+        """The option with ``answer``, as it is typed in a shell."""
+        option, key = self.option.partition(" ")[::2]
+        return f"{option} {shlex.quote(f'{key}={answer}' if key else answer)}"
+
+    def in_words(self) -> str:
+        """The question, and what to type."""
+        listed = ", ".join(map(self.typed, self.answers))
+        more = "Say it, for instance:" if self.free_text else "Say it with one of:"
+        return f"{self.question} {more} {listed}"
 
 
 class AmbiguousError(ValueError):
@@ -22,17 +37,37 @@ class AmbiguousError(ValueError):
 
     def __init__(self, asked: Ambiguous) -> None:
         """Say the question and what to type."""
-        joined = "=" if asked.option.rpartition(" ")[0] else " "
-        example = f"{asked.option}{joined}"
-        listed = ", ".join(f"{example}{answer}" for answer in asked.answers)
-        more = "Say it, for instance:" if asked.free_text else "Say it with one of:"
-        super().__init__(f"{asked.question} {more} {listed}")
+        super().__init__(asked.in_words())
         self.asked = asked
 
 
 def refuse(asked: Ambiguous) -> str:
     """The answer of a script: none. Raises AmbiguousError."""
     raise AmbiguousError(asked)
+
+
+_OF_THE_DATA = ("--zero", "--clock-offset", "--order")
+"""What the data ask only once columns and units are known."""
+
+
+def open_questions(attempt: Callable[[Choices], object], no: str) -> list[Ambiguous]:
+    """All questions of ``attempt``, and not only the first.
+
+    Each is answered for the time being, with ``no`` where that is the last of its answers and
+    another column can stand for it, else with the first one; what the answer leads to is asked
+    as well. Where such an answer ends in an error, no more is known.
+    """
+    found: list[Ambiguous] = []
+
+    def answer(asked: Ambiguous) -> str:
+        if asked.option not in _OF_THE_DATA or not found:
+            found.append(asked)
+        may_lack = asked.option == "--column error" and asked.answers[-1] == no
+        return asked.answers[-1 if may_lack else 0]
+
+    with suppress(ValueError, OSError):
+        attempt(Choices(answer))
+    return found
 
 
 @dataclass
@@ -55,6 +90,8 @@ class Choices:
             if earlier == option and answer.startswith(start):
                 return answer.removeprefix(start)
         given = self.answer(asked)
+        if given not in asked.answers:
+            given = asked.numbered.get(given, given)
         self.answers.append((option, f"{start}{given}"))
         return given
 

@@ -258,17 +258,21 @@ def _ask_for_what_is_needed(
         if there(name) or columns.get(name) == NONE:
             return
         several = len(recordings) > 1
-        options = [
-            f"{file + 1}:{column}" if several else column
+        numbered = {
+            f"{file + 1}:{number}" if several else str(number): f"{file + 1}:{column}"
+            if several
+            else column
             for file, recording in enumerate(recordings)
-            for column in recording.columns
+            for number, column in enumerate(recording.columns, start=1)
             if column not in {source.column for source in found[file].values()}
-        ]
+        }
+        options = [*numbered.values()]
         listed = "; ".join(f"{r.path.name} has {_listed(r)}" for r in recordings)
         asked = Ambiguous(
             f"--column {name}",
             f"Which column is {what}? {listed}.",
             [*options, NONE] if may_lack else options,
+            numbered=numbered,
         )
         given = choices.ask(asked)
         if given != NONE:

@@ -143,7 +143,7 @@ def rows_of(
     whole: dict[str, Integer] = {}
     conditions: dict[str, Float] = {}
     for quantity, values in raw.items():
-        column = values[complete]
+        column = values if kept.size == recording.rows else values[complete]
         kind, unit = kind_of(quantity), sources[quantity].unit
         if kind == "angle":
             per_turn = float(counts_per_rev or 1) if unit == "counts" else UNITS["angle"][unit]

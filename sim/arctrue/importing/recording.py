@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,12 @@ class Recording:
     def rows(self) -> int:
         """How many rows it has."""
         return next((column.size for column in self.columns.values()), 0)
+
+    def first(self, rows: int) -> Recording:
+        """The same with only the first ``rows`` rows."""
+        lines = None if self.lines is None else self.lines[:rows]
+        columns = {name: column[:rows] for name, column in self.columns.items()}
+        return replace(self, columns=columns, lines=lines)
 
     def line(self, row: int) -> int:
         """The place of row 0, 1, … for people."""

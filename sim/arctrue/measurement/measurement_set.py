@@ -27,8 +27,17 @@ REFERENCE_OPTIONAL = (
     "u_arcsec",
     "mask",
 )
+TRUTHS = ("mask", "trusted")
+"""Columns of truth values."""
 WHOLE_COLUMNS = ("run", "head1_counts", "head2_counts", "cycle", "direction", "mask")
 """Whole numbers in 64 bits; all other columns are floats."""
+COLUMNS = {
+    *CAPTURE_COLUMNS,
+    *CAPTURE_OPTIONAL,
+    *REFERENCE_COLUMNS,
+    *REFERENCE_OPTIONAL,
+    *TRUTHS,
+}
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]
@@ -59,10 +68,50 @@ class Table:
     """How well an index mark repeats from run to run, standard deviation of one head."""
 
 
+def _column(name: str, value: Any) -> NDArray[Any]:
+    """An array (n,) of the column's type. Raises ValueError."""
+    array = np.asarray(value)
+    if array.ndim != 1:
+        raise ValueError(f"{name}: expected a row of numbers, found an array {array.shape}")
+    kind = np.bool_ if name in TRUTHS else np.int64 if name in WHOLE_COLUMNS else np.float64
+    if array.dtype == kind:
+        return array
+    try:
+        found = array.astype(kind)
+        wrong = np.flatnonzero(found != array) if kind != np.float64 else np.array([], np.int64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: expected numbers, found {array.dtype}: {error}") from None
+    if wrong.size:
+        expected = "0 or 1" if name in TRUTHS else "whole numbers"
+        raise ValueError(f"{name}[{wrong[0]}]: expected {expected}, found {array[int(wrong[0])]}")
+    return found
+
+
 class _Rows:
     """What both files have in common: columns of the same length, and keys."""
 
     __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Make arrays of what is given for the columns: lists, or columns of a data frame.
+
+        Raises ValueError for a column that is no row of numbers, whole ones where they must be,
+        or that has another length than the others.
+        """
+        sizes: dict[str, int] = {}
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if item.name in COLUMNS and value is not None:
+                array = _column(item.name, value)
+                object.__setattr__(self, item.name, array)
+                sizes[item.name] = array.size
+        conditions: Mapping[str, Any] = self.conditions  # type: ignore[attr-defined]
+        arrays = {name: _column(name, value) for name, value in conditions.items()}
+        object.__setattr__(self, "conditions", arrays)
+        sizes |= {name: array.size for name, array in arrays.items()}
+        if len(set(sizes.values())) > 1:
+            listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
+            raise ValueError(f"the columns must be equally long, found {listed}")
 
     def where(self, kept: Boolean) -> Self:
         """The same with only the rows where ``kept``, shape (rows,), is True."""

@@ -16,6 +16,7 @@ import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 import tomli_w
 from numpy.typing import NDArray
 
+from arctrue.measurement.csv_blocks import LARGEST_NUMBER
 from arctrue.measurement.description import FILE_NAME, SECTIONS
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
@@ -48,8 +49,8 @@ def write_measurement_set(folder: Path | str, measurement: MeasurementSet) -> No
 
     Times are written to 1 µs, targets to 10⁻⁹ °, errors to 10⁻⁶ ″, temperatures to 1 mK.
 
-    Raises ValueError for a set with neither capture nor reference, columns of unequal length or a
-    value that is not finite, OSError where the folder cannot be written.
+    Raises ValueError for a set with neither capture nor reference or a value that is not finite or
+    that the reader refuses as too large, OSError where the folder cannot be written.
     """
     if measurement.capture is None and measurement.reference is None:
         raise ValueError("a measurement set needs a capture or a reference run")
@@ -128,9 +129,6 @@ def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Tab
         for name in names
         if getattr(columns, name) is not None
     } | {name: np.asarray(values) for name, values in columns.conditions.items()}
-    if len({array.shape for array in arrays.values()}) != 1:
-        lengths = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
-        raise ValueError(f"the columns of a file must be equally long, found {lengths}")
     converted = {}
     for name, array in arrays.items():
         if name in WHOLE_COLUMNS:
@@ -139,6 +137,12 @@ def _arrow_table(columns: Capture | Reference, names: tuple[str, ...]) -> pa.Tab
             bad = np.flatnonzero(~np.isfinite(array))
             if bad.size:
                 raise ValueError(f"{name}[{bad[0]}]: {array[bad[0]]} is not a finite number")
+            large = np.flatnonzero(np.abs(array) > LARGEST_NUMBER)
+            if large.size:
+                raise ValueError(
+                    f"{name}[{large[0]}]: {array[large[0]]:g} is too large; expected a number "
+                    f"within ±{LARGEST_NUMBER:g}, which is what is read"
+                )
             decimals = _DECIMALS.get(name)
             values = array.astype(np.float64)
             converted[name] = pa.array(values if decimals is None else np.round(values, decimals))

@@ -70,6 +70,15 @@ def _wide_text_in_gzip(path: Path) -> None:
     path.write_bytes(gzip.compress(b"0,a\n" * 1000 + b"0," + b"a" * 2000 + b"\n"))
 
 
+def _objects_in_gzip(path: Path) -> None:
+    """Three bytes an object in the file."""
+    path.write_bytes(gzip.compress(b"{}\n" * (SMALLER // 4)))
+
+
+def _samples_in_gzip(path: Path) -> None:
+    path.write_bytes(gzip.compress(b"overrun\n" + b"1 2\n" * (SMALLER // 5)))
+
+
 def _mat(path: Path) -> None:
     scipy.io.savemat(path, {"a": np.zeros(ROWS)}, do_compression=True)
 
@@ -111,6 +120,8 @@ def _hdf5(path: Path) -> None:
         ("a.npy.gz", _array_in_gzip),
         ("a.csv.gz", _rows_that_grow),
         ("a.csv.gz", _wide_text_in_gzip),
+        ("a.jsonl.gz", _objects_in_gzip),
+        ("a.txt.gz", _samples_in_gzip),
         ("a.mat", _mat),
         ("a.mat", _mat_of_small_numbers),
         ("a.mat", _mat_struct),

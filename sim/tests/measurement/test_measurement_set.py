@@ -285,9 +285,11 @@ def test_written_set_reads_the_same(tmp_path: Path) -> None:
 
 
 def test_writer_refuses_what_it_could_not_read(tmp_path: Path) -> None:
-    capture = Capture(np.zeros(2, int), np.zeros(2), np.zeros(2, int), np.zeros(3, int))
     with pytest.raises(ValueError, match="equally long"):
-        write_measurement_set(tmp_path, MeasurementSet(Table(), capture))
+        Capture(np.zeros(2, int), np.zeros(2), np.zeros(2, int), np.zeros(3, int))
+    large = Reference(np.array([0.0, 1e99]), np.zeros(2))
+    with pytest.raises(ValueError, match=r"target_deg\[1\]: 1e\+99 is too large"):
+        write_measurement_set(tmp_path, MeasurementSet(Table(), reference=large))
     bad = Reference(np.array([0.0, np.nan]), np.zeros(2))
     with pytest.raises(ValueError, match=r"target_deg\[1\]"):
         write_measurement_set(tmp_path, MeasurementSet(Table(), reference=bad))

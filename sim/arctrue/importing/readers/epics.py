@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.unpacked_size import refuse_many_fields
 from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
@@ -34,7 +35,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     times: dict[str, list[float]] = {}
     values: dict[str, list[float]] = {}
     lines: dict[str, list[int]] = {}
-    gone = 0
+    gone = posts = 0
     with path.open(encoding="utf-8", errors="replace") as file:
         for number, text in enumerate(file, start=1):
             text = text.strip()
@@ -49,6 +50,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
             times.setdefault(name, []).append(moment)
             values.setdefault(name, []).append(value)
             lines.setdefault(name, []).append(number)
+            posts += 3
+            refuse_many_fields(path, posts)
     names = list(times)
     base = _base(path, settings.group, times, choices)
     at = np.array(times[base])

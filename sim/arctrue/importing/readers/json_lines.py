@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.unpacked_size import refuse_many_fields
 from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
@@ -33,11 +34,14 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     """
     rows: list[dict[str, Any]] = []
     places = []
+    fields = 0
     try:
         with path.open(encoding="utf-8-sig") as file:
             for number, text in enumerate(file, start=1):
                 if text.strip():
                     rows.append(_row(path, number, text))
+                    fields += 1 + len(rows[-1])
+                    refuse_many_fields(path, fields)
                     places.append(number)
     except UnicodeDecodeError as error:
         raise MeasurementError("format", path, "is not text in UTF-8") from error

@@ -12,6 +12,7 @@ import numpy as np
 
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.unpacked_size import refuse_many_fields
 from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
@@ -43,6 +44,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
                     "format", path, f"expected {len(rows[0])} pins, found {len(words)}", row=number
                 )
             rows.append([_number(path, number, place, word) for place, word in enumerate(words)])
+            refuse_many_fields(path, len(rows) * (1 + len(words)))
             places.append(number)
     if not rows:
         raise MeasurementError("empty", path, "holds no samples")

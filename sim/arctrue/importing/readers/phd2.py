@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
 from arctrue.importing.reader import ReadSettings
+from arctrue.importing.readers.unpacked_size import refuse_many_fields
 from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
@@ -97,7 +98,7 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
     scale: float | None = None
     declination: float | None = None
     rate: float | None = None
-    dropped = 0
+    dropped = held = 0
     guiding = False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         for number, text in enumerate(file, start=1):
@@ -130,6 +131,8 @@ def _sections(path: Path) -> tuple[list[_Section], int]:
                     dropped += 1
                     continue
                 found[-1].rows.append(row)
+                held += 1 + len(row)
+                refuse_many_fields(path, held)
                 found[-1].lines.append(number)
             else:
                 if match := _DECLINATION.search(text):

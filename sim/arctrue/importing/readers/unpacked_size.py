@@ -25,5 +25,14 @@ def refuse_above_limit(path: Path, size: int) -> None:
         )
 
 
+OBJECT_BYTES = 100
+"""Of a field, or of a row without one, that Python holds as an object of its own."""
+
+
+def refuse_many_fields(path: Path, fields: int) -> None:
+    """Raise MeasurementError where ``fields`` objects take more than MOST_BYTES."""
+    refuse_above_limit(path, fields * OBJECT_BYTES)
+
+
 def _told(size: int) -> str:
     return f"{size / 1e9:,.3g} GB" if size >= 1e9 else f"{size / 1e6:,.3g} MB"

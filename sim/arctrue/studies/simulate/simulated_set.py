@@ -29,6 +29,8 @@ GRADUATION_ARCSEC = (0.15, 1.0)
 NOISE_ARCSEC = 0.1
 REFERENCE_NOISE_ARCSEC = 0.15
 INDEX_SCATTER_COUNTS = 1
+LARGEST_SIZE = 1000.0
+"""Of a cause, of the largest that is drawn: more is beyond turns of the table and whole counts."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,8 @@ def simulate_set(
     reference; they draw from streams of their own, so that all else stays as it is.
 
     A latency needs a reference that is read on the move; it is added to the experiment.
-    Raises ValueError for a name that no recipe has, or a size that is not positive.
+    Raises ValueError for a name that no recipe has, a size that is not positive or that no angle
+    can show.
     """
     effects = {name: item for name, item in REGISTRY.items() if name not in NOISES}
     for item, known in [(x, effects) for x in wanted] + [(x, NOISES) for x in noise]:
@@ -89,6 +92,12 @@ def simulate_set(
             )
         if item.size is not None and not item.size > 0:
             raise ValueError(f"the size of {item.name} must be positive, found {item.size}")
+        most = LARGEST_SIZE * known[item.name].high
+        if item.size is not None and item.size > most:
+            raise ValueError(
+                f"the size of {item.name} must be at most {most:g} {known[item.name].unit}, found "
+                f"{item.size:g}; a table has up to {known[item.name].high:g}"
+            )
     table_random, cause_random, noise_random = (
         np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from arctrue.measurement import MeasurementSet
+from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
 from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import (
     EXPERIMENTS,
@@ -15,17 +17,38 @@ from arctrue.studies.simulate.experiment import (
     full,
     lean,
 )
-from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
+from arctrue.studies.simulate.simulated_set import LARGEST_SIZE, Wanted, simulate_set
 from arctrue.table import RotaryTable, two_heads
 from arctrue.table.cause import UnhonouredCauseError
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
-from arctrue.table.registry import RECIPES, STRANGERS
+from arctrue.table.registry import NOISES, RECIPES, REGISTRY, STRANGERS
 
 Float = NDArray[np.float64]
 COUNT_ARCSEC = 1_296_000 / (1 << 24)
 ALPHA_COUNTS = 33 / 360 * (1 << 24)
 QUIET = {"noise_arcsec": 0.0, "reference_noise_arcsec": 0.0, "index_scatter_counts": 0}
 SMALL = full().smaller(600, 2)
+
+
+@pytest.mark.parametrize("name", REGISTRY)
+def test_no_size_gives_a_set_that_cannot_be_read(name: str, tmp_path: Path) -> None:
+    def simulated(size: float) -> MeasurementSet:
+        wanted = [Wanted(name, size)]
+        noise = name in NOISES
+        causes, noises = ([], wanted) if noise else (wanted, [])
+        return simulate_set(causes, EXPERIMENTS["short"](), 3, noise=noises).measurement
+
+    with pytest.raises(ValueError, match=f"the size of {name} must be at most"):
+        simulated(1e99)
+    try:
+        largest = simulated(LARGEST_SIZE * REGISTRY[name].high)
+    except ValueError:
+        return  # a sentence of the cause itself
+    write_measurement_set(tmp_path, largest)
+    again = read_measurement_set(tmp_path)
+    assert again.capture is not None
+    assert largest.capture is not None
+    np.testing.assert_array_equal(again.capture.run, largest.capture.run)
 
 
 def difference_arcsec(measurement: MeasurementSet) -> Float:

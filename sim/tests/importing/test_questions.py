@@ -1,0 +1,105 @@
+"""All open questions are on one screen, with the first rows; a number answers for a column."""
+
+from __future__ import annotations
+
+import importlib
+import shlex
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from arctrue.cli import main
+from arctrue.measurement import read_measurement_set
+
+
+def arctrue(*words: str | Path, said: str = "") -> Result:
+    return CliRunner().invoke(
+        main, ["import", *map(str, words)], input=said, catch_exceptions=False
+    )
+
+
+@pytest.fixture
+def odd_names(tmp_path: Path) -> Path:
+    """Names that no list knows, with spaces and signs of the shell."""
+    path = tmp_path / "a file.csv"
+    rows = "".join(f"{i * 0.1:.1f};{i};{i + 0.01};{i % 3}\n" for i in range(60))
+    path.write_text("tick;axis $1;axis 'two';n\n" + rows)
+    return path
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """CliRunner's input is taken for a person at a terminal."""
+    module = importlib.import_module("arctrue.cli.import_")
+
+    class _Stdin:
+        @staticmethod
+        def isatty() -> bool:
+            return True
+
+    class _Sys:
+        stdin = _Stdin
+
+    monkeypatch.setattr(module, "sys", _Sys)
+
+
+def test_a_script_is_told_every_question_at_once(odd_names: Path, tmp_path: Path) -> None:
+    done = arctrue(odd_names, tmp_path / "out")
+    assert done.exit_code == 2
+    for option in ("--column target=", "--column error=", "--column head1=", "--unit target=deg"):
+        assert option in done.output.replace("'", ""), option
+    # Every file's first rows, with the numbers of the columns.
+    assert "first rows of a file.csv:" in done.output
+    assert "1 tick  2 axis $1  3 axis 'two'  4 n" in " ".join(done.output.split("\n")).replace(
+        "   ", "  "
+    ).replace("   ", "  ")
+    # With all of them answered nothing is left to ask.
+    words = ["--column", "target=2", "--column", "head1=3", "--unit", "target=deg"]
+    done = arctrue(odd_names, *words, "--unit", "head1=deg", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+
+
+def test_suggested_options_can_be_pasted_into_a_shell(odd_names: Path, tmp_path: Path) -> None:
+    said = arctrue(odd_names, tmp_path / "out").output
+    line = next(
+        line for line in said.splitlines() if "--column target=" in line or "'target=" in line
+    )
+    suggested = line.partition("Say it with one of: ")[2].split(", --column ")
+    words = [shlex.split(item.removeprefix("--column ")) for item in suggested]
+    assert words == [["target=tick"], ["target=axis $1"], ["target=axis 'two'"], ["target=n"],
+                     ["target=none"]]  # fmt: skip
+
+
+@pytest.mark.usefixtures("terminal")
+def test_a_number_answers_for_a_column(odd_names: Path, tmp_path: Path) -> None:
+    done = arctrue(odd_names, tmp_path / "out", said="2\ndeg\nnone\n3\ndeg\n")
+    assert done.exit_code == 0, done.output
+    assert "first rows of a file.csv:" in done.output
+    assert "open: --column target, --unit target, --column error, --column head1" in done.output
+    found = read_measurement_set(tmp_path / "out")
+    assert found.reference is not None
+    assert found.reference.target_deg[7] == 7.0
+    assert found.reference.error_arcsec[7] == pytest.approx(36.0, abs=1e-3)
+    assert found.origin.command is not None
+    # The column's name is kept: it says more than the number.
+    assert "target=axis $1" in shlex.split(found.origin.command)
+
+
+@pytest.mark.usefixtures("terminal")
+def test_a_number_with_the_file_answers_for_a_column(odd_names: Path, tmp_path: Path) -> None:
+    second = tmp_path / "b.csv"
+    second.write_text(odd_names.read_text())
+    done = arctrue(odd_names, second, tmp_path / "out", said="9:9\n1:2\ndeg\nnone\n1:3\ndeg\n")
+    assert "1:2" in done.output
+    assert "'9:9' is not one of" in done.output
+
+
+def test_a_question_of_the_reader_shows_the_first_lines(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("1,250 2,250\n1,500 2,500\n")
+    done = arctrue(path, tmp_path / "out")
+    assert done.exit_code == 2
+    assert "--decimal point, --decimal comma" in done.output
+    assert "1,250 2,250" in done.output
+    assert "--column target=1" in done.output, "what follows is asked at once"
