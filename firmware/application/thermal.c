@@ -126,3 +126,14 @@ double thermal_apart_counts(const struct coefficients *first, const struct coeff
     }
     return apart;
 }
+
+double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
+                             double from_celsius, double to_celsius) {
+    double change = 0.0;
+    for (uint32_t place = 0; place < lanes->lanes; place++) {
+        const struct lane from = thermal_lane_at(thermal, &lanes->lane[place], from_celsius);
+        const struct lane to = thermal_lane_at(thermal, &lanes->lane[place], to_celsius);
+        change += vector_length(vector_difference(vector_of(&to), vector_of(&from)));
+    }
+    return change;
+}

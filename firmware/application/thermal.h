@@ -57,6 +57,10 @@ bool thermal_follows(const struct thermal *thermal, uint32_t order);
 /* `lane` at a temperature; itself where its order does not follow it. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
 
+/* The sum of the amplitudes by which lanes change from one temperature to another, counts. */
+double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
+                             double from_celsius, double to_celsius);
+
 /* The most by which the corrections of two banks of lanes at the same places can differ, counts.
    A lane that only one of them uses counts whole. */
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second);
