@@ -610,6 +610,25 @@ static uint32_t angle_offset(const struct core_position *position, int32_t first
     return (uint32_t)(offset < 0 ? offset + counts_per_rev : offset);
 }
 
+/* The estimate of a turn is that of its middle, and by now the table is warmer. */
+static void follow_middle(struct application *application) {
+    double now_s = seconds(application);
+    double clock_hz = application->configuration.clock_hz;
+    double celsius = application->table.celsius;
+    double half_s = 0.0;
+    if (application->temperature_clock_hz > 0.0) {
+        clock_hz = application->temperature_clock_hz;
+    }
+    if (application->before_s > 0.0 && clock_hz > 0.0) {
+        half_s = 0.5 * (now_s - fmax((double)application->header.start_time / clock_hz,
+                                     application->before_s));
+    }
+    double span_s = now_s - application->before_s;
+    double change_k = application->before_s > 0.0 ? celsius - application->before_celsius : 0.0;
+    bool between = half_s > 0.0 && span_s > half_s;
+    application->middle_celsius = celsius - (between ? change_k * half_s / span_s : 0.0);
+}
+
 static void take_bank(struct application *application) {
     const struct core_access *core = &application->core;
     struct core_position position = core_position(core);
@@ -618,6 +637,7 @@ static void take_bank(struct application *application) {
     uint32_t depth = application->configuration.capture_depth;
     uint32_t samples = header.samples < depth ? header.samples : depth;
     application->header = header;
+    follow_middle(application);
     application->position_at_bank = position.head1_position;
     const volatile int32_t *words = samples ? core->capture(core->context, 2 * samples) : NULL;
     application->capture = (struct capture){
@@ -839,6 +859,9 @@ static void process_bank(struct application *application) {
 static void finish_bank(struct application *application) {
     application->phase = PHASE_CAPTURE;
     process_bank(application);
+    bool known = table_temperature_is_known(&application->table);
+    application->before_celsius = application->table.celsius;
+    application->before_s = known ? seconds(application) : 0.0;
     core_release_capture(&application->core);
 }
 

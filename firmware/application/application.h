@@ -158,6 +158,11 @@ struct application {
     struct coefficients candidate;
     struct load load;
     struct table_temperature table;
+    /* Of the table when the bank before was taken, at which time, and in the middle of this turn;
+       as `table` says where nothing is known of before. */
+    double before_celsius;
+    double before_s;
+    double middle_celsius;
     /* The speed swings: samples are taken at equal angles until the next start or dump. */
     bool by_angle;
     /* Of the core's time for the thermometer; 0: as the core says. In the virtual instrument fewer

@@ -108,12 +108,48 @@ static bool has_dropped_orders(const struct coefficients *active,
     return false;
 }
 
+static const struct coefficients *active_of(const struct application *application) {
+    return application->has_active ? &application->active : NULL;
+}
+
+/* Variances of a component from which on a change is none of the noise. */
+#define CHANGED 18.0
+
+/* The most that an order has changed by since the turn before: of the calibration's own what the turn
+   says, of those that follow the temperature what they are made to follow. */
+static double change_arcsec(const struct application *application) {
+    const struct estimate *estimate = &application->measured;
+    const struct coefficients *active = active_of(application);
+    const struct load *load = &application->load;
+    const struct coefficients *loaded = load_at_work(load);
+    double most = 0.0;
+    for (uint32_t place = 0; active != NULL && place < estimate->orders; place++) {
+        const struct harmonic *harmonic = &estimate->harmonic[place];
+        if (harmonic->seen && coefficients_have(active, place + 1) &&
+            !coefficients_have(loaded, place + 1)) {
+            const struct vector value = {harmonic->cosine, harmonic->sine};
+            struct vector before = coefficients_components(active, place + 1);
+            double square = vector_square(vector_difference(value, before));
+            double noise = harmonic->variance_cosine + harmonic->variance_sine;
+            most = fmax(most, square - 0.5 * CHANGED * noise);
+        }
+    }
+    double followed = 0.0;
+    if (loaded != NULL && application->before_s > 0.0) {
+        followed = thermal_change_counts(application_thermal(application, &load->thermal), loaded,
+                                         application->before_celsius, application->table.celsius) *
+                   ARCSEC_PER_TURN / application->capture.counts_per_rev;
+    }
+    return fmax(sqrt(most), followed);
+}
+
 static struct judge judge_of(struct application *application, const struct turn *turn) {
     return (struct judge){
         .turn = turn,
         .estimate = &application->measured,
         .workspace = &application->workspace.further,
         .gain_limit = application->parameters.gain_limit,
+        .change_arcsec = change_arcsec(application),
     };
 }
 
@@ -126,10 +162,15 @@ static void watch_loaded(struct application *application, const struct turn *tur
         return;
     }
     const struct judge judge = judge_of(application, turn);
+    const struct thermal *thermal = application_thermal(application, &load->thermal);
+    load_combine(set, thermal, application->middle_celsius, NULL, set->lanes,
+                 &application->candidate);
     judge_look(&judge, set);
     for (uint32_t place = 0; place < set->lanes; place++) {
         uint32_t order = set->lane[place].order;
-        struct vector applied = coefficients_components(&application->active, order);
+        bool follows = thermal_follows(thermal, order);
+        struct vector applied = coefficients_components(
+            follows ? &application->candidate : &application->active, order);
         if (order == 0) {
             continue;
         }
@@ -196,10 +237,6 @@ static void take_as_candidate(struct application *application, enum candidate_or
         gate_predict(&application->measured, active, &application->candidate);
 }
 
-static const struct coefficients *active_of(const struct application *application) {
-    return application->has_active ? &application->active : NULL;
-}
-
 /* The saved coefficients; the calibration's own of before where there are none of this start. */
 static void judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
@@ -207,7 +244,7 @@ static void judge_saved(struct application *application, const struct turn *turn
     const struct coefficients *active = active_of(application);
     uint32_t lanes = application->configuration.lanes;
     load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
-                 application->table.celsius, active != NULL ? active : &saved->own, lanes,
+                 application->middle_celsius, active != NULL ? active : &saved->own, lanes,
                  &application->candidate);
     bool fits = saved_lanes(saved) <= lanes &&
                 saved->own.counts_per_rev == application->capture.counts_per_rev;
@@ -234,7 +271,7 @@ static void judge_load(struct application *application, const struct turn *turn)
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, application_thermal(application, &load->received_thermal),
-                 application->table.celsius, &own, application->configuration.lanes,
+                 application->middle_celsius, &own, application->configuration.lanes,
                  &application->candidate);
     enum load_answer answer = judge_received(&judge, load, active, &application->candidate);
     if (answer == LOAD_TAKEN) {
@@ -252,12 +289,12 @@ static void judge_pending(struct application *application, const struct turn *tu
     const struct coefficients *active = active_of(application);
     uint32_t lanes = application->configuration.lanes;
     struct coefficients *candidate = &application->candidate;
-    load_combine(&load->loaded, thermal, application->table.celsius, NULL, lanes, candidate);
+    load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
     enum judgement found = judge_again(&judge, &load->loaded, load->unjudged, 0.0, candidate);
     if (found == JUDGED_WRONG) {
         load_reject(load, LOAD_WORSE);
     } else if (found == JUDGED_RIGHT) {
-        load_combine(&load->loaded, thermal, application->table.celsius, active, lanes,
+        load_combine(&load->loaded, thermal, application->middle_celsius, active, lanes,
                      candidate);
         take_as_candidate(application, OF_PENDING);
     }

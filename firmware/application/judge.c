@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "transfer_function.h"
 #include "units.h"
 
 /* ln 1000: a value is taken where it is a thousand times likelier than none, and refused where none
@@ -35,12 +36,25 @@ static struct sight fitted_sight(const struct harmonic *harmonic, double gain_li
     };
 }
 
+/* Another order m that grows by c from one end of the turn to the other is, as a sawtooth times a cosine, at
+   order n c/2pi (1/(n - m) + 1/(n + m)) in head 2 less head 1, about c/(pi n) for small m; order n itself is
+   off by c/2 at the end. c/2n bounds both. */
+static double by_change(const struct judge *judge, uint32_t order) {
+    double gain = noise_gain(order, judge->estimate->separation_rad);
+    double leak = judge->change_arcsec * gain / (2.0 * order);
+    return 0.5 * leak * leak;
+}
+
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied) {
-    if (order <= judge->estimate->orders) {
-        return fitted_sight(&judge->estimate->harmonic[order - 1], judge->gain_limit);
+    struct sight sight =
+        order <= judge->estimate->orders
+            ? fitted_sight(&judge->estimate->harmonic[order - 1], judge->gain_limit)
+            : further_orders_sight(judge->workspace, judge->estimate, order, judge->gain_limit,
+                                   applied);
+    if (sight.state == SIGHT_CLEAR && judge->change_arcsec > 0.0) {
+        sight.by_change = by_change(judge, order);
     }
-    return further_orders_sight(judge->workspace, judge->estimate, order, judge->gain_limit,
-                                applied);
+    return sight;
 }
 
 static struct vector components(const struct coefficients *coefficients, uint32_t order) {
@@ -56,7 +70,7 @@ static enum judgement judge_order(const struct sight *sight, struct vector value
     if (sight->state != SIGHT_CLEAR) {
         return sight->state == SIGHT_UNSEEN ? JUDGED_NEVER : JUDGED_NOT_YET;
     }
-    double u = sight_uncertainty(sight);
+    double u = sqrt(sight_variance(sight));
     double left = sight_left(sight, value);
     *evidence += (float)sight_evidence(sight, value);
     double no_worse = NO_WORSE * u + NOISE_SHARE * noise_arcsec;

@@ -15,6 +15,8 @@ struct judge {
     const struct estimate *estimate;
     struct further_workspace *workspace;
     double gain_limit;
+    /* By how much an order of the table has changed since the turn before, arcsec. */
+    double change_arcsec;
 };
 
 enum judgement {

@@ -10,7 +10,9 @@
 #include "crc32.h"
 #include "units.h"
 
-#define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
+#define STEEPEST (ARCTRUE_STEEPEST_PERCENT / 100.0)
+/* Counts: the most negative word. */
+#define AMPLITUDE_LIMIT ((double)(1 << (ARCTRUE_AMPLITUDE_WIDTH - 1 - ARCTRUE_AMPLITUDE_FRACTION)))
 /* What the frame that forces says: it has no number of its own. */
 enum { FORCE_WORD = 1 };
 
@@ -213,6 +215,24 @@ enum load_answer load_temperature(struct load *load, int32_t reference_mc,
     }
     load->received_thermal.reference_mc = reference_mc;
     load->received_thermal.time_constant_ms = time_constant_ms;
+    thermal_preset_range(&load->received_thermal);
+    if (!thermal_is_valid(&load->received_thermal)) {
+        return refused(load, LOAD_OUT_OF_RANGE);
+    }
+    load->crc = crc_of(load->crc, words, 2);
+    return LOAD_TAKEN;
+}
+
+enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc) {
+    const uint32_t words[] = {(uint32_t)least_mc, (uint32_t)most_mc};
+    if (crc_of(0, words, 2) != crc) {
+        return LOAD_WRONG_CRC;
+    }
+    if (load->state != LOAD_RECEIVING) {
+        return LOAD_WRONG_FRAME;
+    }
+    load->received_thermal.least_mc = least_mc;
+    load->received_thermal.most_mc = most_mc;
     if (!thermal_is_valid(&load->received_thermal)) {
         return refused(load, LOAD_OUT_OF_RANGE);
     }
@@ -233,16 +253,6 @@ enum load_answer load_force(struct load *load, uint32_t crc) {
     return LOAD_TAKEN;
 }
 
-/* |d eps / d R| at most: 1 and the corrected angle would no longer rise with the angle. */
-static double steepest(const struct coefficients *coefficients) {
-    double slope = 0.0;
-    for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
-        const struct lane *word = &coefficients->lane[lane];
-        slope += word->order * fabs((double)word->amplitude) / AMPLITUDE_STEPS;
-    }
-    return slope * 2.0 * PI / coefficients->counts_per_rev;
-}
-
 enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
                           const struct coefficients *active, uint32_t crc) {
     struct coefficients own;
@@ -261,8 +271,12 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, NULL, 0.0, &own, load->received.lanes, &all);
-    if (steepest(&all) >= 1.0) {
+    const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
+    if (extent.steepest >= STEEPEST) {
         return refused(load, LOAD_TOO_STEEP);
+    }
+    if (extent.largest_counts > AMPLITUDE_LIMIT) {
+        return refused(load, LOAD_OUT_OF_RANGE);
     }
     load->state = LOAD_WAITING;
     load->whole = true;

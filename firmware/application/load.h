@@ -105,6 +105,8 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
 /* At which temperature the lanes are as they are written, and how the thermometer lags. */
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc);
+/* Between which temperatures the lanes follow; after the frame above, which presets it. */
+enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc);
 /* Orders of what is coming that no turn can judge are taken unjudged. */
 enum load_answer load_force(struct load *load, uint32_t crc);
 /* `counts_per_rev`: of the table as it is set; `active`: what is active, or NULL. */

@@ -36,7 +36,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
     double square = vector_square(left);
     double variance = follow_variance(&watch->lane[place], (watch->shown & bit) != 0, left,
                                       sight->variance);
-    double limit = WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation);
+    double limit = WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation + sight->by_change);
     watch->shown |= bit;
     if (!(square > limit)) {
         watch->beyond[place] = 0;

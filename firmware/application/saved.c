@@ -99,6 +99,10 @@ static void put_thermal(struct words *words, const struct thermal *thermal) {
         put(words, (uint32_t)lane->cosine_squared);
         put(words, (uint32_t)lane->sine_squared);
     }
+    if (thermal->lanes != 0 && !thermal_has_preset_range(thermal)) {
+        put(words, (uint32_t)thermal->least_mc);
+        put(words, (uint32_t)thermal->most_mc);
+    }
 }
 
 static uint32_t used(const struct coefficients *coefficients) {
@@ -207,6 +211,7 @@ static bool take_thermal(struct source *from, struct saved *saved) {
     *thermal = (struct thermal){.lanes = take(from)};
     thermal->reference_mc = (int32_t)take(from);
     thermal->time_constant_ms = take(from);
+    thermal_preset_range(thermal);
     if (!thermal_is_valid(thermal)) {
         return false;
     }
@@ -217,7 +222,11 @@ static bool take_thermal(struct source *from, struct saved *saved) {
         thermal->lane[place].cosine_squared = (int32_t)take(from);
         thermal->lane[place].sine_squared = (int32_t)take(from);
     }
-    return true;
+    if (from->place < from->end) {
+        thermal->least_mc = (int32_t)take(from);
+        thermal->most_mc = (int32_t)take(from);
+    }
+    return thermal_is_valid(thermal);
 }
 
 enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_t *sequence) {

@@ -14,6 +14,7 @@
      (0 the calibration, 1 loaded, 2 loaded and judged by nobody)
      then the number of loaded lanes that follow the temperature, T0 and the time constant in
      thousandths, and for each: order, cosine, sine, and both of the square; thermal.h
+     then, where it is not the preset one, the range of temperature in thousandths
      last  CRC-32 of all words before */
 
 #ifndef ARCTRUE_SAVED_H
@@ -35,7 +36,7 @@ enum {
     SAVED_THERMAL_WORDS = 5,
     SAVED_WORDS_MOST = SAVED_HEAD_WORDS + 2 + SAVED_PARAMETERS_MOST * SAVED_PARAMETER_WORDS + 2 +
                        LANES_LIMIT * SAVED_LANE_WORDS + 3 +
-                       THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 1,
+                       THERMAL_LANES_MAX * SAVED_THERMAL_WORDS + 2 + 1,
 };
 
 struct saved {

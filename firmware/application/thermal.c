@@ -15,10 +15,29 @@
 #define LEAST_MC (-273150)
 #define MOST_MC 1000000
 #define TIME_CONSTANT_MOST_MS 3600000U
+#define RANGE_MC (1000 * ARCTRUE_THERMAL_RANGE_K)
+enum { RANGE_STEPS = 32 };
 
 bool thermal_is_valid(const struct thermal *thermal) {
-    return thermal->lanes <= THERMAL_LANES_MAX && thermal->reference_mc >= LEAST_MC &&
-           thermal->reference_mc <= MOST_MC && thermal->time_constant_ms <= TIME_CONSTANT_MOST_MS;
+    return thermal->lanes <= THERMAL_LANES_MAX && thermal->least_mc >= LEAST_MC &&
+           thermal->least_mc <= thermal->reference_mc &&
+           thermal->reference_mc <= thermal->most_mc && thermal->most_mc <= MOST_MC &&
+           thermal->time_constant_ms <= TIME_CONSTANT_MOST_MS;
+}
+
+static int32_t between(int64_t value) {
+    return (int32_t)(value < LEAST_MC ? LEAST_MC : (value > MOST_MC ? MOST_MC : value));
+}
+
+void thermal_preset_range(struct thermal *thermal) {
+    thermal->least_mc = between((int64_t)thermal->reference_mc - RANGE_MC);
+    thermal->most_mc = between((int64_t)thermal->reference_mc + RANGE_MC);
+}
+
+bool thermal_has_preset_range(const struct thermal *thermal) {
+    struct thermal preset = {.reference_mc = thermal->reference_mc};
+    thermal_preset_range(&preset);
+    return thermal->least_mc == preset.least_mc && thermal->most_mc == preset.most_mc;
 }
 
 static const struct thermal_lane *slope_of(const struct thermal *thermal, uint32_t order) {
@@ -41,6 +60,17 @@ static struct vector vector_of(const struct lane *lane) {
     return (struct vector){amplitude * unit.re, amplitude * unit.im};
 }
 
+/* Of a lane at T0 + `warmth`. */
+static struct vector vector_at(const struct lane *lane, const struct thermal_lane *slope,
+                               double warmth) {
+    struct vector value = vector_of(lane);
+    if (slope != NULL) {
+        value.re += (slope->cosine + slope->cosine_squared * warmth) * warmth / SLOPE_STEPS;
+        value.im -= (slope->sine + slope->sine_squared * warmth) * warmth / SLOPE_STEPS;
+    }
+    return value;
+}
+
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane,
                             double celsius) {
     const struct thermal_lane *slope = slope_of(thermal, lane->order);
@@ -48,17 +78,38 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     if (slope == NULL || lane->order == 0) {
         return made;
     }
-    double warmth = celsius - thermal->reference_mc / 1000.0;
-    struct vector value = vector_of(lane);
-    value.re += (slope->cosine + slope->cosine_squared * warmth) * warmth / SLOPE_STEPS;
-    value.im -= (slope->sine + slope->sine_squared * warmth) * warmth / SLOPE_STEPS;
+    double within = fmin(fmax(celsius, thermal->least_mc / 1000.0), thermal->most_mc / 1000.0);
+    struct vector value = vector_at(lane, slope, within - thermal->reference_mc / 1000.0);
     double turns = atan2(value.im, value.re) / (2.0 * PI);
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset = (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) &
                         ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
-    /* What no lane holds stays at its limit, and is told as an error that is left. */
+    /* thermal_extent() has let nothing through that no lane holds. */
     made.amplitude = (int32_t)fmin(amplitude, AMPLITUDE_WORD_MAX);
     return made;
+}
+
+struct thermal_extent thermal_extent(const struct thermal *thermal,
+                                     const struct coefficients *coefficients) {
+    double step_k = (thermal->most_mc - thermal->least_mc) / 1000.0 / RANGE_STEPS;
+    struct thermal_extent extent = {0.0, 0.0};
+    for (uint32_t step = 0; step <= RANGE_STEPS; step++) {
+        double warmth = (thermal->least_mc - thermal->reference_mc) / 1000.0 + step * step_k;
+        double slope = 0.0;
+        for (uint32_t place = 0; place < coefficients->lanes; place++) {
+            const struct lane *lane = &coefficients->lane[place];
+            const struct thermal_lane *follows = slope_of(thermal, lane->order);
+            double size = vector_length(vector_at(lane, follows, warmth));
+            if (follows != NULL) {
+                const struct vector curve = {follows->cosine_squared, follows->sine_squared};
+                size += vector_length(curve) / SLOPE_STEPS * step_k * step_k / 4.0;
+            }
+            slope += lane->order * size;
+            extent.largest_counts = fmax(extent.largest_counts, size);
+        }
+        extent.steepest = fmax(extent.steepest, slope * 2.0 * PI / coefficients->counts_per_rev);
+    }
+    return extent;
 }
 
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second) {
@@ -74,4 +125,15 @@ double thermal_apart_counts(const struct coefficients *first, const struct coeff
         apart += vector_length(difference);
     }
     return apart;
+}
+
+double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
+                             double from_celsius, double to_celsius) {
+    double change = 0.0;
+    for (uint32_t place = 0; place < lanes->lanes; place++) {
+        const struct lane from = thermal_lane_at(thermal, &lanes->lane[place], from_celsius);
+        const struct lane to = thermal_lane_at(thermal, &lanes->lane[place], to_celsius);
+        change += vector_length(vector_difference(vector_of(&to), vector_of(&from)));
+    }
+    return change;
 }

@@ -28,16 +28,38 @@ struct thermal {
     /* T0, and the time constant of first order by which the thermometer lags; thousandths. */
     int32_t reference_mc;
     uint32_t time_constant_ms;
+    /* Below and above, the lanes stay as they are there; thousandths. */
+    int32_t least_mc;
+    int32_t most_mc;
 };
 
-/* The limits of the two last: -273.15 to 1000 degrees; up to an hour. */
+/* Over the range of temperature: |d eps / d R| at most, and the largest amplitude of a lane, counts. */
+struct thermal_extent {
+    double steepest;
+    double largest_counts;
+};
+
+/* -273.15 to 1000 degrees, T0 within the range; up to an hour. */
 bool thermal_is_valid(const struct thermal *thermal);
+
+/* The range of a file that states none. */
+void thermal_preset_range(struct thermal *thermal);
+bool thermal_has_preset_range(const struct thermal *thermal);
+
+/* Bounds: the largest value at 33 temperatures of the range, and what a lane can be above the chord
+   between two of them, c2 h^2/4. Phases are not used: sum of n |c_n|. */
+struct thermal_extent thermal_extent(const struct thermal *thermal,
+                                     const struct coefficients *coefficients);
 
 /* The order has a slope. */
 bool thermal_follows(const struct thermal *thermal, uint32_t order);
 
 /* `lane` at a temperature; itself where its order does not follow it. */
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane, double celsius);
+
+/* The sum of the amplitudes by which lanes change from one temperature to another, counts. */
+double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
+                             double from_celsius, double to_celsius);
 
 /* The most by which the corrections of two banks of lanes at the same places can differ, counts.
    A lane that only one of them uses counts whole. */

@@ -41,7 +41,7 @@ static bool is_blurred(const struct further_workspace *workspace, const struct f
 
 /* G = cosine - j sine. */
 static struct sight sight_of(struct vector g, double variance, double by_separation) {
-    return (struct sight){SIGHT_CLEAR, vector_conjugate(g), variance, by_separation};
+    return (struct sight){SIGHT_CLEAR, vector_conjugate(g), variance, by_separation, 0.0};
 }
 
 static double misfit(const struct sight *sight, struct vector applied) {

@@ -19,10 +19,11 @@ struct sight {
     enum sight_state state;
     /* Cosine and sine, arcsec; x below. */
     struct vector value;
-    /* Of a component, arcsec^2: by the noise of the turn, and by the separation, which is the same
-       in every turn. */
+    /* Of a component, arcsec^2: by the noise of the turn; by the separation, which is the same in
+       every turn; and by what has changed within the turn. */
     double variance;
     double by_separation;
+    double by_change;
 };
 
 /* Logarithm of the likelihood ratio of the applied value a to no correction of the order:
@@ -32,7 +33,7 @@ double sight_evidence(const struct sight *sight, struct vector applied);
 /* |x - a|, arcsec. */
 double sight_left(const struct sight *sight, struct vector applied);
 
-/* Standard uncertainty of a component, arcsec. */
-double sight_uncertainty(const struct sight *sight);
+/* Variance of a component by all three, arcsec^2. */
+double sight_variance(const struct sight *sight);
 
 #endif

@@ -77,12 +77,13 @@ static const struct {
     {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
     {"wrong_frame", "another frame was expected: begin the load anew"},
     {"too_many_lanes", "more orders than the gateware has lanes: export fewer with --lanes"},
-    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds: is the file whole?"},
+    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds, maybe at a temperature of the file's range: is the file "
+                     "whole?"},
     {"order_twice", "two lanes of the file have the same order: write it anew"},
     {"not_whole", "frames are missing: begin the load anew"},
     {"another_table", "the coefficients were made for another counts_per_rev than is set here"},
-    {"too_steep", "with these coefficients the corrected angle would turn back: |d error/d angle| is "
-                  "1 or more"},
+    {"too_steep", "with these coefficients the corrected angle could turn back: |d error/d angle| is "
+                  "1 or more, at some temperature of the file's range"},
     {"worse_prediction", "the captured turn speaks against them: load status names an order that it "
                          "measures otherwise; is it the file of this table, and is its index the same?"},
     {"unseen_order", "two heads at this angle cannot see an order of them, so that no turn can judge it: "

@@ -4,13 +4,13 @@
 
 const char load_use[] =
     "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
-    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load force 1 CRC | load end CRC | "
-    "load status | load abort: what arctrue load sends";
+    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST CRC | "
+    "load force 1 CRC | load end CRC | load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 
 enum { ARCSEC_DECIMALS = 6 };
-enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, FORCE_WORDS = 4, END_WORDS = 3 };
+enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, RANGE_WORDS = 5, FORCE_WORDS = 4, END_WORDS = 3 };
 
 static void line(struct console *console, const char *text) {
     text_word(&console->sink, text);
@@ -92,6 +92,17 @@ static void temperature(struct console *console, char *const *words) {
     }
     answer(console, load_temperature(&console->application->load, (int32_t)values[0],
                                      (uint32_t)values[1], crc));
+}
+
+static void range(struct console *console, char *const *words) {
+    int64_t values[2];
+    uint32_t crc;
+    if (!read_numbers(words, 3, values, &crc) || !fits(values[0]) || !fits(values[1])) {
+        answer(console, LOAD_WRONG_CRC);
+        return;
+    }
+    answer(console, load_range(&console->application->load, (int32_t)values[0],
+                               (int32_t)values[1], crc));
 }
 
 static void force(struct console *console, char *const *words) {
@@ -176,6 +187,8 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         slope(console, words + 2);
     } else if (text_equal(what, "temperature") && number == TEMPERATURE_WORDS) {
         temperature(console, words + 2);
+    } else if (text_equal(what, "range") && number == RANGE_WORDS) {
+        range(console, words + 2);
     } else if (text_equal(what, "force") && number == FORCE_WORDS) {
         force(console, words + 2);
     } else if (text_equal(what, "end") && number == END_WORDS) {

@@ -57,6 +57,12 @@ package number_formats_pkg is
   -- Clocks by which Z may change before or after the edge of A or B that it belongs to.
   constant INDEX_SKEW                 : positive := 3;
 
+  -- Steepest correction |d eps / d R| that is loaded, percent: from 100 on the corrected angle could turn back.
+  constant STEEPEST_PERCENT           : positive := 100;
+
+  -- Lanes that follow the temperature do so this far to each side of T0, where the file states no range, K.
+  constant THERMAL_RANGE_K            : positive := 10;
+
   constant LANES_MAX                  : positive := 64;
   constant LANES_DEFAULT              : positive := 32;
 

@@ -12,7 +12,7 @@ import numpy as np
 from arctrue.calibration.comparison import Comparison, extent
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
-from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coefficients
 from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 
@@ -34,6 +34,25 @@ def of_comparison(comparison: Comparison | None) -> list[str]:
         f"against the set's own reference run the error rises from {before.rms:.3f}″ to "
         f"{after.rms:.3f}″ RMS; are the heads swapped, or do capture and reference belong together?"
     ]
+
+
+def of_steepness(coefficients: Coefficients) -> list[str]:
+    """The firmware's ``too_steep`` and ``out_of_range``, at any temperature of the file's range."""
+    steepest, largest = coefficients.extent()
+    thermal = coefficients.thermal
+    where = "" if thermal is None else f" between {thermal.least_c:g} and {thermal.most_c:g} °C"
+    found = []
+    if steepest >= STEEPEST:
+        found.append(
+            f"the correction is too steep: |dε/dR| reaches {steepest:.3g}{where}, and from "
+            f"{STEEPEST:g} on the corrected angle could turn back"
+        )
+    if largest > AMPLITUDE_LIMIT_COUNTS:
+        found.append(
+            f"a lane reaches {largest:.0f} counts{where}, and the gateware holds no more than "
+            f"{AMPLITUDE_LIMIT_COUNTS:g}"
+        )
+    return found
 
 
 def of_separation(nominal_rad: float, measured_rad: float) -> list[str]:

@@ -108,7 +108,10 @@ def calibrate_from_reference(
         orders=result.orders,
         amplitudes_arcsec=result.amplitudes_arcsec,
         left_out=result.left_out,
-        objections=acceptance.of_comparison(comparison),
+        objections=[
+            *acceptance.of_steepness(result.coefficients),
+            *acceptance.of_comparison(comparison),
+        ],
         warnings=[
             *measurement.warnings,
             *result.warnings,

@@ -29,6 +29,7 @@ from arctrue.cli._workbench import (
 )
 from arctrue.gateware.coefficient_file import ARCSEC_PER_TURN, write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
+from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
 from arctrue.printable import one_line
@@ -86,6 +87,13 @@ GATEWARE = "gateware"
     help="Fit that time constant to SET, and the model to the table's own temperature.",
 )
 @click.option(
+    "--temperatures",
+    "range_c",
+    type=(Finite(min=-273.15), Finite(max=1000.0)),
+    help="Lowest and highest temperature in °C up to which lanes follow it.  [default: "
+    f"{THERMAL_RANGE_K} K to each side of the set's reference temperature, and all that SET has]",
+)
+@click.option(
     "--coefficients",
     "coefficient_file",
     type=OutputFile(),
@@ -110,6 +118,7 @@ def export(
     temperature: float | None,
     sensor_lag: float,
     fit_sensor_lag: bool,
+    range_c: tuple[float, float] | None,
     coefficient_file: Path | None,
     force: bool,
 ) -> None:
@@ -157,6 +166,7 @@ def export(
         lanes=lanes,
         temperature_c=temperature,
         sensor_time_constant_s=sensor_lag,
+        range_c=range_c,
     )
     became = outcome(
         model, bench.observations, bench.effects, result.coefficients, temperature_c=temperature
@@ -192,7 +202,8 @@ def export(
     if thermal is not None:
         console.print(
             f"amplitudes at {thermal.reference_c:g} °C; orders with a slope follow the device's "
-            f"thermometer, whose lag is taken as {thermal.time_constant_s:g} s",
+            f"thermometer from {thermal.least_c:g} to {thermal.most_c:g} °C, whose lag is taken as "
+            f"{thermal.time_constant_s:g} s",
             soft_wrap=True,
         )
     _tell_what_became(became)

@@ -68,6 +68,9 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
     if thermal is not None:
         milli = [round(1000 * thermal.reference_c), round(1000 * thermal.time_constant_s)]
         named.append(("temperature", milli))
+        if not thermal.has_default_range:
+            span = [round(1000 * thermal.least_c), round(1000 * thermal.most_c)]
+            named.append(("range", span))
         named += [
             ("slope", [number, order, *thermal.slopes[number].tolist()])
             for number, order in enumerate(thermal.orders)

@@ -72,6 +72,8 @@ _SLOPE_KEYS = ("slope_arcsec_per_k", "slope_arcsec_per_k2", "slope")
 class _Temperature(Struct, forbid_unknown_fields=True):
     reference_c: Number
     sensor_time_constant_s: Number
+    least_c: Number = math.nan
+    most_c: Number = math.nan
 
 
 class _File(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -129,12 +131,15 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
         lines[1:3] += [
             "# Lanes with a slope follow the temperature T: their cosine and sine gain",
             "# slope[0:2] (T - T0) + slope[2:4] (T - T0)^2, in count / 2^20; T0 is reference_c.",
+            "# Below least_c and above most_c they stay as they are there.",
         ]
         lines += [
             "",
             "[temperature]",
             f"reference_c = {thermal.reference_c!r}",
             f"sensor_time_constant_s = {thermal.time_constant_s!r}",
+            f"least_c = {thermal.least_c!r}",
+            f"most_c = {thermal.most_c!r}",
         ]
     for lane in range(coefficients.lanes):
         amplitude = int(coefficients.amplitudes[lane])
@@ -229,6 +234,8 @@ def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> Ther
         np.array(list(slopes.values())),
         table.reference_c,
         table.sensor_time_constant_s,
+        table.least_c,
+        table.most_c,
     )
 
 

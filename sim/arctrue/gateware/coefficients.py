@@ -23,11 +23,15 @@ from arctrue.generated.number_formats import (
     ORDER_WIDTH,
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
+    STEEPEST_PERCENT,
 )
 
 ORDER_MAX = (1 << ORDER_WIDTH) - 1
 AMPLITUDE_LSB_COUNTS = 1.0 / (1 << AMPLITUDE_FRACTION)
 AMPLITUDE_WORD_MAX = (1 << (AMPLITUDE_WIDTH - 1)) - 1
+RANGE_STEPS = 32
+"""Of a range of temperature, where bounds over it are worked out; the firmware has as many."""
+STEEPEST = STEEPEST_PERCENT / 100
 AMPLITUDE_LIMIT_COUNTS = float(1 << (AMPLITUDE_WIDTH - 1 - AMPLITUDE_FRACTION))
 
 
@@ -117,6 +121,32 @@ class Coefficients:
             turns = phase / (2.0 * math.pi)
             offsets[lane] = round(turns % 1.0 * 2**PHASE_WIDTH) % 2**PHASE_WIDTH
         return dataclasses.replace(self, phase_offsets=offsets, amplitudes=amplitudes, thermal=None)
+
+    def extent(self) -> tuple[float, float]:
+        """|dε/dR| at most and the largest amplitude of a lane in counts, at any temperature.
+
+        Bounds over the range of ``thermal``: the largest value at RANGE_STEPS + 1 temperatures and
+        what a lane can be above the chord between two of them, c₂h²/4. Phases are not used:
+        Σ n·|c_n| is what all lanes together can reach somewhere in the turn.
+        """
+        thermal, orders = self.thermal, self.orders.astype(np.float64)
+        written = self.amplitudes_counts * np.exp(-1j * self.phases_rad)
+        sizes: NDArray[np.float64]
+        if thermal is None:
+            sizes, bow = np.abs(written)[np.newaxis], np.zeros(self.lanes)
+        else:
+            celsius = np.linspace(thermal.least_c, thermal.most_c, RANGE_STEPS + 1)
+            gains = [
+                [thermal.change_counts(order, at) for order in self.orders.tolist()]
+                for at in celsius.tolist()
+            ]
+            sizes = np.abs(written + np.array(gains))
+            step = (thermal.most_c - thermal.least_c) / RANGE_STEPS
+            bow = np.array([thermal.curve_counts(order) for order in self.orders.tolist()])
+            bow *= step**2 / 4.0
+        largest = float((sizes + bow).max())
+        slope = float((sizes @ orders).max() + bow @ orders)
+        return slope * 2.0 * math.pi / self.counts_per_rev, largest
 
     @property
     def lanes(self) -> int:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.generated.number_formats import THERMAL_RANGE_K
+
 SLOPE_LSB_COUNTS = 2.0**-20
 """Of a word of a slope: counts a kelvin, and a kelvin squared."""
 SLOPE_WORD_MAX = 2**31 - 1
@@ -22,7 +24,8 @@ class ThermalLanes:
 
     ``orders`` (n,); ``slopes`` (n, 4), int64 words of 2⁻²⁰ count: cosine and sine a kelvin, cosine
     and sine a kelvin squared. ``time_constant_s``: of the lag of first order of the thermometer.
-    ``reference_c`` and ``time_constant_s`` are rounded to thousandths, as the device holds them.
+    Below ``least_c`` and above ``most_c`` the lanes stay as they are there; NaN: THERMAL_RANGE_K
+    to each side of T₀. Temperatures and time are rounded to thousandths, as the device holds them.
 
     Raises ValueError for what the firmware cannot hold.
     """
@@ -31,6 +34,8 @@ class ThermalLanes:
     slopes: NDArray[np.int64]
     reference_c: float
     time_constant_s: float = 0.0
+    least_c: float = math.nan
+    most_c: float = math.nan
 
     def __post_init__(self) -> None:
         """Check the words, and make the array read-only."""
@@ -56,6 +61,16 @@ class ThermalLanes:
         object.__setattr__(self, "slopes", slopes)
         object.__setattr__(self, "reference_c", round(self.reference_c, 3))
         object.__setattr__(self, "time_constant_s", round(self.time_constant_s, 3))
+        for name, side in (("least_c", -1), ("most_c", 1)):
+            limit = getattr(self, name)
+            if math.isnan(limit):
+                limit = self.reference_c + side * THERMAL_RANGE_K
+            object.__setattr__(self, name, round(min(max(limit, -273.15), 1000.0), 3))
+        if not self.least_c <= self.reference_c <= self.most_c:
+            raise ValueError(
+                f"least_c, most_c: {self.least_c:g} to {self.most_c:g}, expected a range that "
+                f"holds reference_c, {self.reference_c:g}"
+            )
 
     def __eq__(self, other: object) -> bool:
         """Whether every word is the same."""
@@ -66,18 +81,31 @@ class ThermalLanes:
             and np.array_equal(self.slopes, other.slopes)
             and self.reference_c == other.reference_c
             and self.time_constant_s == other.time_constant_s
+            and (self.least_c, self.most_c) == (other.least_c, other.most_c)
         )
+
+    @property
+    def has_default_range(self) -> bool:
+        """The range is the one of a file that states none."""
+        span = (self.reference_c - THERMAL_RANGE_K, self.reference_c + THERMAL_RANGE_K)
+        return (self.least_c, self.most_c) == tuple(round(limit, 3) for limit in span)
 
     def change_counts(self, order: int, celsius: float) -> complex:
         """Cosine and sine (as real and imaginary part) that an order gains from T₀ on, counts."""
         if order not in self.orders:
             return 0j
         cosine, sine, cosine2, sine2 = self.slopes[self.orders.index(order)] * SLOPE_LSB_COUNTS
-        warmth = celsius - self.reference_c
+        warmth = min(max(celsius, self.least_c), self.most_c) - self.reference_c
         return complex(
             (cosine + cosine2 * warmth) * warmth,
             (sine + sine2 * warmth) * warmth,
         )
+
+    def curve_counts(self, order: int) -> float:
+        """|c₂| of an order, counts a kelvin squared."""
+        if order not in self.orders:
+            return 0.0
+        return float(np.hypot(*self.slopes[self.orders.index(order)][2:]) * SLOPE_LSB_COUNTS)
 
     @classmethod
     def from_slopes(
@@ -85,6 +113,7 @@ class ThermalLanes:
         slopes_counts: dict[int, NDArray[np.float64]],
         reference_c: float,
         time_constant_s: float = 0.0,
+        range_c: tuple[float, float] = (math.nan, math.nan),
     ) -> ThermalLanes:
         """Quantise ``{order: (4,)}`` of counts a kelvin and a kelvin squared."""
         values = np.array(list(slopes_counts.values()))
@@ -92,7 +121,11 @@ class ThermalLanes:
             raise ValueError("slopes: not a finite number")
         words = np.rint(values / SLOPE_LSB_COUNTS)
         return cls(
-            tuple(slopes_counts), words.astype(np.int64), reference_c, float(time_constant_s)
+            tuple(slopes_counts),
+            words.astype(np.int64),
+            reference_c,
+            float(time_constant_s),
+            *range_c,
         )
 
 

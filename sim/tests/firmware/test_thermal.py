@@ -351,6 +351,7 @@ def test_a_lane_at_a_temperature(
     cold = Coefficients(cold.phase_steps, cold.phase_offsets, cold.amplitudes, 0, COUNTS, thermal)
     model = ffi.new("struct thermal *")
     model.lanes, model.reference_mc = 1, round(1000 * COLD_C)
+    library.thermal_preset_range(model)
     model.lane[0] = [3, *thermal.slopes[0].tolist()]
     words = (int(cold.phase_offsets[0]), int(cold.amplitudes[0]), 3)
     lane = ffi.new("struct lane *", words)

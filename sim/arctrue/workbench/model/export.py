@@ -13,6 +13,7 @@ from arctrue.calibration.harmonics import as_function_of_reading
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
+from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.units import arcsec_per_count
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.fit import fit
@@ -234,11 +235,13 @@ def export_model(
     lanes: int,
     temperature_c: float | None,
     sensor_time_constant_s: float = 0.0,
+    range_c: tuple[float, float] | None = None,
 ) -> Export:
     """Quantise a fitted model for the gateware; the largest significant orders have a lane.
 
     Without ``temperature_c`` the lanes that change with it follow the table's thermometer, which
-    lags by ``sensor_time_constant_s``: the firmware works them out.
+    lags by ``sensor_time_constant_s``: the firmware works them out, within ``range_c`` (None:
+    THERMAL_RANGE_K to each side of T₀, and all that the set has).
 
     Raises ValueError for a model without coefficients, or a set that does not count.
     """
@@ -274,9 +277,21 @@ def export_model(
                 {order: thermal.slopes_arcsec[order] / count for order in following[:ORDERS_MOST]},
                 observations.reference_temperature_c,
                 sensor_time_constant_s,
+                range_c or _range_of(observations),
             ),
         )
     return Export(coefficients, kept, sizes, left_out, found.warnings)
+
+
+def _range_of(observations: Observations) -> tuple[float, float]:
+    """What the device may meet: T₀ and THERMAL_RANGE_K to each side, and what the set has met."""
+    reference_c = observations.reference_temperature_c
+    seen = [reference_c - THERMAL_RANGE_K, reference_c + THERMAL_RANGE_K]
+    for rows in (observations.capture, observations.every_reference_row):
+        if rows is not None and rows.temperature_c is not None:
+            known = rows.temperature_c[np.isfinite(rows.temperature_c)]
+            seen += [float(known.min()), float(known.max())] if known.size else []
+    return min(seen), max(seen)
 
 
 def _cannot_be_judged(
