@@ -15,11 +15,11 @@ PROGRAM = "from arctrue.cli import main; main()"
 
 
 @contextmanager
-def page_server(folder: Path, state: Path, *options: str) -> Iterator[str]:
+def page_server(folder: Path, state: Path, *options: str, http_port: int = 0) -> Iterator[str]:
     """The address without its path. Raises RuntimeError where the server does not start."""
     command = [sys.executable, "-c", PROGRAM, "serve", str(folder), "--state", str(state)]
     process = subprocess.Popen(
-        [*command, "--http-port", "0", *options],
+        [*command, "--http-port", str(http_port), *options],
         stdin=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,

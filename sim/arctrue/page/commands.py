@@ -47,6 +47,12 @@ class Commands:
         """``arctrue history``."""
         return self._line("history", "--model", MODEL)
 
+    def serve(self, folder: Path, state: Path, port: str) -> str:
+        """``arctrue serve`` with the same sets and sessions."""
+        device = ["--port", port] if port else []
+        words = ["serve", str(folder), "--state", str(state), *device]
+        return self._line(*words, *self._folders)
+
     def load(self, port: str) -> str:
         """``arctrue load``."""
         return self._line("load", port, COEFFICIENTS)

@@ -61,6 +61,7 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
             along=ALONG,
             commands=commands,
             port=settings.port,
+            serve=commands.serve(settings.folder, settings.state, settings.port),
             truth=_truth(opened.folder) if view.reveal and opened.generated else None,
             told={"add": "", "drop": "", "model": "", "device": "", "ranking": "", **told},
             files={"model": MODEL, "coefficients": COEFFICIENTS},

@@ -12,6 +12,7 @@ from typing import Any
 
 from arctrue.measurement import read_measurement_set
 from arctrue.page.commands import Commands
+from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import Opened, Session, Sessions, Step
 from arctrue.report.examined import Examined, look_at, with_effect, without_effect
 from arctrue.report.numbers import plain
@@ -134,6 +135,11 @@ class Looks:
             seconds=time.perf_counter() - start,
         )
         self._keep((session.name, step.number), examined)
+        key = ranking_key(Path(opened.folder), opened.title, examined.model, self.effects)
+        found = self.sessions.ranked(key)
+        session.write_ranking_key(step.number, key)
+        if found is not None:
+            session.write_ranking(step.number, found)
         return step
 
     def _keep(self, key: tuple[str, int], examined: Examined) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import secrets
 import socket
 from dataclasses import replace
@@ -11,6 +12,7 @@ from waitress import create_server  # type: ignore[import-untyped]
 from arctrue.page.app import make_page
 from arctrue.page.settings import MEGABYTE, PageSettings
 from arctrue.page.start_pages import open_set_of
+from arctrue.printable import one_line
 from arctrue.progress import Say
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -18,20 +20,17 @@ _THREADS = 8
 _TOKEN_BYTES = 18
 
 
+class AddressError(OSError):
+    """The page cannot be served at the address that was asked for."""
+
+
 def serve(settings: PageSettings, host: str, port: int, say: Say) -> None:
     """Serve at ``host``:``port`` (0: a free one); tells its address first.
 
     Only names of this machine are answered at a loopback address; anything else needs a token.
-    Raises OSError for an address that cannot be taken.
+    Raises AddressError for an address that cannot be taken.
     """
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listening.bind((host, port))
-    except OSError:
-        listening.close()
-        raise
+    listening = _listening(host, port)
     taken = listening.getsockname()[1]
     if host in LOOPBACK:
         names = {f"{name}:{taken}" for name in ("127.0.0.1", "localhost", "[::1]")}
@@ -64,3 +63,36 @@ def serve(settings: PageSettings, host: str, port: int, say: Say) -> None:
     finally:
         page.jobs.end_all()
         server.close()
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    """A socket that holds the address. Raises AddressError, which says what to do."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = socket.socket(family, socket.SOCK_STREAM)
+    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        found.bind((host, port))
+        # Held from here on: another server that was bound too could still listen first.
+        found.listen()
+    except OSError as error:
+        found.close()
+        raise AddressError(_why_not(host, port, error)) from error
+    return found
+
+
+def _why_not(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return (
+            f"port {port} of {host} is in use, perhaps by another arctrue serve: end that one, or "
+            "take another port with --http-port (0: any free one)"
+        )
+    if error.errno == errno.EACCES:
+        return (
+            f"port {port} is for the system's administrator: take one from 1024 on with --http-port"
+        )
+    if error.errno == errno.EADDRNOTAVAIL or isinstance(error, socket.gaierror):
+        return (
+            f"--host {one_line(host)}: this machine has no such address; expected 127.0.0.1, "
+            "0.0.0.0 (all of its addresses) or one of its own"
+        )
+    return f"the page cannot be served at {one_line(host)}, port {port}: {error.strerror}"

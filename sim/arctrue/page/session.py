@@ -20,6 +20,7 @@ from arctrue.workbench.model.model_file import read_model, write_model
 _NAME = re.compile(r"[a-z0-9]{16}")
 _BYTES = 8
 _SESSION, _STEP, _MODEL, _RANKING = "session.json", "step.json", "model.toml", "ranking.json"
+_KEY = "ranking.key"
 SET = "set"
 """Folder of a set that was dropped in or generated."""
 
@@ -109,6 +110,15 @@ class Session:
         found = self.ranking(number)
         return found is not None and bool(found["whole"])
 
+    def ranking_key(self, number: int) -> str:
+        """What the ranking of a step depends on; empty for a step of an earlier version."""
+        path = self.folder / str(number) / _KEY
+        return path.read_text(encoding="utf-8") if path.is_file() else ""
+
+    def write_ranking_key(self, number: int, key: str) -> None:
+        """Keep it. Raises OSError."""
+        write_whole_text(self.folder / str(number) / _KEY, key)
+
     def write_ranking(self, number: int, found: Ranking) -> None:
         """Keep it. Raises OSError."""
         text = json.dumps(found, ensure_ascii=False)
@@ -172,6 +182,16 @@ class Sessions:
             if _NAME.fullmatch(path.parent.name)
         ]
         return sorted(found, key=lambda item: item.opened.date, reverse=True)
+
+    def ranked(self, key: str) -> Ranking | None:
+        """A whole ranking of this key, of any step of any session."""
+        for session in self.all():
+            for step in session.steps():
+                if key == session.ranking_key(step.number):
+                    found = session.ranking(step.number)
+                    if found is not None and found["whole"]:
+                        return found
+        return None
 
     def forget(self, name: str) -> None:
         """Delete a session with all that it holds. Raises NoSuchSessionError."""

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.report.charts.bins import of_turn, turn_group
+from arctrue.report.charts.angle_window import AngleWindow
+from arctrue.report.charts.bins import turn_group
 from arctrue.report.examined import OWN_PHASE, Condition, Examined
 from arctrue.workbench.inference.normal_equations import channel_columns
 from arctrue.workbench.inference.residuals import Residuals
@@ -161,7 +162,9 @@ def _shown(
     left: Float,
 ) -> Shown:
     if condition.goes_round:
-        seen, told = of_turn(values, own + left, _PHASE_BINS), of_turn(values, own, _PHASE_BINS)
+        window = AngleWindow.over(values)
+        seen = window.bins(values, own + left, _PHASE_BINS)
+        told = window.bins(values, own, _PHASE_BINS)
         share = float(np.sum(told.rows * told.mean**2)) / float(own @ own)
         lines = (told.centre, seen.mean, seen.standard_error, told.mean)
         return Shown(channel, condition.key, condition.name, "deg", False, share, share, *lines)

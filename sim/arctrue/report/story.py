@@ -30,6 +30,8 @@ CARDS, LEAST_CARDS = 6, 2
 """Candidates drawn as cards, at most and at least; the others stand in a table below."""
 LEAST_SHARE = 0.005
 """Probability from which a candidate has a card."""
+_SHOWN_SHARE = 0.005
+"""Shown as 1 % or more beside the name of a condition."""
 NAMED_P = 0.01
 """As in :mod:`arctrue.workbench.diagnose.diagnosis`: above it nothing is named."""
 
@@ -163,6 +165,8 @@ def where_section(examined: Examined, ranking: Ranking | None, view: View) -> di
         ],
         "against": view.against if view.against in keys else keys[0],
         "beyond_chance": bool(ranking and ranking["regressors"]),
+        "judged": ranking is not None and ranking.get("whole", True),
+        "some_share": any(share >= _SHOWN_SHARE for _, share in conditions),
         "findings": [] if ranking is None else ranking["findings"],
         "lacking": _lacking(ranking),
     }

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 from scripts.browser import arguments
 
 from tests.page.in_browser import PATIENCE_MS, PROGRAM
+
+EXPECTED = ("422", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "ERR_CONNECTION_RESET")
+"""What the browser itself says of an answer that refuses, and of a server that has ended."""
 
 
 @pytest.fixture(scope="module")
@@ -27,13 +30,13 @@ def page(browser: Browser) -> Iterator[Page]:
     context.set_default_timeout(PATIENCE_MS)
     found = context.new_page()
     errors: list[str] = []
+
+    def told(said: ConsoleMessage) -> None:
+        if said.type == "error" and not any(text in said.text for text in EXPECTED):
+            errors.append(said.text)
+
     found.on("pageerror", lambda error: errors.append(str(error)))
-    found.on(
-        "console",
-        lambda said: (
-            errors.append(said.text) if said.type == "error" and "422" not in said.text else None
-        ),
-    )
+    found.on("console", told)
     yield found
     context.close()
     assert errors == []

@@ -13,14 +13,19 @@ import pytest
 from playwright.sync_api import Page, expect
 from scripts.page_server import page_server
 
+from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.hidden import hidden_effect
 from tests.page.in_browser import all_drawn, needs_browser, picture
+from tests.workbench.small_sets import measurement_set, paper_error
 
 HIDDEN = "high_order_graduation"
 """One run of 18,000 samples is enough to name it."""
 SEED = next(seed for seed in range(1000) if hidden_effect(seed, EXPERIMENTS["lean"]()) == HIDDEN)
 """A longer catalogue draws other effects: the first seed that hides this one."""
+
+HEADER_PX = 56
+"""Of 844: a header that stays must leave the phone's screen to what is read."""
 
 pytestmark = needs_browser
 
@@ -120,6 +125,65 @@ def test_the_whole_story(server: str, page: Page) -> None:
     all_drawn(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     picture(page, "phone_dark")
+
+
+def test_a_server_that_ended_is_said_and_nothing_counts(page: Page, tmp_path: Path) -> None:
+    made = measurement_set(paper_error, runs=2, cycles=2, turns=1, reversal_arcsec=2.0)
+    write_measurement_set(tmp_path / "sets" / "one", made)
+    state = tmp_path / "state"
+    with page_server(tmp_path / "sets", state) as address:
+        port = int(address.rsplit(":", 1)[1])
+        page.goto(address)
+        page.locator("#choose button").first.click()
+        page.wait_for_url(re.compile(r"/s/[0-9a-f]{16}/1/$"))
+        page.wait_for_selector("main[data-state=running]")
+        expect(page.locator("#gone")).to_be_hidden()
+        expect(page.locator("#counting")).to_be_visible()
+    expect(page.locator("#gone")).to_be_visible()
+    command = page.locator("#gone .command").inner_text()
+    assert command == (
+        f"arctrue serve {tmp_path / 'sets'} --state {state} --host 127.0.0.1 --http-port {port}"
+    )
+    expect(page.locator("#counting, #ranking progress")).to_have_count(0)
+    expect(page.locator("#doing")).to_have_text("The server does not answer.")
+    picture(page, "server_gone", whole=False)
+    # The words of the command line are taken by the program; the page goes on.
+    with page_server(tmp_path / "sets", state, http_port=port):
+        expect(page.locator("#gone")).to_be_hidden()
+        page.wait_for_selector("main[data-state=done]")
+        all_drawn(page)
+
+
+def test_on_a_phone_the_header_is_one_line_and_the_ladder_is_whole(server: str, page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(server)
+    page.get_by_label("Measured").select_option("lean")
+    page.get_by_label("Seed").fill(str(SEED))
+    page.get_by_role("button", name="Generate").click()
+    page.wait_for_url(re.compile(r"/1/$"))
+    page.locator("#cancel").click()
+    page.locator("#ladder select").first.select_option("timing_skew")
+    page.locator("#ladder").get_by_role("button", name="Add").click()
+    page.wait_for_url(re.compile(r"/2/"))
+    page.locator("#cancel").click()
+    all_drawn(page)
+    page.locator("#ladder").scroll_into_view_if_needed()
+    header = page.locator("nav.steps").bounding_box()
+    assert header is not None
+    assert header["height"] <= HEADER_PX
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    # Every name below the ladder lies within its figure.
+    frame = page.locator("#plot-ladder").bounding_box()
+    assert frame is not None
+    names = page.locator("#plot-ladder .xtick text, #plot-ladder .x2tick text").all()
+    assert len(names) >= 2
+    for name in names:
+        box = name.bounding_box()
+        assert box is not None
+        assert frame["x"] <= box["x"]
+        assert box["x"] + box["width"] <= frame["x"] + frame["width"]
+        assert box["y"] + box["height"] <= frame["y"] + frame["height"]
+    picture(page, "phone_ladder", whole=False)
 
 
 def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path) -> None:

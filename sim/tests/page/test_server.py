@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import socket
 from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 from flask import Flask
 
+from arctrue.cli import main
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.page import device, server
@@ -111,3 +114,21 @@ def test_lanes_are_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_cannot_be_loaded_says_why(port: str, told: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         device.load_into_device(port, told, force=False)
+
+
+def test_an_address_that_cannot_be_taken_says_what_to_do(tmp_path: Path) -> None:
+    def told(*options: str) -> str:
+        words = ["serve", str(tmp_path), "--state", str(tmp_path / "state"), *options]
+        answer = CliRunner().invoke(main, words)
+        assert answer.exit_code == 2
+        assert "Errno" not in answer.stderr
+        return " ".join(answer.stderr.split())
+
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        said = told("--http-port", str(port))
+        assert f"port {port} of 127.0.0.1 is in use" in said
+        assert "--http-port" in said
+    # TEST-NET-1 (RFC 5737) is the address of no machine; .invalid (RFC 2606) no name.
+    for host in ("192.0.2.1", "no.such.name.invalid"):
+        assert f"--host {host}: this machine has no such address" in told("--host", host)

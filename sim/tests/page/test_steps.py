@@ -15,13 +15,20 @@ from flask.testing import FlaskClient
 from arctrue.measurement import write_measurement_set
 from arctrue.page.app import make_page
 from arctrue.page.jobs import CANCELLED, Jobs
+from arctrue.page.looks import examine
+from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import NoSuchSessionError, Session, Sessions
 from arctrue.page.settings import PageSettings
+from arctrue.report.numbers import plain
+from arctrue.report.ranking import Ranking, ranked
+from arctrue.workbench.effects.new_effect import write_new_effect
+from arctrue.workbench.effects.registry import built_in, catalogue
 from arctrue.workbench.model.model import default_model
 from arctrue.workbench.model.model_file import read_model
 from tests.workbench.small_sets import measurement_set, paper_error
 
 EFFECT = "hysteresis"
+FOLLOWS_NONE = "follows none of the conditions"
 START = Jobs.start
 """Before a fixture replaces it."""
 
@@ -209,6 +216,88 @@ def test_a_ranking_that_fails_says_why(settings: PageSettings, first: str) -> No
     state = jobs.state(session, 1)
     assert state["state"] == "failed"
     assert "expected 1, found 7" in state["doing"]
+
+
+@pytest.fixture(scope="module")
+def rankings(settings: PageSettings, client: FlaskClient, opened: str) -> list[Ranking]:
+    """What a job writes of the first step: partly, then whole. The model lacks something."""
+    session = Sessions(settings.state)[opened.split("/")[2]]
+    examined = examine(session.opened, session.model(1), built_in())
+    found: list[Ranking] = []
+    whole = ranked(examined, partly=lambda part: found.append(plain({**part, "whole": False})))
+    return [*found, plain({**whole, "whole": True})]
+
+
+def section(html: str, name: str) -> str:
+    return html.split(f'<section id="{name}"')[1].split("</section>")[0]
+
+
+def test_what_is_not_judged_yet_is_not_denied(
+    client: FlaskClient, first: str, settings: PageSettings, rankings: list[Ranking]
+) -> None:
+    session = Sessions(settings.state)[first.split("/")[2]]
+    partly, whole = rankings
+    for found in (partly, whole):
+        found["diagnosis"]["lack_of_fit"]["reference"]["p_value"] = 1e-9
+    session.write_ranking(1, partly)
+    where = section(client.get(first).text, "where")
+    assert FOLLOWS_NONE not in where
+    assert "follows the diagnosis" in where
+
+    # Judged: nothing beyond chance, then a share that is shown, and too small for a sentence.
+    quiet = [{**item, "share": 0.0} for item in whole["regressors"]]
+    session.write_ranking(1, {**whole, "findings": [], "regressors": quiet})
+    assert f"{FOLLOWS_NONE} below:" in section(client.get(first).text, "where")
+    some = [{**item, "share": 0.24} for item in whole["regressors"]]
+    session.write_ranking(1, {**whole, "findings": [], "regressors": some})
+    where = section(client.get(first).text, "where")
+    assert "24 %" in where
+    assert f"{FOLLOWS_NONE} below closely enough to be said" in where
+
+
+def test_a_set_that_is_opened_again_is_not_ranked_again(
+    client: FlaskClient, settings: PageSettings, rankings: list[Ranking], tmp_path: Path
+) -> None:
+    def open_it() -> tuple[Session, str]:
+        address = str(client.post("/open", data={"set": "again"}).location)
+        return Sessions(settings.state)[address.split("/")[2]], address
+
+    folder = settings.folder / "again"
+    write_measurement_set(folder, measurement_set(paper_error, seed=5, runs=1, cycles=1, turns=1))
+    before, address = open_it()
+    before.write_ranking(1, rankings[0])
+    assert open_it()[0].ranking(1) is None, "a part of a ranking is none"
+    before.write_ranking(1, rankings[1])
+    again, _ = open_it()
+    assert again.ranking(1) == rankings[1]
+    # The same model by another way; and another model.
+    client.post(f"{address}add", data={"effect": EFFECT})
+    client.post(f"/s/{before.name}/2/drop", data={"effect": EFFECT})
+    assert before.ranking(2) is None
+    assert before.ranking(3) == rankings[1]
+
+    # Another mask, another byte of the set, other code of an effect: another ranking.
+    (folder / "mask.csv").write_text("capture_row,mask\n5,1\n", "utf-8")
+    assert open_it()[0].ranking(1) is None
+    (folder / "mask.csv").unlink()
+    assert open_it()[0].ranking(1) is not None
+    with (folder / "measurement.toml").open("a", encoding="utf-8") as file:
+        file.write("# seen\n")
+    assert open_it()[0].ranking(1) is None
+
+
+def test_the_key_of_a_ranking_changes_with_the_code_of_an_own_effect(
+    settings: PageSettings, tmp_path: Path
+) -> None:
+    keys = []
+    for name, reading in (("one", ""), ("two", ""), ("three", "# read again\n")):
+        (tmp_path / name).mkdir()
+        write_new_effect("own", tmp_path / name)
+        with (tmp_path / name / "own.py").open("a", encoding="utf-8") as file:
+            file.write(reading)
+        effects = catalogue([tmp_path / name])
+        keys.append(ranking_key(settings.folder / "one", "", default_model(), effects))
+    assert keys[0] == keys[1] != keys[2]
 
 
 def test_the_view_is_in_the_address(client: FlaskClient, opened: str) -> None:

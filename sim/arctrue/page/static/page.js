@@ -93,16 +93,41 @@ async function renewed() {
   }
 }
 
+const ASK_MS = 400, ANSWER_MS = 10000, MOST_SILENT = 5, ASK_GONE_MS = 3000;
+
+// Without an answer several times the server is gone: nothing counts any more, and the page says
+// how to start it. When it answers again, whatever it has is shown.
+function gone(main) {
+  const said = document.getElementById("gone");
+  const line = said.querySelector("[data-serve]");
+  const host = location.hostname.replace(/^\[|\]$/g, "");
+  line.textContent = `${line.dataset.serve} --host ${host} --http-port ${location.port || 80}`;
+  said.hidden = false;
+  main.dataset.state = "gone";
+  const doing = document.getElementById("doing");
+  if (doing) doing.textContent = "The server does not answer.";
+  document.getElementById("counting")?.remove();
+  document.querySelector("#ranking progress")?.remove();
+}
+
 async function follow(main) {
-  let partly = main.dataset.partly === "true";
+  let partly = main.dataset.partly === "true", silent = 0;
   for (;;) {
-    await new Promise((resolve) => setTimeout(resolve, 400));
+    await new Promise((resolve) => setTimeout(resolve, silent < MOST_SILENT ? ASK_MS : ASK_GONE_MS));
     let state;
     try {
-      state = await (await fetch(main.dataset.ranking)).json();
+      const answer = await fetch(main.dataset.ranking, { signal: AbortSignal.timeout(ANSWER_MS) });
+      state = await answer.json();
     } catch {
-      continue; // a busy or restarted server: ask again
+      silent += 1; // a busy server: ask again
+      if (silent === MOST_SILENT) gone(main);
+      continue;
     }
+    if (silent >= MOST_SILENT) {
+      location.reload();
+      return;
+    }
+    silent = 0;
     if (state.state !== "running") {
       await renewed();
       main.dataset.state = state.state;

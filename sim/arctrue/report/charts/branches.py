@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.report.charts.bins import of_turn
+from arctrue.report.charts.angle_window import AngleWindow
+from arctrue.report.charts.bins import TURN_BINS
 from arctrue.report.charts.chart import (
     ARCSEC,
     COLOURS,
@@ -20,7 +21,6 @@ from arctrue.report.charts.chart import (
     Dash,
     Marker,
     Panel,
-    angle_axis,
     signed,
 )
 from arctrue.workbench.inference.residuals import Residuals
@@ -29,8 +29,9 @@ from arctrue.workbench.observations import CaptureRows, ReferenceRows
 Float = NDArray[np.float64]
 
 _MOST_RUNS = 12
-_FEW_STATIONS, _APART_DEG, _EDGE_DEG = 60, 1.6, 3.0
-"""Up to so many stations, those of the directions are drawn side by side."""
+_FEW_STATIONS, _APART, _EDGE = 60, 1.6 / 360.0, 3.0 / 360.0
+"""Up to so many stations, those of the directions are drawn side by side: so far apart, and with
+so much room at the ends, as shares of what the axis shows."""
 _DASHES: tuple[Dash, ...] = ("solid", "dash", "dot")
 _MARKERS: tuple[Marker, ...] = ("circle", "hollow", "diamond")
 
@@ -55,9 +56,10 @@ def branches(residuals: Residuals, noise_arcsec: Mapping[str, float]) -> Chart:
 def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
     layers: list[Curve | Band] = []
     each = 1.0
+    window = AngleWindow.over(rows.angle_rad)
     for place, run in enumerate(range(min(rows.runs, _MOST_RUNS))):
         inside = rows.run == run
-        mean = of_turn(rows.angle_rad[inside], left[inside])
+        mean = window.bins(rows.angle_rad[inside], left[inside], TURN_BINS)
         each = float(mean.rows.mean()) if mean.rows.size else 1.0
         name = f"run {run}: {signed(np.degrees(float(np.median(rows.speed_rad_s[inside]))), 1)} °/s"
         if rows.temperature_c is not None:
@@ -65,21 +67,23 @@ def _runs(rows: CaptureRows, left: Float, noise: float) -> Panel:
         colour = COLOURS[place % len(COLOURS)]
         dash = _DASHES[place // len(COLOURS) % len(_DASHES)]
         layers.append(Curve(mean.centre, mean.mean, name, colour, dash=dash, width=1.2))
-    layers.insert(0, _noise_band(2.0 * noise / np.sqrt(max(each, 1.0))))
-    title = "Capture: what the model leaves in each run, mean each 2°"
+    layers.insert(0, _noise_band(window, 2.0 * noise / np.sqrt(max(each, 1.0))))
+    title = (
+        f"Capture: what the model leaves in each run, mean each {window.span_deg / TURN_BINS:.2g}°"
+    )
     if rows.runs > _MOST_RUNS:
         title += f" (the first {_MOST_RUNS} of {rows.runs} runs)"
-    x = angle_axis(over_deg=np.mod(np.degrees(rows.angle_rad), 360.0))
-    return Panel(x, Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
+    return Panel(window.axis(), Axis("R₂ − R₁ less the model", ARCSEC), layers, title)
 
 
 def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
     side = np.ones(left.size) if rows.direction is None else rows.direction
-    degrees = np.mod(np.degrees(rows.target_rad), 360.0)
-    layers: list[Curve | Band] = [_noise_band(2.0 * noise)]
+    window = AngleWindow.over(rows.target_rad)
+    degrees = window.degrees(rows.target_rad)
+    layers: list[Curve | Band] = [_noise_band(window, 2.0 * noise)]
     directions = np.unique(side)
     stations = np.unique(np.round(degrees, 4)).size
-    apart = _APART_DEG if stations <= _FEW_STATIONS and directions.size > 1 else 0.0
+    apart = _APART * window.span_deg if stations <= _FEW_STATIONS and directions.size > 1 else 0.0
     for place, value in enumerate(directions):
         inside = side == value
         shift = apart * (place - (directions.size - 1) / 2.0)
@@ -95,12 +99,13 @@ def _stations(rows: ReferenceRows, left: Float, noise: float) -> Panel:
             )
         )
     title = "Reference run: what the model leaves at each station"
-    x = angle_axis(over_deg=degrees)
+    x = window.axis()
     if x.reach is not None:
-        x = replace(x, reach=(x.reach[0] - _EDGE_DEG, x.reach[1] + _EDGE_DEG))
+        edge = _EDGE * window.span_deg
+        x = replace(x, reach=(x.reach[0] - edge, x.reach[1] + edge))
     return Panel(x, Axis("error less the model", ARCSEC), layers, title)
 
 
-def _noise_band(reach: float) -> Band:
-    ends = np.array([0.0, 360.0])
+def _noise_band(window: AngleWindow, reach: float) -> Band:
+    ends = np.array([window.start_deg, window.end_deg])
     return Band(ends, np.full(2, -reach), np.full(2, reach), "noise of repeats, ±2σ", QUIET, 0.25)

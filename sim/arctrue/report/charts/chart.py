@@ -27,8 +27,6 @@ SYMBOLS = {ARCSEC: "″", URAD: "µrad", "deg": "°", "deg/s": "°/s", "1": ""}
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#b5578c", "#b07d00", "#3c8dbc")
 """For up to six series. After Okabe and Ito: they differ for every kind of colour vision."""
 CHANNEL_COLOUR = {"capture": COLOURS[0], "reference": COLOURS[1]}
-_ARC_DEG = 180.0
-"""A set that covers less is drawn over what it covers."""
 QUIET = "#8a94a0"
 """For what is there and does not matter."""
 
@@ -196,10 +194,8 @@ def _scaled(layer: Layer, x: float, y: float) -> Layer:
     return replace(layer, value=layer.value * y)
 
 
-def angle_axis(label: str = "angle of the table", over_deg: Float | None = None) -> Axis:
-    """Once round, in degrees; ``over_deg``: the angles that were measured, perhaps an arc only."""
-    if over_deg is not None and float(np.ptp(over_deg)) <= _ARC_DEG:
-        return Axis(label, "deg")
+def angle_axis(label: str = "angle of the table") -> Axis:
+    """Once round, in degrees; :class:`AngleWindow` has that of what was measured."""
     ticks = [(float(place), f"{place}") for place in range(0, 361, 45)]
     return Axis(label, "deg", reach=(0.0, 360.0), ticks=ticks)
 

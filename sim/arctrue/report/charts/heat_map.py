@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from arctrue.report.charts.bins import turn_group
-from arctrue.report.charts.chart import ARCSEC, Axis, Chart, HeatMap, Panel, angle_axis
+from arctrue.report.charts.angle_window import AngleWindow
+from arctrue.report.charts.chart import ARCSEC, Axis, Chart, HeatMap, Panel
 from arctrue.report.examined import Examined
 from arctrue.workbench.observations import CaptureRows
 
@@ -13,7 +13,10 @@ _BINS = 72
 
 
 def heat_map(examined: Examined) -> Chart:
-    """Means each five degrees; runs of the capture, cycles (else runs) of the reference."""
+    """Means each five degrees, or of 72 parts of an arc.
+
+    Runs of the capture, cycles (else runs) of the reference.
+    """
     panels = []
     for channel in examined.channels:
         rows, left = examined.rows(channel), examined.left(channel)
@@ -22,18 +25,21 @@ def heat_map(examined: Examined) -> Chart:
         else:
             word, label = "cycle", rows.cycle
         names, line = np.unique(label, return_inverse=True)
-        cell = line * _BINS + turn_group(examined.angle_rad(channel), _BINS)
+        angle = examined.angle_rad(channel)
+        window = AngleWindow.over(angle)
+        cell = line * _BINS + window.group(angle, _BINS)
         size = names.size * _BINS
         count = np.bincount(cell, minlength=size)
         sums = np.bincount(cell, left - left.mean(), size)
         mean = np.where(count > 0, sums / np.maximum(count, 1), np.nan).reshape(-1, _BINS)
-        centres = (np.arange(_BINS) + 0.5) * 360.0 / _BINS
         every = max(-(-names.size // 12), 1)
         ticks = [(float(place), str(int(names[place]))) for place in range(0, names.size, every)]
-        layer = HeatMap(centres, np.arange(names.size, dtype=np.float64), mean, "mean", ARCSEC)
+        layer = HeatMap(
+            window.centres(_BINS), np.arange(names.size, dtype=np.float64), mean, "mean", ARCSEC
+        )
         panels.append(
             Panel(
-                angle_axis(),
+                window.axis(),
                 Axis(word, ticks=ticks),
                 [layer],
                 f"{channel.capitalize()}: angle × {word}",

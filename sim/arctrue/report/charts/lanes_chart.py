@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.chart import (
     ARCSEC,
     COLOURS,
@@ -15,7 +16,6 @@ from arctrue.report.charts.chart import (
     Chart,
     Curve,
     Panel,
-    angle_axis,
 )
 
 
@@ -37,10 +37,11 @@ def lanes_chart(
     ]
     if at_reference is not None:
         target, before, after = (_array(values) for values in at_reference)
-        degrees = np.mod(target, 360.0)
+        window = AngleWindow.over(np.radians(target))
+        degrees = window.degrees(np.radians(target))
         panels.append(
             Panel(
-                angle_axis(),
+                window.axis(),
                 Axis("error against the reference", ARCSEC),
                 [
                     Curve(degrees, before, "as measured", COLOURS[1], kind="points", size=4.0),

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from arctrue.report.charts.bins import of_turn
+from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.chart import (
     ARCSEC,
     CHANNEL_COLOUR,
@@ -14,7 +12,6 @@ from arctrue.report.charts.chart import (
     Chart,
     Curve,
     Panel,
-    angle_axis,
 )
 from arctrue.report.examined import Examined
 
@@ -48,13 +45,21 @@ def _panel(examined: Examined, channel: str, whitened: bool) -> Panel:
         measured, model = of_rows.whiten(measured), of_rows.whiten(model)
     angle = examined.angle_rad(channel)
     colour = CHANNEL_COLOUR[channel]
-    seen, told = of_turn(angle, measured, _BINS), of_turn(angle, model, _BINS)
+    window = AngleWindow.over(angle)
+    seen, told = window.bins(angle, measured, _BINS), window.bins(angle, model, _BINS)
     what = "R₂ − R₁ − α" if channel == "capture" else "error of head 1"
     layers: list[Band | Curve] = []
     if measured.size <= _MOST_POINTS:
-        degrees = np.mod(np.degrees(angle), 360.0)
         layers.append(
-            Curve(degrees, measured, "measured", colour, kind="points", size=3.5, marker="circle")
+            Curve(
+                window.degrees(angle),
+                measured,
+                "measured",
+                colour,
+                kind="points",
+                size=3.5,
+                marker="circle",
+            )
         )
     else:
         layers.append(Band(seen.centre, seen.low, seen.high, "measured, lowest to highest", colour))
@@ -65,7 +70,7 @@ def _panel(examined: Examined, channel: str, whitened: bool) -> Panel:
             told.centre, told.mean, "model", QUIET, kind="both", dash="dash", marker="hollow"
         )
     return Panel(
-        angle_axis(over_deg=np.mod(np.degrees(angle), 360.0)),
+        window.axis(),
         Axis(what, "standard deviations" if whitened else ARCSEC),
         layers,
         title=f"{channel.capitalize()}: measurement and model",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.report.charts.bins import Bins, of_turn, of_values
+from arctrue.report.charts.angle_window import AngleWindow
+from arctrue.report.charts.bins import Bins, of_values
 from arctrue.report.charts.chart import (
     ARCSEC,
     CHANNEL_COLOUR,
@@ -45,7 +46,7 @@ def residual_against(examined: Examined, condition: Condition) -> Chart:
         ]
         panels.append(
             Panel(
-                Axis(condition.name, condition.unit),
+                _axis(condition, values),
                 Axis("mean of what is left", ARCSEC),
                 layers,
                 title=channel.capitalize(),
@@ -60,11 +61,17 @@ def residual_against(examined: Examined, condition: Condition) -> Chart:
     )
 
 
+def _axis(condition: Condition, values: Float) -> Axis:
+    if condition.goes_round:
+        return AngleWindow.over(values).axis(condition.name)
+    return Axis(condition.name, condition.unit)
+
+
 def bins_over(condition: Condition, values: Float, left: Float) -> Bins:
     """Bins of the residual over a condition: round the turn, or from end to end."""
     if condition.goes_round:
         places = np.unique(np.round(np.mod(values, 2.0 * np.pi), 6)).size
-        return of_turn(values, left, min(_ROUND_BINS, max(places, 1)) if places < 72 else 72)
+        return AngleWindow.over(values).bins(values, left, min(_ROUND_BINS, max(places, 1)))
     return of_values(values, left)
 
 

@@ -1,0 +1,57 @@
+"""What a ranking depends on, as one number: the same key, the same ranking."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import arctrue
+from arctrue.measurement.digest import set_digest
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.model.model import Model
+
+_MASK = "mask.csv"
+"""Rows that are not used: no part of the set's own digest."""
+
+
+def ranking_key(folder: Path, title: str, model: Model, effects: Mapping[str, type[Effect]]) -> str:
+    """SHA-256 of set, mask, model, title (which the device's file bears), effects and program.
+
+    A fit begins with the settings and search parameters alone. Raises OSError, MeasurementError.
+    """
+    mask = folder / _MASK
+    said = {
+        "set": set_digest(folder),
+        "mask": _of_file(mask) if mask.is_file() else "",
+        "title": title,
+        "model": [[entry.name, entry.settings, entry.search] for entry in model.effects],
+        "reference_temperature_c": model.reference_temperature_c,
+        "effects": {name: _of_effect(kind) for name, kind in effects.items()},
+        "program": _program(),
+    }
+    return hashlib.sha256(json.dumps(said, sort_keys=True, default=repr).encode()).hexdigest()
+
+
+def _of_file(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@functools.cache
+def _of_effect(kind: type[Effect]) -> list[str]:
+    """Of the files that its methods stand in, as they were when the effect was first looked at."""
+    methods = [item for part in kind.__mro__ for item in vars(part).values()]
+    files = {
+        inspect.unwrap(item).__code__.co_filename for item in filter(inspect.isfunction, methods)
+    }
+    return [_of_file(Path(name)) for name in sorted(files) if Path(name).is_file()]
+
+
+@functools.cache
+def _program() -> str:
+    """Of the package's own files: a version may have several states while it is worked on."""
+    files = sorted(Path(arctrue.__file__).parent.rglob("*.py"))
+    return hashlib.sha256("".join(_of_file(path) for path in files).encode()).hexdigest()

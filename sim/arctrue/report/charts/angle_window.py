@@ -1,0 +1,90 @@
+"""The part of the turn that was measured: what an axis of angles shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.report.charts.bins import Bins, Integer, of_groups, turn_group
+from arctrue.report.charts.chart import Axis, angle_axis
+
+Float = NDArray[np.float64]
+
+WHOLE_DEG = 360.0
+_PLACES = 3600
+"""The gaps between the rows are looked for in steps of 0.1°."""
+_ARC_DEG = 180.0
+"""Rows with a larger gap between them cover an arc, which is drawn over its own ends."""
+_EDGE, _LEAST_SPAN_DEG = 0.03, 0.1
+"""Left free at each end of an arc, as a share of it; and the axis of a single place."""
+
+
+@dataclass(frozen=True)
+class AngleWindow:
+    """From ``start_deg`` on; ``span_deg`` 360: the whole turn, from 0."""
+
+    start_deg: float = 0.0
+    span_deg: float = WHOLE_DEG
+
+    @classmethod
+    def over(cls, angle_rad: Float) -> AngleWindow:
+        """That of angles, shape (rows,): the turn without its largest gap, where that is an arc."""
+        if not angle_rad.size:
+            return cls()
+        places = np.unique(turn_group(angle_rad, _PLACES))
+        gaps = np.diff(np.append(places, places[0] + _PLACES))
+        largest = int(np.argmax(gaps))
+        step = WHOLE_DEG / _PLACES
+        if gaps[largest] * step <= _ARC_DEG:
+            return cls()
+        # In the middle of the gap, where no row is.
+        cut = (places[largest] + 0.5 * gaps[largest]) * step
+        past = np.mod(np.degrees(angle_rad) - cut, WHOLE_DEG)
+        low, high = cut + float(past.min()), cut + float(past.max())
+        back = WHOLE_DEG if high > WHOLE_DEG else 0.0
+        return cls(low - back, high - low)
+
+    @property
+    def is_whole(self) -> bool:
+        """True for the whole turn."""
+        return self.span_deg == WHOLE_DEG
+
+    @property
+    def end_deg(self) -> float:
+        """Where it ends."""
+        return self.start_deg + self.span_deg
+
+    def degrees(self, angle_rad: Float) -> Float:
+        """Angles as places on the axis."""
+        if self.is_whole:
+            return np.asarray(np.mod(np.degrees(angle_rad), WHOLE_DEG))
+        middle = self.start_deg + 0.5 * self.span_deg - 0.5 * WHOLE_DEG
+        return np.asarray(middle + np.mod(np.degrees(angle_rad) - middle, WHOLE_DEG))
+
+    def group(self, angle_rad: Float, bins: int) -> Integer:
+        """Number of the bin of each angle."""
+        if self.is_whole:
+            return turn_group(angle_rad, bins)
+        part = (self.degrees(angle_rad) - self.start_deg) / max(self.span_deg, 1e-12)
+        return np.clip((part * bins).astype(np.int64), 0, bins - 1)
+
+    def centres(self, bins: int) -> Float:
+        """Of the bins, degrees."""
+        return np.asarray(self.start_deg + (np.arange(bins) + 0.5) * self.span_deg / bins)
+
+    def bins(self, angle_rad: Float, values: Float, bins: int) -> Bins:
+        """Means of rows in bins of the angle; those of an arc stand where their rows do."""
+        group, centres = self.group(angle_rad, bins), self.centres(bins)
+        if not self.is_whole:
+            rows = np.maximum(np.bincount(group, minlength=bins), 1)
+            centres = np.bincount(group, self.degrees(angle_rad), bins) / rows
+        return of_groups(values, group, centres)
+
+    def axis(self, label: str = "angle of the table") -> Axis:
+        """The axis; an arc ends with its rows."""
+        if self.is_whole:
+            return angle_axis(label)
+        edge = max(_EDGE * self.span_deg, _LEAST_SPAN_DEG / 2.0)
+        return Axis(label, "deg", reach=(self.start_deg - edge, self.end_deg + edge))
