@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from arctrue.report.charts.bins import of_turn, turn_group
 from arctrue.report.examined import OWN_PHASE, Condition, Examined
-from arctrue.workbench.inference.normal_equations import channel_columns
+from arctrue.workbench.inference.design_matrix import channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 
