@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from arctrue.cli import main as arctrue
 from arctrue.measurement import read_measurement_set
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of

@@ -22,6 +22,7 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.printable import one_line
+from arctrue.progress import SHOW_ROWS
 from arctrue.report.numbers import plain
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Effect
@@ -212,9 +213,9 @@ def load(
             raise ModelFileError(f"{model_file}: effect[{number}]: {error}") from error
     with Progress("reading the measurement set") as progress:
         measurement = read_measurement_set(measurement_set, progress=progress.read)
+        SHOW_ROWS.set(progress.rows)
         observations = observations_of(
             measurement,
-            progress=progress.rows,
             reference_temperature_c=model.reference_temperature_c,
             mask_outliers=not keep_outliers,
         )

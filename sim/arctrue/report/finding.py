@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.bins import turn_group
 from arctrue.report.examined import OWN_PHASE, Condition, Examined
-from arctrue.workbench.inference.normal_equations import channel_columns
+from arctrue.workbench.inference.design_matrix import channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 

@@ -9,7 +9,7 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.measurement import MeasurementSet
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -12,11 +12,11 @@ from arctrue.measurement import MeasurementSet
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.catalogue.drive_gear_error import USUAL
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.model import default_model
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -19,8 +19,8 @@ from arctrue.workbench.effects.registry import (
     catalogue,
     effect_class,
 )
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.observations.build import observations_of
 

@@ -9,8 +9,8 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.workbench.compare.comparison import compare
 from arctrue.workbench.compare.findings import ExcessOf, Finding
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.observations.build import observations_of
 
 

@@ -13,9 +13,9 @@ from sim.tests.workbench.small_sets import (
 )
 
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from arctrue.cli import main
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
 from arctrue.workbench.effects.base import Parameter
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect
 from arctrue.workbench.model.model_file import ModelFileError, read_model, write_model
 from arctrue.workbench.observations.build import observations_of

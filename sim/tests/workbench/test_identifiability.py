@@ -17,13 +17,13 @@ from sim.tests.workbench.small_sets import (
 from arctrue.workbench.effects.product_of_parts import ALWAYS, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import needed_gain
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.identifiability import identifiability
 from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -8,8 +8,8 @@ import pytest
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 

@@ -14,14 +14,14 @@ from sim.tests.workbench.small_sets import (
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.line_spectrum import LEAST_PERIODS
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import LEAST_OWN, Place
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.model.model import default_model
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
 Float = NDArray[np.float64]

@@ -13,18 +13,20 @@ from sim.tests.workbench.small_sets import RUNS, SAMPLES_A_TURN, measurement_set
 
 from arctrue.cli import _progress, main
 from arctrue.measurement import MeasurementSet, write_measurement_set
+from arctrue.progress import SHOW_ROWS
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference import normal_equations, scan
+from arctrue.workbench.inference import design_matrix, scan
+from arctrue.workbench.inference.design_matrix import BLOCK_ROWS, Term
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term, WhitenedRows
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
 from arctrue.workbench.model.model_file import read_model
+from arctrue.workbench.numeric.least_squares import WhitenedRows
 from arctrue.workbench.observations import Observations, part
 from arctrue.workbench.observations.build import observations_of
 
@@ -91,7 +93,7 @@ def test_every_row_gives_the_fit_of_the_whole(warm: MeasurementSet, block_rows: 
     noise = searched.noise.on(all_rows)
     whole = fit([_graduation()], all_rows, searched.context, noise=noise)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(normal_equations, "BLOCK_ROWS", block_rows)
+        patch.setattr(design_matrix, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
     assert streamed.every_row
     figures, expected = (channel_figures(item, "capture") for item in (streamed, whole))
@@ -228,8 +230,10 @@ def test_dense_turns_are_thinned_evenly() -> None:
 
 def test_progress_of_a_pass_is_told(warm: MeasurementSet, in_part: None) -> None:
     told: list[tuple[int, int]] = []
-    observations = observations_of(warm, progress=lambda done, total: told.append((done, total)))
+    observations = observations_of(warm)
+    shown = SHOW_ROWS.set(lambda done, total: told.append((done, total)))
     on_every_row(fit([_graduation()], observations))
+    SHOW_ROWS.reset(shown)
     rows = observations.capture_rows
     assert told[-1] == (rows, rows)
     assert len(told) == -(-rows // BLOCK_ROWS)

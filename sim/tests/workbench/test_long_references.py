@@ -7,10 +7,10 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference import normal_equations
+from arctrue.workbench.inference import design_matrix
+from arctrue.workbench.inference.design_matrix import BLOCK_ROWS, Term
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import BLOCK_ROWS, Term
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model, ModelEffect
@@ -75,7 +75,7 @@ def test_every_row_gives_the_fit_of_the_whole(block_rows: int) -> None:
     searched = fit([_base()], _observations(LIMIT))
     whole = _all_at_once(searched)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(normal_equations, "BLOCK_ROWS", block_rows)
+        patch.setattr(design_matrix, "BLOCK_ROWS", block_rows)
         streamed = on_every_row(searched)
         figures = channel_figures(streamed, "reference")
     expected = channel_figures(whole, "reference")

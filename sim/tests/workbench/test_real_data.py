@@ -11,9 +11,9 @@ from arctrue.measurement import read_measurement_set
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.held_out import held_out
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.observations import Observations

@@ -10,12 +10,12 @@ from sim.tests.workbench.small_sets import measurement_set
 
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term, channel_columns
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.likelihood_ratio import under
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term, channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan import Place, moved_to_maximum
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -10,7 +10,7 @@ import pytest
 
 from arctrue.workbench.effects.base import Effect, SearchParameter
 from arctrue.workbench.effects.catalogue.bearing_ball_pass import BearingBallPass
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.scan import grid_scan, moved_to_maximum, scored
 from arctrue.workbench.inference.search_parameters import _moved
 from arctrue.workbench.observations import Observations

@@ -10,8 +10,8 @@ from sim.tests.workbench.small_sets import SAMPLES_A_TURN, measurement_set
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.change_point import position_sigma_samples
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.tangents import Tangent
 from arctrue.workbench.model.growth import fitted

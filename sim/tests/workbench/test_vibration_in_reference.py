@@ -9,8 +9,8 @@ import pytest
 from sim.tests.workbench.small_sets import REFERENCE_NOISE, measurement_set
 
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined

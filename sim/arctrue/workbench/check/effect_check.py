@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from arctrue.workbench.check.formula import formula_faults
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear, SearchParameter
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.normal_equations import Term, channel_columns
+from arctrue.workbench.inference.design_matrix import Term, channel_columns
 from arctrue.workbench.model.model_file import known_unit
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 

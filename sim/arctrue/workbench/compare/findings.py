@@ -18,7 +18,7 @@ from arctrue.percent import percent
 from arctrue.workbench.compare.maps import ResidualMap, variance_share
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.inference.normal_equations import row_blocks
+from arctrue.workbench.inference.design_matrix import row_blocks
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import corrected_p_value
 

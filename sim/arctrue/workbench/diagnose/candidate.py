@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.held_out import HeldOut, Improvement
 from arctrue.workbench.inference.likelihood_ratio import Evidence
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 

@@ -21,9 +21,9 @@ from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measure
 from arctrue.workbench.diagnose.rules import decide, said_of
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution

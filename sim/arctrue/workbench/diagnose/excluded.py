@@ -10,7 +10,7 @@ from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import LEAST_SHARE
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.residuals import Residuals
 
 LIKE = 0.95

@@ -16,7 +16,7 @@ from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, Plan
 from arctrue.workbench.effects.base import Nonlinear
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.inference.normal_equations import Term, channel_sums, term_widths
+from arctrue.workbench.inference.design_matrix import Term, channel_sums, term_widths
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution, solve

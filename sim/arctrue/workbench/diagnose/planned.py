@@ -126,7 +126,7 @@ def _further_run(
     reference = observations.reference
     if reference is not None:
         reference = replace(reference, capture_runs=joined.runs)
-    return replace(observations, capture=joined, reference=reference, kept_columns={})
+    return replace(observations, capture=joined, reference=reference)
 
 
 def _turns(angle_rad: Float) -> Integer:
@@ -181,7 +181,7 @@ def _reference(observations: Observations) -> Observations | None:
     if capture is not None:
         capture = replace(capture, reference_in_time=True)
     stations = _stations(observations)
-    return replace(observations, capture=capture, reference=stations, kept_columns={})
+    return replace(observations, capture=capture, reference=stations)
 
 
 def _reference_back(observations: Observations) -> Observations | None:
@@ -189,7 +189,7 @@ def _reference_back(observations: Observations) -> Observations | None:
     if rows is None or rows.direction is None or np.unique(rows.direction).size > 1:
         return None
     back = replace(_later(rows), direction=-rows.direction)
-    return replace(observations, reference=_joined(rows, back), kept_columns={})
+    return replace(observations, reference=_joined(rows, back))
 
 
 def _later(rows: ReferenceRows) -> ReferenceRows:
@@ -224,7 +224,7 @@ def _polygon_turned(observations: Observations) -> Observations | None:
         line_rad=rows.line_rad + shift,
         electrical1_rad=electrical,
     )
-    return replace(observations, reference=_joined(rows, turned), kept_columns={})
+    return replace(observations, reference=_joined(rows, turned))
 
 
 def _moving_reference(observations: Observations) -> Observations | None:
@@ -262,7 +262,7 @@ def _moving_reference(observations: Observations) -> Observations | None:
     still = replace(rows, speed_rad_s=np.zeros(rows.run.size), face=None, faces=None)
     for item in passes:
         still = _joined(still, item)
-    return replace(observations, reference=still, kept_columns={})
+    return replace(observations, reference=still)
 
 
 PLANS = (

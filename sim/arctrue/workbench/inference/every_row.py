@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import (
+from arctrue.progress import rows_done
+from arctrue.workbench.inference.design_matrix import (
     reference_block,
     row_blocks,
     stored_columns,
 )
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.search_parameters import refined, with_steps_on_every_row
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.observations import ReferenceRows
@@ -65,7 +66,7 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
             left -= solution.run_offsets_arcsec[rows.run]
         of_block, highest = _sums(left)
         square, peak = square + of_block, max(peak, highest)
-        observations.report(block.stop, size)
+        rows_done(block.stop, size)
     return _figures(size, square, peak)
 
 

@@ -8,17 +8,60 @@ the rows is white, coloured and uneven as the set shows it (:mod:`arctrue.workbe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.known_noise import fit_with_noise
-from arctrue.workbench.inference.noise_fit import estimated_noise
-from arctrue.workbench.inference.normal_equations import Term
-from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.inference.design_matrix import (
+    Term,
+    channel_columns,
+    channel_sums,
+    every_row_sums,
+    term_widths,
+    whitened_rows,
+)
+from arctrue.workbench.inference.solution import Solution, context_of, solve
+from arctrue.workbench.noise.fit import estimated_noise
 from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
 from arctrue.workbench.observations import Observations
 
 INDEX_ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class ModelDesign:
+    """The design matrix of some terms, as the noise is estimated beside it."""
+
+    terms: Sequence[Term]
+    observations: Observations
+    context: FitContext
+
+    @property
+    def shared(self) -> int:
+        """Coefficients of the terms."""
+        return sum(term_widths(self.terms, self.observations))
+
+    def columns(self, *, capture: bool) -> Matrix:
+        """Of a channel, shape (rows, shared), arcseconds."""
+        return channel_columns(self.terms, self.observations, self.context, capture=capture)
+
+    def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
+        """The same with the noise made one; None without that channel."""
+        return whitened_rows(self.terms, self.observations, self.context, noise, capture=capture)
+
+    def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
+        """Sums of least squares over the rows of a channel; None without it."""
+        return channel_sums(self.terms, self.observations, self.context, noise, capture=capture)
+
+    def residuals(
+        self, noise: Noise
+    ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+        """What the fit with this noise leaves of (capture, reference), arcseconds."""
+        solution = fit(self.terms, self.observations, self.context, noise=noise)
+        return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
 
 
 def fit(
@@ -34,10 +77,22 @@ def fit(
     Without ``noise`` it is estimated with the coefficients. ``every_row``: all rows of a long
     set, not only the part that the statistics work on.
     """
-    if noise is not None:
-        return fit_with_noise(terms, observations, context, noise, every_row=every_row)
-    noise, unknown = estimated_noise(terms, observations, context or FitContext())
-    found = fit_with_noise(
-        terms, observations, context, noise, every_row=every_row, index_rounds=INDEX_ROUNDS
-    )
-    return replace(found, unknown_noise=unknown)
+    index_rounds, unknown = 0, frozenset[str]()
+    if noise is None:
+        noise, unknown = estimated_noise(ModelDesign(terms, observations, context or FitContext()))
+        index_rounds = INDEX_ROUNDS if observations.runs else 0
+    present = context or FitContext()
+    depends = any(term.effect.depends_on_model for term in terms)
+    summed = every_row_sums if every_row else channel_sums
+    for _ in range((3 if context is None else 2) if depends else 1):
+        sums = {
+            name: summed(terms, observations, present, noise, capture=name == "capture")
+            for name in ("capture", "reference")
+        }
+        solution = solve(terms, observations, present, noise, **sums)
+        for _ in range(index_rounds):
+            noise = noise.with_offsets(observations, solution.run_offsets_arcsec)
+            solution = solve(terms, observations, present, noise, **sums)
+        present = context_of(solution)
+    # The next effect is judged with what this model says of ε.
+    return replace(solution, context=present, every_row=every_row, unknown_noise=unknown)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.noise_fit import estimated_noise_of_residuals, white_noise
-from arctrue.workbench.inference.normal_equations import Term, term_widths
+from arctrue.workbench.inference.design_matrix import Term, term_widths
+from arctrue.workbench.inference.fit import ModelDesign
 from arctrue.workbench.inference.solution import Solution, context_of
+from arctrue.workbench.noise.fit import estimated_noise, white_noise
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations import Observations
 
@@ -33,7 +34,7 @@ def with_fixed_coefficients(
     draft = replace(draft, context=context)
     left = draft.capture_residual_arcsec(), draft.reference_residual_arcsec()
     # Coefficients of another set take no freedom: only constants are fitted to these rows.
-    noise, unknown = estimated_noise_of_residuals(observations, left)
+    noise, unknown = estimated_noise(ModelDesign((), _leaving(observations, left), FitContext()))
     sums = [
         _constants(None if values is None else of_rows, values, run, offsets, prior)
         for values, of_rows, run, offsets, prior in (
@@ -54,6 +55,22 @@ def with_fixed_coefficients(
         reference_offset_arcsec=float(sums[1][0]) if sums[1].size else 0.0,
         noise=noise,
         unknown_noise=unknown,
+    )
+
+
+def _leaving(
+    observations: Observations, left: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
+) -> Observations:
+    """The rows with these residuals for what was measured."""
+    capture, reference = observations.capture, observations.reference
+    return replace(
+        observations,
+        capture=None
+        if capture is None or left[0] is None
+        else replace(capture, difference_arcsec=left[0]),
+        reference=None
+        if reference is None or left[1] is None
+        else replace(reference, error_arcsec=left[1] - float(np.mean(left[1]))),
     )
 
 

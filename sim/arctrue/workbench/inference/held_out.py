@@ -14,18 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import (
+from arctrue.workbench.inference.design_matrix import (
     Term,
     channel_prediction,
+    keep_part,
     measured_arcsec,
 )
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise
-from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -150,19 +151,15 @@ def without(
 ) -> Observations:  # fmt: skip
     """The observations with some of their rows only."""
     capture, reference = observations.capture, observations.reference
-    keep = {"capture": keep_capture, "reference": keep_reference}
-    kept_columns = {
-        key: None if columns is None else columns[keep[key[-1]]]
-        for key, columns in observations.kept_columns.items()
-    }
-    return replace(
-        observations,
-        capture=None if capture is None else capture.part(keep_capture),  # type: ignore[arg-type]
-        reference=None if reference is None else reference.part(keep_reference),  # type: ignore[arg-type]
-        stored=None,
-        stored_reference=None,
-        kept_columns=kept_columns,
-    )
+    parts: dict[str, CaptureRows | ReferenceRows | None] = {}
+    for channel, rows, kept in (
+        ("capture", capture, keep_capture),
+        ("reference", reference, keep_reference),
+    ):
+        parts[channel] = None if rows is None or kept is None else rows.part(kept)
+        if rows is not None and kept is not None:
+            keep_part(rows, parts[channel], kept)  # type: ignore[arg-type]
+    return replace(observations, **parts, stored=None, stored_reference=None)  # type: ignore[arg-type]
 
 
 def held_out(
@@ -291,4 +288,4 @@ def _left_out(
     assert rows is not None
     apart = rows.part(~kept)
     shown = {"capture": apart} if capture else {"reference": apart}
-    return replace(observations, **shown, kept_columns={})  # type: ignore[arg-type]
+    return replace(observations, **shown)  # type: ignore[arg-type]

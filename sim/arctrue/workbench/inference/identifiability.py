@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.design_matrix import channel_sums
 from arctrue.workbench.inference.detectable import smallest_detectable
-from arctrue.workbench.inference.normal_equations import channel_sums
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.noise_fit import noise_of
+from arctrue.workbench.inference.fit import ModelDesign, fit
 from arctrue.workbench.inference.residuals import Residuals, Score
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
-from arctrue.workbench.noise.index_offsets import index_variance
+from arctrue.workbench.noise.fit import noise_of
 from arctrue.workbench.noise.noise import Noise
 
 MOST_ROUNDS = 3
@@ -73,18 +72,10 @@ def evidence(
 def under(grown: Solution, base: Solution) -> Noise:
     """The noise of what ``grown`` leaves, in the contrasts that ``base`` does not touch."""
     left = grown.capture_residual_arcsec(), grown.reference_residual_arcsec()
-    noise = noise_of(
-        base.terms,
-        base.observations,
-        base.context,
-        left,
-        base.noise,
-        base.unknown_noise | _unmoved(left, base),
-    )
-    if base.observations.runs:
-        variance, freedom = index_variance(base.observations, grown.run_offsets_arcsec)
-        noise = replace(noise, index_variance=variance, index_freedom=freedom)
-    return noise
+    design = ModelDesign(base.terms, base.observations, base.context)
+    unmoved = base.unknown_noise | _unmoved(left, base)
+    noise = noise_of(design, left, base.noise, unmoved)
+    return noise.with_offsets(base.observations, grown.run_offsets_arcsec)
 
 
 def _unmoved(left: tuple[Float | None, Float | None], base: Solution) -> frozenset[str]:

@@ -10,15 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
-from arctrue.workbench.inference.normal_equations import (
-    Matrix,
-    Term,
-    WhitenedRows,
-    term_columns,
-    whitened_rows,
-)
-from arctrue.workbench.inference.solution import Layout, Solution, context_of
+from arctrue.workbench.inference.design_matrix import Term, term_columns, whitened_rows
+from arctrue.workbench.inference.solution import Solution, context_of
 from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.least_squares import Layout, Matrix, WhitenedRows
 from arctrue.workbench.numeric.symmetric import RANK_TOLERANCE, solve_symmetric
 from arctrue.workbench.observations import Observations
 

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.known_noise import fit_with_noise
-from arctrue.workbench.inference.normal_equations import Term, stored_columns
+from arctrue.workbench.inference.design_matrix import Term, stored_columns
+from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.solution import Solution, with_tangents
 from arctrue.workbench.inference.tangents import refined_names
 
@@ -45,11 +45,11 @@ def refined(solution: Solution) -> Solution:
                 _moved(term, joint.coefficients[own] * share)
                 for term, own in zip(solution.terms, places, strict=True)
             ]
-            tried = fit_with_noise(
+            tried = fit(
                 terms,
                 solution.observations,
                 solution.context,
-                solution.noise,
+                noise=solution.noise,
                 every_row=solution.every_row,
             )
             if tried.log_likelihood > solution.log_likelihood:

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import FitContext, Parameter
 from arctrue.workbench.inference.change_point import position_sigma_samples
-from arctrue.workbench.inference.normal_equations import (
-    ChannelSums,
-    Matrix,
+from arctrue.workbench.inference.design_matrix import (
     Term,
     channel_prediction,
     channel_sums,
@@ -27,6 +25,7 @@ from arctrue.workbench.inference.normal_equations import (
 )
 from arctrue.workbench.inference.tangents import Tangent, refined_names
 from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.numeric.least_squares import ChannelSums, Layout, Matrix
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 
@@ -144,27 +143,6 @@ class Solution:
         """Measured less model; None without a reference."""
         rows = self.observations.reference
         return None if rows is None else rows.error_arcsec - self.reference_prediction_arcsec()
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Where each channel's columns lie in the joint system: terms, run offsets, constant."""
-
-    shared: int
-    runs: int
-
-    @property
-    def size(self) -> int:
-        """All columns."""
-        return self.shared + self.runs + 1
-
-    def capture(self) -> NDArray[np.int64]:
-        """Places of the terms and the run offsets."""
-        return np.arange(self.shared + self.runs)
-
-    def reference(self) -> NDArray[np.int64]:
-        """Places of the terms and the constant a₀."""
-        return np.append(np.arange(self.shared), self.shared + self.runs)
 
 
 def solve(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]

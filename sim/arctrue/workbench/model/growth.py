@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.fixed import with_fixed_coefficients
 from arctrue.workbench.inference.held_out import held_out
 from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.observations import Observations
 

@@ -14,7 +14,7 @@ from arctrue.similar import did_you_mean
 from arctrue.typed_content import Number
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 
 Channels = dict[str, Number]
 """A figure for each channel that was measured: ``capture``, ``reference``."""

@@ -19,8 +19,8 @@ from scipy.optimize import minimize_scalar
 from arctrue.measurement import Capture, MeasurementSet, Reference
 from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect, Parameter
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.observations import Observations
@@ -198,5 +198,4 @@ def _shifted(observations: Observations, time_constant_s: float) -> Observations
         reference=reference,
         stored=None,
         stored_reference=None,
-        kept_columns={},
     )

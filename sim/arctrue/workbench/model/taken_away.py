@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import MeasurementSet
 from arctrue.workbench.effects.base import Effect, FitContext
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.solution import context_of_terms
 from arctrue.workbench.model.export import LOW_ORDERS, THERMAL_SPAN_K
 from arctrue.workbench.model.model import Model, ModelEffect

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,8 +38,8 @@ class ChannelRows:
     angle_rad: Float
     residual: Float
     stated_scale: Float
-    columns: Callable[[], Float]
-    """The model's columns, worked out when they are asked for."""
+    columns: Float
+    """The model's."""
     own_constants: bool
     """Each run has an offset of its own; else all have one constant."""
 
@@ -78,7 +78,7 @@ def _with_spectra(
 ) -> tuple[NoiseLaw, list[FittedGroup]]:
     noise = row_noise(rows, law)
     residual = rows.residual / noise.scale
-    columns = rows.columns()
+    columns = rows.columns
     ones = 1.0 / noise.scale
     if np.any(noise.scale != 1.0):
         columns = columns * ones[:, np.newaxis]

@@ -18,6 +18,10 @@ INDEX_FREEDOM = 6.0
 """The ±1 count of an index that no set tells of weighs like the scatter of so many runs."""
 
 
+STATED_INDEX_FREEDOM = 60.0
+"""How many runs a repeatability is worth that the set states."""
+
+
 @dataclass(frozen=True)
 class FittedGroup:
     """Runs that share a spectrum, with the uncertainty of its variances."""
@@ -53,6 +57,13 @@ class Noise:
             reference = reference.part(keep_reference)
         return replace(self, capture=capture, reference=reference)
 
+    def with_offsets(self, observations: Observations, offsets: Float) -> Noise:
+        """The same with the variance of the index that these offsets of the runs show."""
+        if not observations.runs:
+            return self
+        variance, freedom = index_variance(observations, offsets)
+        return replace(self, index_variance=variance, index_freedom=freedom)
+
     def white_part(self) -> Noise:
         """The same without what is coloured."""
         return replace(
@@ -75,3 +86,16 @@ class Noise:
             capture=None if capture is None else laws[0].on_capture(capture),
             reference=None if reference is None else laws[1].on_reference(reference),
         )
+
+
+def index_variance(observations: Observations, offsets: Float) -> tuple[float, float]:
+    """Variance of a run's offset (arcsec²), and how many runs the knowledge beforehand is worth.
+
+    The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like so many
+    runs; the offsets of the set's own runs are added.
+    """
+    stated = getattr(observations, "index_repeatability_counts", None) is not None
+    freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM
+    prior = observations.index_sigma_arcsec**2
+    total = freedom * prior + float(offsets @ offsets)
+    return total / (freedom + offsets.size), freedom

@@ -7,10 +7,8 @@ alike turns generalised least squares into ordinary least squares.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from celerite2 import driver  # type: ignore[import-untyped]
@@ -104,30 +102,7 @@ class Factor:
         return np.asarray(total[:, 0])
 
 
-class Whitened:
-    """Whitened columns of one set of conditions, kept for further fits."""
-
-    def __init__(self) -> None:
-        """Nothing is kept yet."""
-        self._conditions: object = None
-        self.terms: dict[Hashable, Float] = {}
-        """Columns of linear terms."""
-        self.designs: dict[Hashable, Any] = {}
-        """The same of whole models, with the terms that they are of."""
-
-    def under(self, conditions: object) -> Whitened:
-        """What is kept of rows under ``conditions``; that of others is dropped first.
-
-        Conditions are the same where they are the same object.
-        """
-        if self._conditions is not conditions:
-            self._conditions = conditions
-            self.terms.clear()
-            self.designs.clear()
-        return self
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RowNoise:
     """Noise of the rows of one channel: stretches of rows, their spectra, and a scale a row."""
 
@@ -165,11 +140,6 @@ class RowNoise:
     def _even(self) -> bool:
         """Every row has the scale 1."""
         return bool(np.all(self.scale == 1.0))
-
-    @cached_property
-    def whitened(self) -> Whitened:
-        """Whitened columns, which many fits with this noise share."""
-        return Whitened()
 
     @cached_property
     def whitened_ones(self) -> Float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -35,12 +34,11 @@ MOST_COUNTS = 2**62 - 1
 
 def observations_of(
     measurement: MeasurementSet,
-    progress: Callable[[int, int], None] | None = None,
     reference_temperature_c: float | None = None,
     *,
     mask_outliers: bool = True,
 ) -> Observations:
-    """Observations of a measurement set; ``progress`` is told of passes over a long capture.
+    """Observations of a measurement set.
 
     ``reference_temperature_c`` is T₀ of a model that was fitted to another set; without it T₀ is
     the set's own median. ``mask_outliers``: False uses every row but those that the set masks.
@@ -87,7 +85,6 @@ def observations_of(
         title=measurement.title,
         capture=part,
         stored=whole,
-        progress=progress,
         reference=compared,
         stored_reference=compared_whole,
         counts_per_rev=facts.counts_per_rev,

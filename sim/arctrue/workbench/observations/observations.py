@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +19,7 @@ INDEX_SCATTER_COUNTS = 1.0
 """Repeatability of the index of each head: ±1 count a run."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observations:
     """What was measured, and what is known of the table."""
 
@@ -36,8 +36,6 @@ class Observations:
     """Every row of a capture of which ``capture`` is a part."""
     stored_reference: ReferenceRows | None = field(default=None, repr=False)
     """Every row of a reference of which ``reference`` is a part."""
-    progress: Callable[[int, int], None] | None = field(default=None, repr=False, compare=False)
-    """Told of (rows done, all rows) while a fit goes over every row of a long set."""
     masked: tuple[MaskedRow, ...] = ()
     """Rows that are not used, in the order of the files."""
     may_mask: bool = True
@@ -51,14 +49,6 @@ class Observations:
     """Standard deviation of one head's index from run to run, as the set states it."""
     reference_uncertainty_arcsec: float | None = None
     """Standard uncertainty of the reference, as the set states it."""
-    kept_columns: dict[tuple[str, ...], NDArray[np.float64] | None] = field(
-        default_factory=dict, repr=False, compare=False
-    )
-    """Columns that the fit has computed and will want again."""
-    recent_columns: dict[Hashable, tuple[object, NDArray[np.float64] | None]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
-    """The last few columns of terms that come and go, with the effects that they are of."""
 
     @property
     def rows(self) -> int:
@@ -75,11 +65,6 @@ class Observations:
         """Line of the file of a row of the reference that is used; the header is line 1."""
         used = self.used_reference_rows
         return (row if used is None else int(used[row])) + 2
-
-    def report(self, done: int, total: int) -> None:
-        """Tell how far a pass over every row has come."""
-        if self.progress is not None:
-            self.progress(done, total)
 
     @property
     def every_reference_row(self) -> ReferenceRows | None:

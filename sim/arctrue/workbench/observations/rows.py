@@ -40,7 +40,7 @@ class _Sliceable:
         return type(self)(**values)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CaptureRows(_Sliceable):
     """One row a sample of both heads; every array has shape (rows,)."""
 
@@ -83,7 +83,7 @@ class CaptureRows(_Sliceable):
     """Has the set a reference whose rows have a time?"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReferenceRows(_Sliceable):
     """One row a comparison of head 1 with the reference; every array has shape (rows,)."""
 

@@ -51,7 +51,6 @@ def without_wrong_rows(
         capture=rows.part(~wrong),
         masked=(*sorted([*of_capture, *masked], key=_line), *of_reference),
         used_capture_rows=numbers[~wrong],
-        kept_columns={},
     )
 
 

@@ -14,11 +14,11 @@ from arctrue.workbench.diagnose.coverage import blindness, coverage, effect_or_n
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.detectable import smallest_detectable
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.noise_fit import white_noise
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.observations.build import observations_of
 

@@ -12,7 +12,7 @@ from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.normal_equations import Term
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()

@@ -15,8 +15,8 @@ from arctrue.workbench.diagnose.adopted import adopt
 from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in, catalogue
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.observations.build import observations_of
 from arctrue.workbench.observations.column_unit import column_unit
 

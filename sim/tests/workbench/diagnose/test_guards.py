@@ -31,15 +31,15 @@ from arctrue.workbench.diagnose.parts_scan import (
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
 from arctrue.workbench.effects.product_of_parts import ALWAYS, TEMPERATURE, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
+from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.held_out import Improvement, folds_of, holds_out
 from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
-from arctrue.workbench.inference.normal_equations import Term
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import corrected_p_value
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.degrees_of_freedom import degrees_of_freedom
-from arctrue.workbench.noise.index_offsets import index_variance
+from arctrue.workbench.noise.noise import index_variance
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.observations import Observations

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from arctrue.workbench.noise.index_offsets import index_variance
+from arctrue.workbench.noise.noise import index_variance
 from arctrue.workbench.observations.build import observations_of
 from tests.workbench.small_sets import measurement_set
 

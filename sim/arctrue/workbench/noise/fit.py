@@ -6,40 +6,57 @@ that 24 reference rows beside a long capture have their own scatter, and alone h
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import FitContext
-from arctrue.workbench.inference.known_noise import fit_with_noise
-from arctrue.workbench.inference.normal_equations import (
-    ChannelSums,
-    Matrix,
-    Term,
-    channel_columns,
-    channel_sums,
-    term_widths,
-    whitened_rows,
-)
 from arctrue.workbench.noise.estimate import ChannelRows, estimated_law, row_noise
 from arctrue.workbench.noise.law import NoiseLaw, reference_clock, stated_scale
 from arctrue.workbench.noise.likelihood import Beside
 from arctrue.workbench.noise.noise import FittedGroup, Noise
 from arctrue.workbench.noise.spectrum import Spectrum
-from arctrue.workbench.noise.spectrum_fit import WhiteBounds
+from arctrue.workbench.noise.spectrum_fit import STATED_READINGS, WhiteBounds
+from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
 from arctrue.workbench.numeric.symmetric import solve_symmetric
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]
 
+FIT_ROUNDS = 1
+"""Fits beside whose residuals the noise is estimated, from white noise on: the restricted
+likelihood knows what coefficients take, so that those of a first fit will do."""
 FIRST_ROUNDS, NEXT_ROUNDS = 30, 8
 """Steps of the likelihood's maximum from a rough start, and from a near one."""
 LEAST_FREEDOM = 3.0
 """Readings beyond what the coefficients take: with fewer a scatter is not known."""
 NO_KNOWLEDGE_ARCSEC2 = 1.0
 """Where nothing tells a variance; the channel is then without weight, or the set undetermined."""
+
+
+class Design(Protocol):
+    """What the noise is estimated beside: a model's columns on the rows of a set."""
+
+    @property
+    def observations(self) -> Observations:
+        """The rows."""
+
+    @property
+    def shared(self) -> int:
+        """Coefficients of the terms, which both channels share."""
+
+    def columns(self, *, capture: bool) -> Matrix:
+        """Of a channel, shape (rows, shared), arcseconds."""
+
+    def whitened(self, noise: Noise, *, capture: bool) -> WhitenedRows | None:
+        """The same with the noise made one; None without that channel."""
+
+    def sums(self, noise: Noise, *, capture: bool) -> ChannelSums | None:
+        """Sums of least squares over the rows of a channel; None without it."""
+
+    def residuals(self, noise: Noise) -> tuple[Float | None, Float | None]:
+        """What the fit with this noise leaves of (capture, reference), arcseconds."""
 
 
 def white_noise(
@@ -73,22 +90,17 @@ def _with_laws(
     )
 
 
-def estimated_noise(
-    terms: Sequence[Term], observations: Observations, context: FitContext
-) -> tuple[Noise, frozenset[str]]:
+def estimated_noise(design: Design) -> tuple[Noise, frozenset[str]]:
     """The noise at the maximum of its restricted likelihood; channels whose noise nothing tells."""
-    noise, unknown = _rough(terms, observations, context)
-    left = _left(terms, observations, context, noise)
-    noise = noise_of(
-        terms, observations, context, left, noise, unknown, warm=False, rounds=FIRST_ROUNDS
-    )
+    noise, unknown = _white_start(design)
+    for _ in range(FIT_ROUNDS):
+        left = design.residuals(noise)
+        noise = noise_of(design, left, noise, unknown, warm=False, rounds=FIRST_ROUNDS)
     return noise, unknown
 
 
 def noise_of(
-    terms: Sequence[Term],
-    observations: Observations,
-    context: FitContext,
+    design: Design,
     left: tuple[Float | None, Float | None],
     before: Noise,
     unknown: frozenset[str] = frozenset(),
@@ -96,15 +108,14 @@ def noise_of(
     warm: bool = True,
     rounds: int = NEXT_ROUNDS,
 ) -> Noise:
-    """The noise of residuals (capture, reference) that a model of ``terms`` leaves.
+    """The noise of residuals (capture, reference) that a model leaves.
 
     ``before`` weights the channels against each other; with ``warm`` the search begins there.
     """
     noise = before
     groups: list[FittedGroup] = []
-    for channel in ("capture", "reference"):
+    for channel, residual in zip(("capture", "reference"), left, strict=True):
         capture = channel == "capture"
-        residual = left[0] if capture else left[1]
         if residual is None:
             continue
         old = [group for group in before.groups if group.channel == channel]
@@ -112,12 +123,11 @@ def noise_of(
         if channel in unknown or (of_rows is not None and of_rows.weightless):
             groups += old
             continue
-        rows = channel_rows(terms, observations, context, residual, capture=capture)
-        beside = _beside(terms, observations, context, left, noise, capture=capture)
+        rows = _channel_rows(design, residual, capture=capture)
         law, fits = estimated_law(
             rows,
-            beside,
-            white_bounds(observations, capture=capture),
+            _beside(design, left, noise, capture=capture),
+            white_bounds(design.observations, capture=capture),
             (noise.capture_law if capture else noise.reference_law) if warm else None,
             rounds,
         )
@@ -139,59 +149,45 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
     return WhiteBounds(1e-12, None if not stated else float(stated) ** 2)
 
 
-def channel_rows(
-    terms: Sequence[Term],
-    observations: Observations,
-    context: FitContext,
-    residual: Float,
-    *,
-    capture: bool,
-) -> ChannelRows:
+def _channel_rows(design: Design, residual: Float, *, capture: bool) -> ChannelRows:
     """The rows of a channel as the noise sees them."""
-
-    def columns() -> Matrix:
-        return channel_columns(terms, observations, context, capture=capture)
-
     if capture:
-        rows = observations.capture
+        rows = design.observations.capture
         assert rows is not None
         return ChannelRows(
             "capture", rows.time_s, rows.run, rows.angle_rad, residual, stated_scale(rows),
-            columns, True,
+            design.columns(capture=True), True,
         )  # fmt: skip
-    reference = observations.reference
+    reference = design.observations.reference
     assert reference is not None
     return ChannelRows(
         "reference", reference_clock(reference), reference.run, reference.angle_rad, residual,
-        stated_scale(reference), columns, False,
+        stated_scale(reference), design.columns(capture=False), False,
     )  # fmt: skip
 
 
-def _rough(
-    terms: Sequence[Term], observations: Observations, context: FitContext
-) -> tuple[Noise, frozenset[str]]:
+def _white_start(design: Design) -> tuple[Noise, frozenset[str]]:
     """White noise with the scatter that each channel has beside what the other one tells."""
+    observations = design.observations
     noise = white_noise(observations, (1.0, 1.0))
     unknown = set()
     sums = {
-        channel: channel_sums(terms, observations, context, noise, capture=channel == "capture")
+        channel: design.sums(noise, capture=channel == "capture")
         for channel in ("capture", "reference")
     }
-    shared = sum(term_widths(terms, observations))
     variance: dict[str, float] = {}
     for _ in range(6):
         for channel, own in sums.items():
             if own is None:
                 continue
             other = sums["reference" if channel == "capture" else "capture"]
-            found, freedom = _scatter(own, other, variance, channel, shared)
+            found, freedom = _scatter(own, other, variance, channel, design.shared)
             stated = white_bounds(observations, capture=channel == "capture").stated
             if freedom < LEAST_FREEDOM and stated is None:
                 unknown.add(channel)
                 variance[channel] = NO_KNOWLEDGE_ARCSEC2
             else:
-                # A stated variance weighs like eight readings.
-                weight = 0.0 if stated is None else 8.0
+                weight = 0.0 if stated is None else STATED_READINGS
                 square = found * freedom + weight * (stated or 0.0)
                 variance[channel] = max(square / max(freedom + weight, 1.0), 1e-12)
                 unknown.discard(channel)
@@ -241,55 +237,17 @@ def _without_constants(gram: Matrix, moment: Matrix, shared: int) -> tuple[Matri
 
 
 def _beside(
-    terms: Sequence[Term],
-    observations: Observations,
-    context: FitContext,
-    left: tuple[Float | None, Float | None],
-    noise: Noise,
-    *,
-    capture: bool,
+    design: Design, left: tuple[Float | None, Float | None], noise: Noise, *, capture: bool
 ) -> Beside:
     """What the other channel tells of the coefficients, from the residuals it has now."""
-    shared = sum(term_widths(terms, observations))
+    shared = design.shared
     of_rows = noise.reference if capture else noise.capture
     residual = left[1] if capture else left[0]
     if of_rows is None or residual is None or of_rows.weightless:
         return Beside(np.zeros((shared, shared)), np.zeros(shared))
-    design = whitened_rows(terms, observations, context, noise, capture=not capture)
-    assert design is not None
+    other = design.whitened(noise, capture=not capture)
+    assert other is not None
     information, moment = _without_constants(
-        design.gram, design.moment(of_rows.whiten(residual)), shared
+        other.gram, other.moment(of_rows.whiten(residual)), shared
     )
     return Beside(information, moment)
-
-
-def estimated_noise_of_residuals(
-    observations: Observations, left: tuple[Float | None, Float | None]
-) -> tuple[Noise, frozenset[str]]:
-    """The noise of residuals of a model that was not fitted to these rows."""
-    shown = replace(
-        observations,
-        capture=None
-        if observations.capture is None or left[0] is None
-        else replace(observations.capture, difference_arcsec=left[0]),
-        reference=None
-        if observations.reference is None or left[1] is None
-        else replace(observations.reference, error_arcsec=left[1] - float(np.mean(left[1]))),
-        kept_columns={},
-    )
-    return estimated_noise((), shown, FitContext())
-
-
-def _left(
-    terms: Sequence[Term], observations: Observations, context: FitContext, noise: Noise
-) -> tuple[Float | None, Float | None]:
-    """Residuals of the fit with this noise."""
-    solution = fit_with_noise(terms, observations, context, noise)
-    return solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
-
-
-__all__ = [
-    "estimated_noise",
-    "noise_of",
-    "white_noise",
-]

@@ -1,0 +1,342 @@
+"""The design matrix of a model: columns of its terms, and the same whitened by the noise.
+
+Columns depend on the rows alone, so that they are kept while the rows live: of wide linear terms
+all, of terms that come and go the last few; whitened ones while the noise lives. A long capture is
+gone through block by block; a block's columns live no longer than the block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.progress import rows_done
+from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
+from arctrue.workbench.noise.noise import Noise
+from arctrue.workbench.noise.row_noise import RowNoise
+from arctrue.workbench.numeric.least_squares import ChannelSums, Matrix, WhitenedRows
+from arctrue.workbench.observations import Observations
+from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
+
+BLOCK_ROWS = 1 << 15
+MOST_RECENT = 4
+"""Blocks of columns that are kept of terms that come and go: a scan asks for the same again."""
+Rows = CaptureRows | ReferenceRows
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect of a model, with the values of its search parameters."""
+
+    effect: Effect
+    nonlinear: Nonlinear
+
+
+@dataclass
+class _Kept:
+    """What is kept of the columns of some rows, with the effects that they are of."""
+
+    linear: dict[Hashable, Matrix | None] = field(default_factory=dict)
+    """Of wide, linear terms: they stay as they are from fit to fit."""
+    recent: dict[Hashable, tuple[Effect, Matrix | None]] = field(default_factory=dict)
+    """Of terms that come and go: a scan asks for the same again."""
+
+
+@dataclass
+class _KeptWhitened:
+    """The same whitened by one noise, and whole models."""
+
+    rows: Rows
+    linear: dict[Hashable, Matrix] = field(default_factory=dict)
+    designs: dict[Hashable, tuple[tuple[Term, ...], WhitenedRows]] = field(default_factory=dict)
+
+
+_KEPT: WeakKeyDictionary[Rows, _Kept] = WeakKeyDictionary()
+_WHITENED: WeakKeyDictionary[RowNoise, _KeptWhitened] = WeakKeyDictionary()
+
+
+def _kept_of(rows: Rows) -> _Kept:
+    return _KEPT.setdefault(rows, _Kept())
+
+
+def _whitened_of(rows: Rows, noise: RowNoise) -> _KeptWhitened:
+    found = _WHITENED.get(noise)
+    if found is None or found.rows is not rows:
+        found = _WHITENED[noise] = _KeptWhitened(rows)
+    return found
+
+
+def keep_part(whole: Rows, part: Rows, kept: NDArray[np.bool_]) -> None:
+    """``part`` is ``whole`` where ``kept`` is True: its columns need not be worked out anew."""
+    _kept_of(part).linear = {
+        key: None if columns is None else columns[kept]
+        for key, columns in _kept_of(whole).linear.items()
+    }
+
+
+def row_blocks(rows: int) -> Iterator[slice]:
+    """Slices of at most BLOCK_ROWS rows."""
+    for start in range(0, rows, BLOCK_ROWS):
+        yield slice(start, min(start + BLOCK_ROWS, rows))
+
+
+def term_widths(terms: Sequence[Term], observations: Observations) -> list[int]:
+    """Number of coefficients of each term."""
+    return [len(term.effect.column_names(observations)) for term in terms]
+
+
+def term_columns(
+    term: Term, observations: Observations, context: FitContext, *, capture: bool
+) -> Matrix | None:
+    """What each coefficient of a term adds to the rows of a channel, arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    of = term.effect.capture_columns if capture else term.effect.reference_columns
+    if term.effect.depends_on_model:
+        return of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+    kept, place = _kept_of(rows), _identity(term)
+    if _keepable(term):
+        if place not in kept.linear:
+            kept.linear[place] = of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+        return kept.linear[place]
+    if place not in kept.recent:
+        while len(kept.recent) >= MOST_RECENT:
+            del kept.recent[next(iter(kept.recent))]
+        # With the effect: while it is kept, no other one has its id.
+        kept.recent[place] = (term.effect, of(rows, term.nonlinear, context))  # type: ignore[arg-type]
+    return kept.recent[place][1]
+
+
+def _keepable(term: Term) -> bool:
+    """Wide, linear terms stay as they are from fit to fit."""
+    effect = term.effect
+    return bool(effect.disc_orders(term.nonlinear)) and not (
+        effect.search or effect.depends_on_model
+    )
+
+
+def _key(term: Term) -> tuple[str, ...]:
+    return (term.effect.name, repr(sorted(term.effect.settings.items())))
+
+
+def _identity(term: Term) -> Hashable:
+    """The same for terms with the same columns, while their effects live."""
+    if _keepable(term):
+        return _key(term)
+    return (id(term.effect), tuple(sorted(term.nonlinear.items())))
+
+
+def channel_columns(
+    terms: Sequence[Term], observations: Observations, context: FitContext, *, capture: bool
+) -> Matrix:
+    """Columns of all terms for the rows of a channel: shape (rows, Σ widths), arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    widths = term_widths(terms, observations)
+    return _side_by_side(
+        [term_columns(term, observations, context, capture=capture) for term in terms],
+        widths,
+        rows.run.size,
+    )
+
+
+def channel_prediction(
+    terms: Sequence[Term],
+    coefficients: Matrix,
+    observations: Observations,
+    context: FitContext,
+    *,
+    capture: bool,
+) -> Matrix:
+    """Sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    total, start = np.zeros(rows.run.size), 0
+    for term, width in zip(terms, term_widths(terms, observations), strict=True):
+        columns = term_columns(term, observations, context, capture=capture)
+        if columns is not None:
+            total += columns @ coefficients[start : start + width]
+        start += width
+    return total
+
+
+def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: int) -> Matrix:
+    if len(blocks) == 1 and blocks[0] is not None:
+        return blocks[0]
+    matrix = np.zeros((rows, sum(widths)))
+    start = 0
+    for columns, width in zip(blocks, widths, strict=True):
+        if columns is not None:
+            matrix[:, start : start + width] = columns
+        start += width
+    return matrix
+
+
+def stored_columns(
+    terms: Sequence[Term], widths: Sequence[int], rows: CaptureRows, context: FitContext
+) -> Matrix:
+    """Columns for rows of a long capture that is not worked on as a whole."""
+    blocks = [term.effect.capture_columns(rows, term.nonlinear, context) for term in terms]
+    return _side_by_side(blocks, widths, rows.run.size)
+
+
+def reference_block(
+    terms: Sequence[Term], widths: Sequence[int], rows: ReferenceRows, context: FitContext
+) -> Matrix:
+    """Columns for rows of a long reference that is not worked on as a whole."""
+    blocks = [term.effect.reference_columns(rows, term.nonlinear, context) for term in terms]
+    return _side_by_side(blocks, widths, rows.run.size)
+
+
+def whitened_rows(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
+) -> WhitenedRows | None:
+    """The columns of one channel with its noise made one; None without that channel."""
+    rows = observations.capture if capture else observations.reference
+    of_rows = noise.capture if capture else noise.reference
+    if rows is None or of_rows is None:
+        return None
+    if any(term.effect.depends_on_model for term in terms):
+        return _whitened(terms, observations, context, of_rows, capture=capture)
+    key = tuple(_identity(term) for term in terms)
+    kept = _whitened_of(rows, of_rows).designs
+    if key not in kept:
+        # With the terms: while they are kept, no other effect has the id of one of theirs.
+        kept[key] = (
+            tuple(terms),
+            _whitened(terms, observations, context, of_rows, capture=capture),
+        )
+    return kept[key][1]
+
+
+def _whitened(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    of_rows: RowNoise,
+    *,
+    capture: bool,
+) -> WhitenedRows:
+    widths, size = term_widths(terms, observations), of_rows.rows
+    blocks = [
+        _whitened_term(term, observations, context, of_rows, capture=capture) for term in terms
+    ]
+    columns, start = _side_by_side(blocks, widths, size), 0
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    kept = _whitened_of(rows, of_rows).linear
+    for term, block, width in zip(terms, blocks, widths, strict=True):
+        if block is not None and _keepable(term):
+            # The same numbers, and no second copy of them.
+            kept[_key(term)] = columns[:, start : start + width]
+        start += width
+    ones = of_rows.whitened_ones
+    if capture:
+        return WhitenedRows(columns, ones, observations.capture.run, observations.runs)  # type: ignore[union-attr]
+    return WhitenedRows(columns, ones, np.zeros(size, dtype=np.int64), 1)
+
+
+def _whitened_term(
+    term: Term,
+    observations: Observations,
+    context: FitContext,
+    of_rows: RowNoise,
+    *,
+    capture: bool,
+) -> Matrix | None:
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    kept = _whitened_of(rows, of_rows).linear
+    if _keepable(term) and _key(term) in kept:
+        return kept[_key(term)]
+    columns = term_columns(term, observations, context, capture=capture)
+    return None if columns is None else of_rows.whiten(columns)
+
+
+def channel_sums(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
+) -> ChannelSums | None:
+    """Sums over the rows of a channel: the terms' columns, then run offsets (or a₀)."""
+    rows = whitened_rows(terms, observations, context, noise, capture=capture)
+    of_rows = noise.capture if capture else noise.reference
+    if rows is None or of_rows is None or of_rows.rows == 0:
+        return None
+    measured = of_rows.whiten(measured_arcsec(observations, capture=capture))
+    return _sums(rows, measured, of_rows)
+
+
+def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSums:
+    return ChannelSums(
+        rows.gram,
+        rows.moment(measured),
+        float(measured @ measured),
+        0 if of_rows.weightless else of_rows.rows,
+        0.0 if of_rows.weightless else of_rows.log_determinant,
+    )
+
+
+def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
+    """R₂ − R₁ − α of every capture row, or ε of every reference row."""
+    if capture:
+        assert observations.capture is not None
+        return observations.capture.difference_arcsec
+    assert observations.reference is not None
+    return observations.reference.error_arcsec
+
+
+def every_row_sums(
+    terms: Sequence[Term],
+    observations: Observations,
+    context: FitContext,
+    noise: Noise,
+    *,
+    capture: bool,
+) -> ChannelSums | None:
+    """Sums over all rows of a long channel, block by block; of one that is worked on whole, as is.
+
+    The correlation is cut between blocks, which loses about a time constant in a block's length
+    of what slow noise tells.
+    """
+    law = noise.capture_law if capture else noise.reference_law
+    stored = observations.stored if capture else observations.stored_reference
+    if stored is None or law is None:
+        return channel_sums(terms, observations, context, noise, capture=capture)
+    widths = term_widths(terms, observations)
+    total: ChannelSums | None = None
+    size = int(stored.run.size)
+    for block in row_blocks(size):
+        if isinstance(stored, ReferenceRows):
+            stations = stored.part(block)
+            of_rows, run = law.on_reference(stations), np.zeros(stations.run.size, dtype=np.int64)
+            columns = reference_block(terms, widths, stations, context)
+            measured, offsets = stations.error_arcsec, 1
+        else:
+            rows = stored.rows(block)
+            of_rows, run = law.on_capture(rows), rows.run
+            columns = stored_columns(terms, widths, rows, context)
+            measured, offsets = rows.difference_arcsec, observations.runs
+        ones = of_rows.whiten(np.ones(run.size))
+        if len(terms) == 1:
+            # Of one effect they are its own array, which it may keep.
+            columns = of_rows.whiten(columns)
+        else:
+            of_rows.whiten_in_place(columns)
+        inside = WhitenedRows(columns, ones, run, offsets)
+        sums = _sums(inside, of_rows.whiten(measured), of_rows)
+        total = sums if total is None else total + sums
+        rows_done(block.stop, size)
+    return total

@@ -1,0 +1,113 @@
+"""Sums of generalised least squares, on rows whose noise is one and uncorrelated.
+
+The offsets of the runs are columns of ones that are never written out: of a run they are its
+whitened ones, and their sums are sums over the rows of each run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.runs import run_spans
+
+Matrix = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class WhitenedRows:
+    """One channel: columns (rows, k), the constant (rows,), the offset's number (rows,)."""
+
+    columns: Matrix
+    ones: Matrix
+    offset: Whole
+    offsets: int
+
+    def moment(self, whitened: Matrix) -> Matrix:
+        """Columns and constants times whitened values, shape (k + offsets,) or (…, m)."""
+        two = whitened[:, np.newaxis] if whitened.ndim == 1 else whitened
+        found = np.concatenate([self.columns.T @ two, self._times_ones(two)])
+        return found[:, 0] if whitened.ndim == 1 else found
+
+    @cached_property
+    def _spans(self) -> list[tuple[int, int]]:
+        """Rows of each offset; they lie together."""
+        return run_spans(self.offset)
+
+    def _times_ones(self, values: Matrix) -> Matrix:
+        """Each offset's constant times values (rows, k): shape (offsets, k)."""
+        total = np.zeros((self.offsets, values.shape[1]))
+        for start, end in self._spans:
+            total[self.offset[start]] += self.ones[start:end] @ values[start:end]
+        return total
+
+    @cached_property
+    def gram(self) -> Matrix:
+        """All columns and constants times themselves."""
+        shared = self.columns.shape[1]
+        found = np.zeros((shared + self.offsets,) * 2)
+        found[:shared, :shared] = self.columns.T @ self.columns
+        found[shared:, :shared] = self._times_ones(self.columns)
+        found[:shared, shared:] = found[shared:, :shared].T
+        places = np.arange(shared, shared + self.offsets)
+        found[places, places] = np.bincount(self.offset, self.ones**2, self.offsets)
+        return found
+
+    def model(self, coefficients: Matrix) -> Matrix:
+        """Whitened prediction of coefficients (k + offsets,) or (k + offsets, m)."""
+        shared = self.columns.shape[1]
+        constants = coefficients[shared:][self.offset]
+        own = (constants.T * self.ones).T
+        return np.asarray(self.columns @ coefficients[:shared] + own)
+
+
+@dataclass(frozen=True)
+class ChannelSums:
+    """Of whitened rows: Gram matrix, right-hand side, sum of squares; columns, then constants."""
+
+    gram: Matrix
+    moment: Matrix
+    square: float
+    rows: int
+    log_determinant: float
+    """Of the covariance of the rows."""
+
+    def residual_square(self, coefficients: Matrix) -> float:
+        """χ² of these coefficients, without going over the rows again."""
+        explained = 2.0 * self.moment @ coefficients - coefficients @ self.gram @ coefficients
+        return max(float(self.square - explained), 0.0)
+
+    def __add__(self, other: ChannelSums) -> ChannelSums:
+        """Of the rows of both."""
+        return ChannelSums(
+            self.gram + other.gram,
+            self.moment + other.moment,
+            self.square + other.square,
+            self.rows + other.rows,
+            self.log_determinant + other.log_determinant,
+        )
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each channel's columns lie in the joint system: terms, run offsets, constant."""
+
+    shared: int
+    runs: int
+
+    @property
+    def size(self) -> int:
+        """All columns."""
+        return self.shared + self.runs + 1
+
+    def capture(self) -> NDArray[np.int64]:
+        """Places of the terms and the run offsets."""
+        return np.arange(self.shared + self.runs)
+
+    def reference(self) -> NDArray[np.int64]:
+        """Places of the terms and the constant a₀."""
+        return np.append(np.arange(self.shared), self.shared + self.runs)
