@@ -11,8 +11,8 @@
 #include "watchdog.h"
 
 /* The page below the stack in on_chip_memory.ld. */
-#define GUARD_FIRST 0x18000U
-#define GUARD_LAST 0x18FFFU
+#define GUARD_FIRST 0x1C000U
+#define GUARD_LAST 0x1CFFFU
 #define CACHE_LINE 32U
 #define RECORD_MARK 0x4152464CU
 /* DFSR: an external abort that came after its instruction. */

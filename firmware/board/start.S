@@ -256,13 +256,13 @@ translation_table:
     .balign 1024
 page_table:
     .set page, 0                    /* see the memory map in on_chip_memory.ld */
-    .rept 0x18
+    .rept 0x1C
     .word (page << 12) | PAGE_CODE
     .set page, page + 1
     .endr
     .word 0                         /* below the stack */
-    .set page, 0x19
-    .rept 0x30 - 0x19
+    .set page, 0x1D
+    .rept 0x30 - 0x1D
     .word (page << 12) | PAGE_DATA
     .set page, page + 1
     .endr

@@ -203,15 +203,15 @@ static void line(const struct text_sink *sink, const struct application *applica
     text_word(sink, "}\r\n");
 }
 
-static void count(void *context, const char *characters, size_t number) {
+static void add_length(void *context, const char *characters, size_t length) {
     (void)characters;
-    *(size_t *)context += number;
+    *(size_t *)context += length;
 }
 
 bool telemetry_turn(const struct text_sink *sink, const struct application *application,
                     uint32_t alarms) {
     size_t length = 0;
-    const struct text_sink counter = {count, &length, NULL};
+    const struct text_sink counter = {add_length, &length, NULL};
     line(&counter, application, alarms);
     if (!text_has_room(sink, length)) {
         return false;

@@ -105,10 +105,10 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
         (bytes.fromhex("f0f700a0"), "undefined_instruction"),
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
         (bytes.fromhex("4ff050400068"), "data_abort"),
-        # mov.w r0, #0x18000; str r0, [r0]: the page below the stack.
-        (bytes.fromhex("4ff4c0300060"), "stack_overflow"),
-        # mov.w r0, #0x1A000; bx r0: data are not executed.
-        (bytes.fromhex("4ff4d0300047"), "prefetch_abort"),
+        # mov.w r0, #0x1C000; str r0, [r0]: the page below the stack.
+        (bytes.fromhex("4ff4e0300060"), "stack_overflow"),
+        # mov.w r0, #0x1E000; bx r0: data are not executed.
+        (bytes.fromhex("4ff4f0300047"), "prefetch_abort"),
     ],
 )
 def test_faults_leave_the_core_and_begin_anew(
