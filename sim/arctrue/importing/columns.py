@@ -268,6 +268,8 @@ def _ask_for_what_is_needed(
         }
         options = [*numbered.values()]
         listed = "; ".join(f"{r.path.name} has {_listed(r)}" for r in recordings)
+        if not options and not may_lack:
+            raise ValueError(f"no column is left that could be {what}: {listed}")
         asked = Ambiguous(
             f"--column {name}",
             f"Which column is {what}? {listed}.",

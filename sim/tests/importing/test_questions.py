@@ -103,3 +103,13 @@ def test_a_question_of_the_reader_shows_the_first_lines(tmp_path: Path) -> None:
     assert "--decimal point, --decimal comma" in done.output
     assert "1,250 2,250" in done.output
     assert "--column target=1" in done.output, "what follows is asked at once"
+
+
+def test_a_file_with_too_few_columns_is_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("target_deg\n" + "".join(f"{i}\n" for i in range(60)))
+    done = arctrue(tmp_path / "a.csv", "--column", "error=none", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "no column is left that could be the reading of the encoder" in done.output
+    done = arctrue(tmp_path / "a.csv", tmp_path / "out")
+    assert done.exit_code == 2
+    assert "first rows of a.csv" in done.output
