@@ -26,30 +26,38 @@ NO_DEVICE = 2
     type=Finite(min=1.0),
     default=120.0,
     show_default=True,
-    help="Seconds to wait for the turn that judges the coefficients.",
+    help="Seconds to wait for the turns that judge the coefficients.",
 )
-def load(port: str, file: Path, timeout: float) -> None:
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Load orders too that no turn can judge, as those that two heads cannot see.",
+)
+def load(port: str, file: Path, timeout: float, *, force: bool) -> None:
     """Load FILE, which calibrate or export wrote, into the device at PORT.
 
     The device's own calibration goes on beside it: an order that FILE has is
     FILE's from then on, all others stay the calibration's. A file without
-    lanes removes what was loaded.
+    lanes removes what was loaded. Each order is judged by captured turns; one that
+    is wrong keeps out the whole file, with --force too.
 
     Exit code 1: the device refuses the coefficients and says why, and what
-    was active stays active. 2: FILE cannot be used, or the device does not answer.
+    was active stays active; or other coefficients are active in the end.
+    2: FILE cannot be used, the device does not answer, or no turn decides.
     """
     try:
         coefficients = read_coefficient_file(file)
         console = Console(port)
         click.get_current_context().call_on_close(console.close)
         with Progress(f"{file.name}: sending") as progress:
-            send_coefficients(
+            sent = send_coefficients(
                 console,
                 coefficients,
                 lambda done, all_: progress.now(f"{file.name}: {done} of {all_} frames sent"),
+                force=force,
             )
-            progress.now("waiting for a turn that judges them")
-            wait_until_judged(console, timeout)
+            progress.now("waiting for turns that judge them")
+            unjudged = wait_until_judged(console, sent, timeout)
     except LoadRefusedError as error:
         tell_error(f"{file}: the device refuses: {error}")
         sys.exit(REFUSED)
@@ -59,5 +67,10 @@ def load(port: str, file: Path, timeout: float) -> None:
     except ValueError as error:
         tell_error(f"{file}: {error}")
         sys.exit(NO_DEVICE)
-    lanes = sum(1 for amplitude in coefficients.amplitudes if amplitude)
-    say(f"{file}: {lanes} orders are loaded and active")
+    if not sent.orders:
+        say(f"{file}: it has no lanes; nothing is loaded any more")
+        return
+    said = f"{file}: {len(sent.orders)} orders are loaded and active"
+    if unjudged:
+        said += f"; not judged by any turn: {', '.join(map(str, unjudged))}"
+    say(said)

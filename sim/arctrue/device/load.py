@@ -2,7 +2,7 @@
 
 Each frame is a line of the console with a CRC-32 over its numbers, as little-endian words in the
 order in which they stand there; the last frame has that of all words before it. The device takes
-the set whole or not at all, and judges it on the next turn that it captures.
+the set whole or not at all, and judges each order by the turns that it captures.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import struct
 import time
 import zlib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
@@ -81,36 +82,94 @@ def load_frames(coefficients: Coefficients, *, force: bool = False) -> list[str]
     return [*(_frame(name, values) for name, values in named), f"load end {whole:08X}"]
 
 
+@dataclass(frozen=True)
+class SentSet:
+    """What was sent: the CRC of all frames, by which the device names the set, and its orders."""
+
+    crc: int
+    orders: tuple[int, ...]
+
+
 def send_coefficients(
-    console: Console, coefficients: Coefficients, progress: Callable[[int, int], None]
-) -> None:
+    console: Console,
+    coefficients: Coefficients,
+    progress: Callable[[int, int], None],
+    *,
+    force: bool = False,
+) -> SentSet:
     """All frames, again from the first where one was spoiled; ``progress`` hears done and all.
 
-    Raises LoadRefusedError where the device refuses the set, ConsoleError where it does not
-    answer, ValueError as :func:`load_frames`.
+    With ``force`` the device takes orders that no turn can judge. Raises LoadRefusedError where the
+    device refuses the set, ConsoleError where it does not answer, ValueError as
+    :func:`load_frames`.
     """
-    frames = load_frames(coefficients)
+    frames = load_frames(coefficients, force=force)
+    orders = [int(frame.split()[3]) for frame in frames if frame.startswith("load lane ")]
     for attempt in range(1, ATTEMPTS + 1):
         try:
             for number, frame in enumerate(frames, start=1):
                 console.command(frame)
                 progress(number, len(frames))
-            return
         except ConsoleError as error:
             reason = reason_of(error, "load")
             if reason is not None and reason not in _SPOILED:
                 raise LoadRefusedError(explained(console, reason)) from error
             if attempt == ATTEMPTS:
                 raise
+        else:
+            break
+    return SentSet(int(frames[-1].split()[-1], 16), tuple(orders))
 
 
-def wait_until_judged(console: Console, seconds: float) -> None:
-    """Until a captured turn has judged what was sent.
+@dataclass(frozen=True)
+class _Status:
+    """``load status`` of the device."""
 
-    Raises LoadRefusedError where the turn speaks against it, ConsoleError where none comes.
+    state: str
+    reason: str
+    orders: tuple[int, ...]
+    unjudged: tuple[int, ...]
+    undecided: tuple[int, ...]
+    refused: tuple[int, ...]
+    crc: int | None
+
+    @classmethod
+    def read(cls, console: Console) -> _Status:
+        lines = [line.split() for line in console.command("load status")]
+
+        def numbers(name: str) -> tuple[int, ...]:
+            return tuple(int(words[1]) for words in lines if words[:1] == [name])
+
+        (said,) = [words for words in lines if words[:1] == ["load"]]
+        crcs = [int(words[1], 16) for words in lines if words[:1] == ["loaded_crc"]]
+        return cls(
+            said[1],
+            said[2] if len(said) > 2 else "",
+            numbers("loaded_order"),
+            numbers("unjudged_order"),
+            numbers("undecided_order"),
+            numbers("refused_order"),
+            crcs[0] if crcs else None,
+        )
+
+    def holds(self, sent: SentSet) -> bool:
+        """The active set is the one that was sent; a device of before tells orders, no CRC."""
+        if not sent.orders:
+            return self.state == "none"
+        same = self.orders == sent.orders if self.crc is None else self.crc == sent.crc
+        return self.state == "active" and same
+
+
+def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[int, ...]:
+    """Until captured turns have judged what was sent; the orders that nobody could judge.
+
+    Raises LoadRefusedError where a turn speaks against it, or something else is loaded in the end;
+    ConsoleError where no turn decides.
     """
     end = time.monotonic() + seconds
+    status = _Status.read(console)
     while time.monotonic() < end:
+<<<<<<< HEAD
         told = [line for line in console.command("load status") if line.startswith("load ")]
         if len(told) != 1:
             raise ConsoleError(
@@ -122,9 +181,34 @@ def wait_until_judged(console: Console, seconds: float) -> None:
             raise LoadRefusedError(explained(console, words[2]))
         if words[1] in ("active", "none"):
             return
+=======
+        if status.state == "refused":
+            named = "".join(f" (order {order})" for order in status.refused)
+            raise LoadRefusedError(explained(console, status.reason) + named)
+        if status.holds(sent):
+            return status.unjudged
+        if status.state in ("active", "none"):
+            raise LoadRefusedError(
+                f"{console.port}: these coefficients are not active: the device says load "
+                f"{status.state}{_listed(': it has the orders ', status.orders)}; was it given "
+                "another set, re-armed or switched off meanwhile? Load them again"
+            )
+>>>>>>> fwgate
         time.sleep(0.2)
+        status = _Status.read(console)
     console.command("load abort")
+    if status.undecided:
+        raise ConsoleError(
+            f"{console.port}: within {seconds:g} s the turns did not tell whether"
+            f"{_listed(' the orders ', status.undecided)} are right: their noise is as large, or "
+            "the samples of a turn cannot separate them; nothing is loaded. Wait longer "
+            "(--timeout), leave them out, or take them unjudged (--force)"
+        )
     raise ConsoleError(
         f"{console.port}: no turn judged the coefficients within {seconds:g} s, nothing is loaded; "
         "does the table turn? The console's status tells why turns are refused"
     )
+
+
+def _listed(before: str, orders: Sequence[int]) -> str:
+    return before + ", ".join(map(str, orders)) if orders else ""

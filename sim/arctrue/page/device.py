@@ -33,8 +33,8 @@ def load_into_device(port: str, device: Mapping[str, Any], *, force: bool) -> st
     try:
         console = Console(port)
         try:
-            send_coefficients(console, coefficients, lambda done, all_: None)
-            wait_until_judged(console, _WAIT_S)
+            sent = send_coefficients(console, coefficients, lambda done, all_: None)
+            wait_until_judged(console, sent, _WAIT_S)
         finally:
             console.close()
     except LoadRefusedError as error:

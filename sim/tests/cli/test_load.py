@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -75,6 +76,65 @@ def test_a_file_is_refused_with_the_reason(device: Device, tmp_path: Path) -> No
     done = run(device, file_of(tmp_path, {1: (150.0, 0.4)}, 3_600_000))
     assert done.exit_code == 1, done.output
     assert "another_table: the coefficients were made for another counts_per_rev" in done.output
+
+
+class OtherEnd(Device):
+    """Whatever is loaded, ``load status`` says this in the end."""
+
+    lines: tuple[str, ...] = ()
+
+    def received(self, data: bytes) -> bytes:
+        if b"load status" in data:
+            os.write(self.end, "".join(line + "\r\n" for line in (*self.lines, "ok")).encode())
+            return data.replace(b"load status\r", b"")
+        return data
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (("load none",), "the device says load none"),
+        (("load active", "loaded_order 7"), "it has the orders 7"),
+        (("load active", "loaded_order 1", "loaded_crc 00000000"), "it has the orders 1"),
+    ],
+)
+def test_what_is_not_active_in_the_end_is_no_success(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
+) -> None:
+    """A forget, a re-arm or another program in between."""
+    firmware()
+    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+    monkeypatch.setattr(OtherEnd, "lines", lines)
+    made = OtherEnd()
+    made.start()
+    try:
+        done = run(made, file_of(tmp_path, {1: (150.0, 0.4)}))
+    finally:
+        made.ended = True
+        made.join(PATIENCE_S)
+    assert done.exit_code == 1, done.output
+    assert "these coefficients are not active" in done.output
+    assert said in done.output
+
+
+def test_an_order_that_two_heads_cannot_see_takes_force(device: Device, tmp_path: Path) -> None:
+    path = file_of(tmp_path, {1: (150.0, 0.4), 120: (0.5, 0.0)})
+    done = run(device, path)
+    assert done.exit_code == 1, done.output
+    assert "unseen_order: two heads at this angle cannot see" in done.output
+    assert "(order 120)" in done.output
+    done = CliRunner().invoke(
+        main, ["load", device.port, str(path), "--timeout", str(PATIENCE_S), "--force"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "2 orders are loaded and active; not judged by any turn: 120" in done.output
+
+
+def test_orders_that_turns_do_not_decide_are_named(device: Device, tmp_path: Path) -> None:
+    path = file_of(tmp_path, {1: (150.0, 0.4), 11: (0.0005, 0.0)})
+    done = CliRunner().invoke(main, ["load", device.port, str(path), "--timeout", "3"])
+    assert done.exit_code == 2, done.output
+    assert "did not tell whether the orders 11 are right" in done.output
 
 
 def test_what_is_no_coefficient_file(device: Device, tmp_path: Path) -> None:

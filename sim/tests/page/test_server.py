@@ -78,7 +78,7 @@ class FakeConsole:
 
     def command(self, line: str) -> list[str]:
         self.lines.append(line)
-        return ["load active"] if line == "load status" else []
+        return ["load active", "loaded_order 1", "loaded_order 3"] if line == "load status" else []
 
     def close(self) -> None:
         self.lines.append("closed")
