@@ -140,7 +140,13 @@ class _Status:
         def numbers(name: str) -> tuple[int, ...]:
             return tuple(int(words[1]) for words in lines if words[:1] == [name])
 
-        (said,) = [words for words in lines if words[:1] == ["load"]]
+        states = [words for words in lines if words[:1] == ["load"] and len(words) > 1]
+        if len(states) != 1:
+            raise ConsoleError(
+                f"{console.port}: the answer to 'load status' has {len(states)} lines that begin "
+                "with 'load'; expected one: is another program using the device?"
+            )
+        said = states[0]
         crcs = [int(words[1], 16) for words in lines if words[:1] == ["loaded_crc"]]
         return cls(
             said[1],
@@ -169,19 +175,6 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
     end = time.monotonic() + seconds
     status = _Status.read(console)
     while time.monotonic() < end:
-<<<<<<< HEAD
-        told = [line for line in console.command("load status") if line.startswith("load ")]
-        if len(told) != 1:
-            raise ConsoleError(
-                f"{console.port}: the answer to 'load status' has {len(told)} lines that begin "
-                "with 'load'; expected one: is another program using the device?"
-            )
-        words = told[0].split()
-        if words[1] == "refused":
-            raise LoadRefusedError(explained(console, words[2]))
-        if words[1] in ("active", "none"):
-            return
-=======
         if status.state == "refused":
             named = "".join(f" (order {order})" for order in status.refused)
             raise LoadRefusedError(explained(console, status.reason) + named)
@@ -193,7 +186,6 @@ def wait_until_judged(console: Console, sent: SentSet, seconds: float) -> tuple[
                 f"{status.state}{_listed(': it has the orders ', status.orders)}; was it given "
                 "another set, re-armed or switched off meanwhile? Load them again"
             )
->>>>>>> fwgate
         time.sleep(0.2)
         status = _Status.read(console)
     console.command("load abort")
