@@ -119,7 +119,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "no_scatter_is_no_noise",
         "a channel with no reading beyond its coefficients has no noise",
-        "sim/arctrue/workbench/inference/noise_fit.py",
+        "sim/arctrue/workbench/noise/fit.py",
         "if freedom < LEAST_FREEDOM and stated is None:",
         "if freedom < -1e9 and stated is None:",
         f"{GUARDS}::test_a_channel_without_repeats_does_not_know_its_noise",
@@ -127,7 +127,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_without_prior",
         "four runs that agree by chance have a perfect index",
-        "sim/arctrue/workbench/noise/index_offsets.py",
+        "sim/arctrue/workbench/noise/noise.py",
         "total = freedom * prior + float(offsets @ offsets)",
         "total = 0.0 * prior + float(offsets @ offsets)",
         f"{GUARDS}::test_four_runs_do_not_know_the_index_better_than_the_prior_allows",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,10 +14,33 @@ from arctrue.generated.number_formats import LANES_MAX
 from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.library import FirmwareBus
 
-if TYPE_CHECKING:
-    from arctrue.instrument.instrument import Instrument
-
 _ANSWERS = ("", "is not a parameter of the firmware", "is out of range", "must be a whole number")
+
+
+class Core(Protocol):
+    """What the firmware needs of the instrument on whose bus it is."""
+
+    library: Any
+    handle: Any
+    clock_hz: float
+
+    @property
+    def clock(self) -> int:
+        """Clocks since power-on."""
+
+    @property
+    def ended(self) -> bool:
+        """What is before the heads has come to its end."""
+
+    @property
+    def message(self) -> str:
+        """What the harness said last."""
+
+    def run(self, clocks: int, *, stage: str = "") -> None:
+        """Let so many clocks pass."""
+
+    def read(self, path: str) -> int:
+        """One value: a register with a single field, or ``register.field``."""
 
 
 class Firmware:
@@ -27,7 +50,7 @@ class Firmware:
     bus. Its calculations take ``calculation_clocks``, between reading a bank and using the result.
     """
 
-    def __init__(self, instrument: Instrument) -> None:
+    def __init__(self, instrument: Core) -> None:
         """The processor after its start: parameters at their presets."""
         self._instrument = instrument
         self._library = instrument.library

@@ -5,10 +5,10 @@ it into a result of the same kind. Results are lines in a folder, keyed by the t
 campaign can be stopped, resumed, split and merged, and says the same whoever computed it.
 """
 
-from arctrue.studies.campaign.campaign import Campaign, CampaignError, Interrupted, Speed
+from arctrue.studies.campaign.campaign import Campaign, Interrupted, Speed
 from arctrue.studies.campaign.code_state import Sources
 from arctrue.studies.campaign.store import Result, Store, StoreError, read_results
-from arctrue.studies.campaign.task import Task, task_key
+from arctrue.studies.campaign.task import CampaignError, Task, task_key
 
 __all__ = [
     "Campaign",

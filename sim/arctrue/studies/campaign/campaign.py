@@ -18,8 +18,16 @@ from types import FrameType
 from typing import Any
 
 from arctrue.studies.campaign.code_state import WHOLE_PACKAGE, Sources, commit
+from arctrue.studies.campaign.dask_cluster import cluster
 from arctrue.studies.campaign.store import COMMIT, Store
-from arctrue.studies.campaign.task import OtherCodeError, Task, digest, do_batch, task_key
+from arctrue.studies.campaign.task import (
+    CampaignError,
+    OtherCodeError,
+    Task,
+    digest,
+    do_batch,
+    task_key,
+)
 
 Batch = Sequence[Task]
 Results = list[tuple[Mapping[str, Any], float]]
@@ -33,10 +41,6 @@ STOP_POLL_S = 0.5
 PARENT_POLL_S = 2.0
 STOPS = (signal.SIGINT, signal.SIGTERM)
 """Ctrl-C, and what a batch system sends to a job whose time is over."""
-
-
-class CampaignError(RuntimeError):
-    """The campaign cannot go on; what was done is on the disk."""
 
 
 class Interrupted(Exception):  # noqa: N818 - no error: the user wished it
@@ -127,8 +131,6 @@ class Campaign:
                 if scheduler is None:
                     finished = pool(do, batches, workers or os.cpu_count() or 1, stopping)
                 else:
-                    from arctrue.studies.campaign.dask_cluster import cluster
-
                     finished = cluster(do, batches, scheduler, stopping)
                 for tasks, results in _of_one_state(finished):
                     for task, (result, seconds) in zip(tasks, results, strict=True):

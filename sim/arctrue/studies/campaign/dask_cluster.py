@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from arctrue.studies.campaign.task import Task, digest
+from arctrue.studies.campaign.task import CampaignError, Task, digest
 
 Batch = Sequence[Task]
 Results = list[tuple[Mapping[str, Any], float]]
@@ -24,8 +24,6 @@ def cluster(
     batch that is finished is the last. Raises CampaignError where the library
     is missing, the scheduler does not answer, or a batch kills four workers.
     """
-    from arctrue.studies.campaign.campaign import CampaignError
-
     try:
         from distributed import Client, as_completed
         from distributed.scheduler import KilledWorker

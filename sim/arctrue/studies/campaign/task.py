@@ -43,6 +43,10 @@ def find_work(name: str) -> Work:
     return found
 
 
+class CampaignError(RuntimeError):
+    """The campaign cannot go on; what was done is on the disk."""
+
+
 class OtherCodeError(RuntimeError):
     """A worker has another state of the code than the campaign."""
 

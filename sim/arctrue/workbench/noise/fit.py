@@ -145,7 +145,7 @@ def white_bounds(observations: Observations, *, capture: bool) -> WhiteBounds:
     if capture:
         # Two heads, each rounded to whole counts.
         return WhiteBounds(max(2.0 * count**2 / 12.0, 1e-12))
-    stated = getattr(observations, "reference_uncertainty_arcsec", None)
+    stated = observations.reference_uncertainty_arcsec
     return WhiteBounds(1e-12, None if not stated else float(stated) ** 2)
 
 

@@ -94,7 +94,7 @@ def index_variance(observations: Observations, offsets: Float) -> tuple[float, f
     The mean of a scaled inverse χ²: ±1 count a head, or what the set states, weighs like so many
     runs; the offsets of the set's own runs are added.
     """
-    stated = getattr(observations, "index_repeatability_counts", None) is not None
+    stated = observations.index_repeatability_counts is not None
     freedom = STATED_INDEX_FREEDOM if stated else INDEX_FREEDOM
     prior = observations.index_sigma_arcsec**2
     total = freedom * prior + float(offsets @ offsets)

@@ -1,4 +1,7 @@
-"""From a measurement set to what a model is compared with: rows with their conditions."""
+"""From a measurement set to what a model is compared with: rows with their conditions.
+
+Pure data: nothing is kept in them that a fit has worked out, and they call nobody.
+"""
 
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows

@@ -12,8 +12,7 @@ from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.workbench.diagnose.data_faults import data_faults
-from arctrue.workbench.diagnose.outlying_rows import outlying, step_scatter
+from arctrue.workbench.diagnose.data_faults import data_faults, outlying, step_scatter
 from arctrue.workbench.observations.build import observations_of
 
 ROW = 5_000
