@@ -11,6 +11,38 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "velocity_frozen_by_markers",
+        "a marker between look and change leaves the velocity as it is, past the ramp's end",
+        "rtl/compensation/ramp_velocity.vhd",
+        "          elsif brakes = '1' or is_unknown = '1' then\n",
+        "          elsif brakes = '1' and is_unknown = '0' then\n",
+        "tb/compensation/test_correction_ramp.py",
+    ),
+    Mutation(
+        "total_turns_over",
+        "counts put back beyond what the total holds turn it over to its other end",
+        "rtl/compensation/correction_ramp.vhd",
+        "      if overflows = '1' then\n",
+        "      if overflows = '1' and marker = '0' then\n",
+        "tb/compensation/test_correction_ramp.py",
+    ),
+    Mutation(
+        "compare_fires_where_it_stands",
+        "a position compare that is armed on its place fires at once",
+        "rtl/signals/position_compare.vhd",
+        "          stood := distance ?= 0;\n",
+        "          stood := '0';\n",
+        "tb/signals/test_signals.py",
+    ),
+    Mutation(
+        "turn_cut_before_it_is_judged",
+        "a length of the turn beyond 25 bits is cut and taken over",
+        "rtl/core/rearm_control.vhd",
+        "(or requested(requested'high downto COUNTS_PER_REV_WIDTH - 1)) = '1'",
+        "requested(COUNTS_PER_REV_WIDTH - 1) = '1'",
+        "tb/core/test_arctrue_core.py::test_core",
+    ),
+    Mutation(
         "grid_of_the_old_zero",
         "samples at equal angles stay on the grid of a zero that has moved",
         "rtl/sampler/sample_trigger.vhd",

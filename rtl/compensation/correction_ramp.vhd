@@ -20,7 +20,8 @@
 --
 -- **Inserted counts.** Where the reading jumps by whole counts in the clock of a marker (lost counts that are put back),
 -- `withdrawn` is the negative of that jump: the total jumps with the reading and r takes it up, so that reading - total goes on
--- without a step and gains these counts as r decays.
+-- without a step and gains these counts as r decays. Counts beyond what the total holds (2¹⁹, where counts are put back
+-- much faster than r decays) are sent at once: the total stays at its limit, and `limited` says so.
 --
 -- **Limit.** The total is clipped at `limit` and at -`limit` - 2⁻ᶠ; `limited` is high with a total that was beyond ±`limit`.
 -- What a marker holds is the clipped total, so r stays bounded however often the bank is swapped. A change of
@@ -114,7 +115,10 @@ begin
   choose_total : process (clock) is
 
     variable unlimited : sum;
-    variable jumped    : u_signed(WHOLE_WIDTH - 4 downto 0);
+    -- A bit more than the total has
+    variable jumped    : u_signed(WHOLE_WIDTH - 3 downto 0);
+    variable overflows : std_ulogic;
+    variable whole     : u_signed(WHOLE_WIDTH - 4 downto 0);
     variable above     : std_ulogic;
     variable below     : std_ulogic;
 
@@ -125,18 +129,23 @@ begin
       unlimited := resize(correction, WIDTH) - excess;
       above     := resize(correction, WIDTH) ?> upper_bound;
       below     := resize(correction, WIDTH) ?< lower_bound;
-      jumped    := held(held'high downto PAIR_FRACTION) - withdrawn;
+      jumped    := resize(held(held'high downto PAIR_FRACTION), jumped'length) - withdrawn;
+      overflows := jumped(jumped'high) xor jumped(jumped'high - 1);
+      whole     := jumped(whole'range);
+      if overflows = '1' then
+        whole := resize(u_signed('0' & limit), whole'length) xor (whole'range => jumped(jumped'high));
+      end if;
 
       busy    <= (or excess) or moves or marker or (or marker_then);
-      limited <= (above or below) and not marker and not (or marker_then);
+      limited <= ((above or below) and not marker and not (or marker_then)) or (marker and overflows);
 
       if marker = '1' then
-        held(held'high downto PAIR_FRACTION) <= jumped;
+        held(held'high downto PAIR_FRACTION) <= whole;
       elsif marker_then = "00" then
         if above = '1' then
-          held(held'high downto PAIR_FRACTION) <= resize(u_signed('0' & limit), jumped'length);
+          held(held'high downto PAIR_FRACTION) <= resize(u_signed('0' & limit), whole'length);
         elsif below = '1' then
-          held(held'high downto PAIR_FRACTION) <= not resize(u_signed('0' & limit), jumped'length);
+          held(held'high downto PAIR_FRACTION) <= not resize(u_signed('0' & limit), whole'length);
         else
           held(held'high downto PAIR_FRACTION) <= unlimited(held'high downto PAIR_FRACTION);
         end if;

@@ -7,8 +7,10 @@
 -- to end at 0 with it. It goes faster, or on as it is, only where the remainder is longer than the way that
 -- braking takes from there: so it does not pass 0.
 --
--- **Changes of the remainder** at any time (`marker`) leave the velocity as it is. Where the remainder then has the
+-- **Changes of the remainder** at any time (`marker`) make no step of the velocity. Where the remainder then has the
 -- other sign, or less way is left than braking takes, the velocity falls first, and the remainder passes 0 and comes back.
+-- A marker in the 15 clocks from the look to the change leaves the remainder unknown: the velocity falls by a step. So
+-- markers that come in those clocks of every 256 bring the ramp to a standstill until they end, and never past its end.
 --
 -- **Acceleration 0** lets the velocity be `rate` at once and for ever; the excess is then to stop where it would pass 0 by a
 -- step: `stops_at_zero`, from the second clock after a marker on.
@@ -139,6 +141,7 @@ begin
     variable size           : way_count                               := (others => '0');
     -- The excess has changed since.
     variable is_stale       : std_ulogic                              := '0';
+    variable is_unknown     : std_ulogic;
     variable is_zero        : std_ulogic                              := '1';
     variable goes_away      : std_ulogic                              := '0';
     -- Braking ends it; the velocity's way of 256 clocks is 1 at the most
@@ -202,22 +205,21 @@ begin
           way_more := way + faster(velocity'high downto VELOCITY_FRACTION);
 
         when DECIDE_NOW =>
-          if is_stale = '0' and marker = '0' then
-            ends <= is_end;
-            if stops = '1' then
-              moves    <= '0';
-              velocity <= (others => '0');
-              way      := (others => '0');
-            elsif brakes = '1' then
-              velocity <= slower(velocity'range);
-              way      := way_less;
-            elsif speeds = '1' then
-              velocity <= faster(velocity'range);
-              way      := way_more;
-              moves    <= '1';
-              if moves = '0' then
-                falling <= not excess(excess'high);
-              end if;
+          is_unknown := is_stale or marker;
+          ends       <= is_end and not is_unknown;
+          if (stops and not is_unknown) = '1' or (is_last and is_unknown) = '1' then
+            moves    <= '0';
+            velocity <= (others => '0');
+            way      := (others => '0');
+          elsif brakes = '1' or is_unknown = '1' then
+            velocity <= slower(velocity'range);
+            way      := way_less;
+          elsif speeds = '1' then
+            velocity <= faster(velocity'range);
+            way      := way_more;
+            moves    <= '1';
+            if moves = '0' then
+              falling <= not excess(excess'high);
             end if;
           end if;
 

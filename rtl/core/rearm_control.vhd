@@ -9,7 +9,7 @@
 -- **Latency.** `rearm` is high from the clock after the command for HOLD clocks; counts_per_rev
 -- changes in the middle of them. A command during that time starts it again.
 --
--- **Number formats.** counts_per_rev u25.0 counts.
+-- **Number formats.** counts_per_rev u25.0 counts; requested u32.0 counts, of which no bit is left out.
 --
 -- `changes_turn` is high with `rearm` when another length was asked for. The limit of the correction, half a turn,
 -- changes then, and a correction that is beyond the new one is clipped at once: the output must not follow
@@ -36,7 +36,7 @@ entity rearm_control is
     clock          : in    std_ulogic;
     reset          : in    std_ulogic;
     rearm_command  : in    std_ulogic;                                    -- pulse
-    requested      : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
+    requested      : in    u_unsigned(31 downto 0);                       -- counts
     counts_per_rev : out   u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, in force
     rearm          : out   std_ulogic;                                    -- level, to the decoders
     changes_turn   : out   std_ulogic;                                    -- level with rearm: counts_per_rev changes
@@ -63,8 +63,8 @@ begin
 
     if rising_edge(clock) then
       legal := or requested(COUNTS_PER_REV_WIDTH - 2 downto 2);
-      if requested(COUNTS_PER_REV_WIDTH - 1) = '1' then
-        legal := not (or requested(COUNTS_PER_REV_WIDTH - 2 downto 0));
+      if (or requested(requested'high downto COUNTS_PER_REV_WIDTH - 1)) = '1' then
+        legal := requested ?= COUNTS_PER_REV_MAX;
       end if;
 
       if remaining = HOLD / 2 and take = '1' then
@@ -75,7 +75,7 @@ begin
       changes_turn <= '0';
       if rearm_command = '1' then
         remaining := to_unsigned(HOLD, 8);
-        next_turn := requested;
+        next_turn := resize(requested, COUNTS_PER_REV_WIDTH);
         take      := legal;
         refused   <= not legal;
         rearm     <= '1';

@@ -25,7 +25,9 @@
 -- **Phase.** A and B have the levels that the head's own A and B have at the same count: the place of (A, B) in
 -- 00, 10, 11, 01 is the output's count + `phase_of_zero`, modulo 4. So the zero lies in the same state of A and
 -- B after every power-up, as far as counts_per_rev is a multiple of 4. `phase_of_zero` is taken over
--- while the output is not following; counts of the head that were lost meanwhile do not change it.
+-- while the output is not following; counts of the head that were lost meanwhile do not change it. It belongs to the head's
+-- latest count, ahead of `corrected_position` by the pipeline: counts that are put back meanwhile come to the output on the
+-- ramp, and the levels are those of the head once they have. (Delayed with the position it would be off by them for good.)
 --
 -- **Z** shows the zero of the output's angle, which is corrected_angle - following error, modulo
 -- counts_per_rev. It is high for 1, 2 or 4 counts (`z_width` 0, 1, 2: a quarter, half, or a whole period of A

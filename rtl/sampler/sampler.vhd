@@ -74,7 +74,7 @@ entity sampler is
     timestamp           : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);            -- clocks
     turn_position1      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 1
     turn_position2      : in    u_signed(POSITION_WIDTH - 1 downto 0);               -- counts from the index, head 2
-    zero_moved1         : in    std_ulogic := '0';                                   -- turns over with the first turn_position1 from another zero
+    zero_moved1         : in    std_ulogic := '0';                                   -- turns over with turn_position1 from another zero
     index_seen1         : in    std_ulogic;                                          -- level
     index_seen2         : in    std_ulogic;                                          -- level
     index_error1        : in    std_ulogic;                                          -- level, sticky in the decoder

@@ -11,8 +11,8 @@
 -- wrap of the position as long as it is within 2**31 counts.
 --
 -- **Arming.** `arm` (pulse) begins anew with `first` and `interval`. `first` is reached when the position comes to it, or passes it,
--- from the side on which it was at the arming, or leaves it where it stood there. From then on the place reached last is
--- left when the position is a whole interval away from it, in either direction: the next place is then reached. So a
+-- from the side on which it was at the arming; where it stood there, when it leaves it in either direction. From then on
+-- the place reached last is left when the position is a whole interval away from it, in either direction: the next place is then reached. So a
 -- position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
 -- has caught up. `disarm` (pulse) ends it, also in the clock of an `arm`.
 --
@@ -54,6 +54,8 @@ begin
     variable step     : count         := (others => '0');
     variable distance : count         := (others => '0');
     variable below    : std_ulogic    := '0';             -- the side of the arming
+    variable stood    : std_ulogic    := '0';             -- it was there at the arming
+    variable is_there : std_ulogic;
     -- The next places upwards and downwards; from there to the position, downwards less a count
     variable upper      : count       := (others => '0');
     variable lower      : count       := (others => '0');
@@ -89,10 +91,12 @@ begin
 
         when MEASURE =>
           below := distance(distance'high);
+          stood := distance ?= 0;
           state := WAIT_FIRST;
 
         when WAIT_FIRST =>
-          if (below = '1' and distance(distance'high) = '0') or (below = '0' and distance <= 0) then
+          is_there := distance ?= 0;
+          if (stood xor is_there) = '1' or (stood = '0' and distance(distance'high) /= below) then
             strobe <= '1';
             state  := TRACK;
             if step = 0 then

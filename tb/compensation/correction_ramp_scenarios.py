@@ -70,6 +70,21 @@ def _smooth(
     )
 
 
+def _marked_every_tick(counts: float, first: int, phase: int) -> RampScenario:
+    """A step; from the tick ``first`` on a marker in one clock of each 256, of the same ε."""
+    clocks = 256 * 120
+    level = np.zeros(clocks, dtype=np.int64)
+    level[10:] = round(counts * COUNT)
+    return RampScenario(
+        f"smooth, {counts} counts, a marker in clock {phase} of each 256",
+        level,
+        _markers(clocks, 10, *range(256 * first + phase, clocks - 256 * 40, 256)),
+        2**19 - 1,
+        RATE_MAX,
+        ramp_acceleration=2**32 - 1,
+    )
+
+
 def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
     rng = np.random.default_rng(seed)
     return RampScenario(
@@ -79,6 +94,20 @@ def _insertions(seed: int, clocks: int, most: int) -> RampScenario:
         2**19 - 1,
         RATE_MAX,
         rng.integers(-most, most + 1, clocks),
+    )
+
+
+def _healed_again_and_again(sense: int) -> RampScenario:
+    """Counts put back sooner than the ramp takes them up, beyond what the total can hold."""
+    clocks, period = 3000, 40
+    marker = np.arange(clocks) % period == 7
+    return RampScenario(
+        f"healed again and again, {sense}",
+        _sine(clocks, 50.0, 710.0),
+        marker,
+        2**19 - 1,
+        RATE_ONE,
+        np.where(marker, sense * (2**14 - 1), 0),
     )
 
 
@@ -139,7 +168,9 @@ SCENARIOS = [
     _smooth("smooth, slow", 2e-5, 40, 900, 2_000_000),
     _smooth("smooth, less than a step", 1e-6, 20, RATE_MAX, 2**32 - 1),
     _smooth("smooth, markers on the way", 0.8, 200, 9_000_000, 2**32 - 1, 7, 25, 40, 41, 70),
+    *(_marked_every_tick(0.9, 40, phase) for phase in (100, 239, 247, 254)),
     _insertions(5, 3000, 8),
+    *(_healed_again_and_again(sense) for sense in (1, -1)),
     _insertions(6, 3000, 2**15 - 1),
     _random(1, 3000, 0.02, 1000, 200 * RATE_ONE + 12345),
     _random(2, 3000, 0.3, 100, RATE_MAX),

@@ -365,7 +365,7 @@ async def turn_length_and_rearm(dut):
     machine = await prepared(dut)
     names = machine.registers
     assert await names.read("counts_per_rev_active") == table.COUNTS_PER_REV
-    for illegal in (0, 3, (1 << 24) + 1, (1 << 25) - 1):
+    for illegal in (0, 3, (1 << 24) + 1, (1 << 25) - 1, 0x0200_1000, (1 << 31) + 600):
         await names.write("counts_per_rev", illegal)
         await names.command("rearm")
         await ClockCycles(dut.clock, 200)

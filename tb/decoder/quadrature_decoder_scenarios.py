@@ -426,14 +426,18 @@ RANDOM_SEEDS: dict[str, int] = {f"random_pins_{seed}": seed for seed in range(4)
 """Pins and settings at random: only for the comparison of model and VHDL."""
 
 
-def skewed(skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4) -> Scenario:
+def skewed(
+    skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4, half_count_clocks: int = 8
+) -> Scenario:
     """Passages of a mark and a tremble by one count on both its edges, from both sides.
 
-    ``dwell``: half counts of eight clocks for which it stays before it turns back.
+    ``dwell``: half counts for which it stays before it turns back.
     """
 
     def way(half_counts: int) -> Segment:
-        return Segment(8 * abs(half_counts), 16, down=half_counts < 0)
+        return Segment(
+            half_count_clocks * abs(half_counts), 2 * half_count_clocks, down=half_counts < 0
+        )
 
     def tremble(first: int) -> list[Segment]:
         return [way(first * sign) for sign in (1, -1) * 6]
@@ -454,6 +458,12 @@ def skewed(skew_clocks: tuple[int, int, int], width: int = 17, dwell: int = 4) -
 SKEWED: dict[str, Scenario] = {
     f"skewed_pins_{a}{b}{z}_mark_of_{width}": skewed((a, b, z), width)
     for a, b, z, width in ((0, 3, 1, 17), (3, 0, 2, 17), (1, 1, 0, 2), (2, 3, 3, 1), (1, 0, 3, 17))
+} | {
+    # Just above the spacing at which skew leaves every mark in its place, and below it.
+    f"skewed_pins_330_{2 * half_count}_clocks_a_count": skewed(
+        (3, 3, 0), 17, half_count_clocks=half_count
+    )
+    for half_count in (4, 3, 2)
 }
 """Pins that change up to three clocks apart where they ought to change together."""
 

@@ -260,7 +260,7 @@ begin
       hwif_out.command.clear_head1.value &
       hwif_out.command.capture_release.value &
       hwif_out.command.swap.value));
-  counts_per_rev <= padded(hwif_out.counts_per_rev.value.value);
+  counts_per_rev <= hwif_out.counts_per_rev.value.value;
   filter_length <= padded(hwif_out.filter_length.value.value);
   minimum_edge_spacing <= padded(hwif_out.minimum_edge_spacing.value.value);
   sample_period <= hwif_out.sample_period.value.value;

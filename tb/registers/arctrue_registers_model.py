@@ -15,7 +15,7 @@ CONSTANTS = {0x000: 0x41524354, 0x004: 0x000700}
 READ_WRITE = {
     0x010: (WORD, 0, None),
     0x020: (0x1F, 0, "control"),
-    0x028: (0x1FFFFFF, 1 << 24, "counts_per_rev"),
+    0x028: (WORD, 1 << 24, "counts_per_rev"),
     0x030: (0xFF, 1, "filter_length"),
     0x034: (0xFFFF, 0, "minimum_edge_spacing"),
     0x038: (WORD, 100_000, "sample_period"),

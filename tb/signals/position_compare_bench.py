@@ -18,7 +18,11 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
     place = None
     for clock, now in enumerate(position.tolist()):
         if place is None:
-            if (below and now >= first) or (not below and now <= first):
+            if position[0] == first:
+                is_reached = now != first
+            else:
+                is_reached = now >= first if below else now <= first
+            if is_reached:
                 reached.append(clock)
                 place = first
                 if not interval:
@@ -41,6 +45,7 @@ def places_reached(position: np.ndarray, first: int, interval: int) -> list[int]
             (-30, 7, 0),
             (0, 13, 0),
             (40, 0, 0),
+            (0, 0, 0),
             (5 - 2**31, 9, 2**31 - 40),
         ],
     )
@@ -77,6 +82,31 @@ async def at_every_multiple(dut, first: int, interval: int, start: int) -> None:
     assert strobes == [clock for clock in late if clock < CLOCKS]
     assert len(expected) == 1 if not interval else len(expected) > 10
     assert int(dut.armed.value) == (interval > 0)
+
+
+@cocotb.test()
+@cocotb.parametrize(sense=[1, -1], interval=[0, 10])
+async def armed_on_its_place_it_waits_until_that_is_left(dut, sense: int, interval: int) -> None:
+    """It stands there for long, leaves by a count and trembles: one strobe, that of the leaving."""
+    way = [0] * 30 + [sense] * 10 + [0] * 10 + [sense] * 10
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.reset.value = 1
+    dut.arm.value = 0
+    dut.disarm.value = 0
+    dut.first.value = 5
+    dut.interval.value = interval
+    dut.position.value = 5
+    await ClockCycles(dut.clock, 3, FallingEdge)
+    dut.reset.value = 0
+    strobes = []
+    for clock, moved in enumerate(way):
+        dut.position.value = 5 + moved
+        dut.arm.value = int(clock == 0)
+        await FallingEdge(dut.clock)
+        if int(dut.strobe.value):
+            strobes.append(clock)
+        assert int(dut.armed.value) == (clock < 30 + LATENCY - 1 or interval > 0), clock
+    assert strobes == [30 + LATENCY - 1]
 
 
 @cocotb.test()

@@ -18,6 +18,8 @@ TICK_BITS = 8
 VELOCITY_FRACTION = 16
 MARGIN_BITS = 3
 LOOK, COMPARE, DECIDE = 240, 241, 255
+TOTAL_MOST = 2**19
+"""Counts: so many, and more, the total s19.F does not hold."""
 HOLD = 3
 """Clocks for which a marker holds the total."""
 CATCH_AGE = 1
@@ -84,7 +86,12 @@ class RampVelocity:
         elif self.tick == COMPARE:
             enough = self.way + more + (more >> MARGIN_BITS), self.way + (whole >> MARGIN_BITS)
             self.fits = self.seen[0] >= enough[0], self.seen[0] >= enough[1]
-        elif self.tick == DECIDE and not (self.is_stale or marker):
+        elif self.tick == DECIDE and (self.is_stale or marker):
+            # What is left is not known: it brakes.
+            velocity, self.way = velocity - acceleration, self.way - whole
+            if velocity <= 0:
+                self.moves, velocity, self.way = False, 0, 0
+        elif self.tick == DECIDE:
             limit = rate << VELOCITY_FRACTION
             if (not self.moves and not self.fits[0]) or (self.seen[1] and whole <= 1):
                 self.ends, self.moves, velocity, self.way = True, False, 0, 0
@@ -178,12 +185,21 @@ def correction_ramp(
             age = int(ages[-1])
         if end < clocks:
             if inserted is not None:
-                held += int(inserted[end]) << PAIR_FRACTION
+                held, limited[end] = _jumped(held, int(inserted[end]), limit)
             total[end] = held
             busy[end] = True
             age = 0
         start = end + 1
     return RampResult(total, limited, busy, RampState(held, caught, age))
+
+
+def _jumped(held: int, counts: int, limit: int) -> tuple[int, bool]:
+    """The held total after a jump, and whether it cannot hold that: it is then at its limit."""
+    whole = (held >> PAIR_FRACTION) + counts
+    fits = -TOTAL_MOST <= whole < TOTAL_MOST
+    if not fits:
+        whole = limit if counts > 0 else -limit - 1
+    return (whole << PAIR_FRACTION) + held % 2**PAIR_FRACTION, not fits
 
 
 def _decayed(caught: int, ages: NDArray[np.int64], ramp_rate: int) -> NDArray[np.int64]:
@@ -213,7 +229,7 @@ def _accelerated(
         caught = now - held
         busy, limited = excess != 0 or motion.moves or age < HOLD, False
         if marks:
-            held += jump << PAIR_FRACTION
+            held, limited = _jumped(held, jump, limit)
         elif age >= HOLD:
             unlimited = now - excess
             held = min(max(unlimited, -top - 1), top)

@@ -21,6 +21,8 @@ LINEAR = [scenario for scenario in SCENARIOS if not scenario.ramp_acceleration]
 TICK = 256
 """Clocks in which the velocity does not change."""
 CLOCK_HZ = 1e8
+HOLDS_COUNTS = 2**19
+"""A total of s19 is below it."""
 
 
 def run(scenario: RampScenario) -> np.ndarray:
@@ -49,7 +51,12 @@ def jumps(scenario: RampScenario) -> np.ndarray:
 def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     total = run(scenario)
     before = np.concatenate(([0], total[:-1])) + jumps(scenario) * COUNT
-    assert np.array_equal(total[scenario.marker], before[scenario.marker])
+    # A total that cannot hold the jump ends beside its limit.
+    fits = scenario.marker & (np.abs(before + 0.5) < HOLDS_COUNTS * COUNT)
+    assert np.array_equal(total[fits], before[fits])
+    clipped = scenario.marker & ~fits
+    assert np.all(np.abs(total[clipped] + 0.5) > (scenario.limit - 1) * COUNT)
+    assert np.array_equal(total[clipped] > 0, before[clipped] > 0)
     behind = np.zeros_like(scenario.marker)
     behind[1:] |= scenario.marker[:-1]
     behind[2:] |= scenario.marker[:-2]
@@ -62,7 +69,10 @@ def test_rate_bound_and_hold(scenario: RampScenario) -> None:
     # After a hold there come two clocks of ε at once; a unit at the lower limit.
     moved = np.abs(np.diff(scenario.correction))
     moved[1:] += np.abs(np.diff(scenario.correction[:-1]))
-    assert np.all((change <= moved + rate + ends + 1)[~scenario.marker[1:]])
+    # Of a jump that the total could not hold, it keeps less than a count beyond its limit.
+    at_limit = np.abs(total[:-1] + 0.5) > scenario.limit * COUNT
+    jumped = at_limit & np.any(clipped)
+    assert np.all((change <= moved + rate + ends + 1 + COUNT * jumped)[~scenario.marker[1:]])
 
 
 @pytest.mark.parametrize("scenario", LINEAR, ids=str)
@@ -74,7 +84,11 @@ def test_equals_a_plain_walk(scenario: RampScenario) -> None:
     for clock, total in enumerate(run(scenario).tolist()):
         correction = int(scenario.correction[clock])
         if scenario.marker[clock]:
-            held += int(jumps(scenario)[clock]) * COUNT
+            jumped = held + int(jumps(scenario)[clock]) * COUNT
+            if abs(jumped + Fraction(1, 2)) > HOLDS_COUNTS * COUNT:
+                to = scenario.limit if jumped > 0 else -scenario.limit - 1
+                jumped = to * COUNT + jumped % COUNT
+            held = jumped
             age = 0
         else:
             age += 1
@@ -188,6 +202,57 @@ def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
     acceleration = reset_value("ramp_acceleration") / 2**59 * CLOCK_HZ**2
     assert rate == pytest.approx(1900, rel=1e-3)
     assert rate / acceleration == pytest.approx(0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize("phase", [0, 100, 238, *range(239, 256, 2)])
+def test_markers_in_every_tick_never_lead_past_the_end(phase: int) -> None:
+    """2 counts; from half the way on a marker in the same clock of each 256, then none.
+
+    The total comes to 2 and not beyond, wherever in the tick the markers fall, and its velocity
+    never changes by more than the acceleration allows.
+    """
+    counts, rate, acceleration, ticks = 2.0, RATE_ONE * 24, 2**32 - 1, 600
+    clocks = TICK * ticks
+    level = np.full(clocks, round(counts * COUNT), dtype=np.int64)
+    marker = np.arange(clocks) == 0
+    half = int(
+        np.argmax(
+            correction_ramp(level, marker, 2**19 - 1, rate, ramp_acceleration=acceleration).total
+            > level / 2
+        )
+    )
+    marker[half - half % TICK + phase : clocks * 2 // 3 : TICK] = True
+    done = correction_ramp(level, marker, 2**19 - 1, rate, ramp_acceleration=acceleration)
+    assert done.total.max() <= level[0]
+    assert done.total[-1] == level[0]
+    assert not done.busy[-1]
+    near = np.convolve(marker, np.ones(6))[:clocks] > 0
+    speed = np.diff(done.total)[~near[1:]] / COUNT
+    # Each clock hands out whole units: a mean over a tick is that of two velocities at most.
+    mean = np.convolve(speed, np.ones(TICK) / TICK, "valid")
+    change = np.abs(mean[TICK:] - mean[:-TICK]).max()
+    assert change <= 3 * acceleration / 2**59 * TICK + 2**-27
+
+
+def test_counts_put_back_beyond_what_the_total_holds_are_clipped_and_told() -> None:
+    """The total stays beside its limit, on its side, in place of turning over to the other one."""
+    for sense in (1, -1):
+        (scenario,) = [s for s in SCENARIOS if s.name == f"healed again and again, {sense}"]
+        result = correction_ramp(
+            scenario.correction,
+            scenario.marker,
+            scenario.limit,
+            scenario.ramp_rate,
+            inserted=scenario.inserted,
+        )
+        total = result.total / COUNT
+        assert np.all(np.abs(total) <= scenario.limit + 1)
+        moved = np.diff(sense * total)
+        assert moved.min() > -1, "it never jumps back"
+        asked = 50 + np.cumsum(np.abs(scenario.inserted))
+        # Since the last marker r has lost a count in 2,048 clocks; ε is up to 50 counts.
+        assert sense * total[-1] > scenario.limit - 52
+        assert np.array_equal(result.limited.any(), asked[-1] > scenario.limit)
 
 
 def test_a_marker_on_the_way_leaves_the_velocity() -> None:

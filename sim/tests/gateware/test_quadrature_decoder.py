@@ -1,6 +1,8 @@
 """The decoder model against the true place of the disc, which no pin was decoded for."""
 
 import itertools
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -486,6 +488,76 @@ def test_skewed_pins_do_not_move_the_zero(width: int) -> None:
         assert set(places.tolist()) == {0}, skew
         assert (trace.angle[-1] - given.count[-1]) % 1000 == 0
         assert not trace.index_error.any()
+
+
+def marks_off(clocks_a_count: int, skew: tuple[int, int, int], width: int) -> tuple[int, int]:
+    """Marks told, and the largest distance of one from its place in counts.
+
+    Turns up and down past a mark, a tremble by one and by two counts about both its edges. A, B
+    and Z come ``skew`` clocks late.
+    """
+    first, last = 20, 20 + width
+    ways = [40, -40, 40, -40]
+    for edge in (first, last):
+        for size in (1, 2):
+            ways += [edge - size + 1, *[2 * size, -2 * size] * 4, -(edge - size + 1)]
+    steps = np.concatenate([np.full(abs(way), np.sign(way)) for way in ways])
+    count = np.repeat(np.concatenate([[0], np.cumsum(steps), [0] * 5]), clocks_a_count)
+    place = np.concatenate([np.zeros(20, int), count])
+    pins = (
+        np.isin(place % 4, (1, 2)),
+        np.isin(place % 4, (2, 3)),
+        (place >= first) & (place < last),
+    )
+    late = [np.roll(pin, by) for pin, by in zip(pins, skew, strict=True)]
+    clock = np.arange(place.size)
+    trace = quadrature_decoder(DecoderInputs(*late, counts_per_rev=1000, reset=clock < 3))
+    told = trace.index_position[np.flatnonzero(trace.index_strobe)]
+    return told.size, int(np.abs(told - first).max())
+
+
+SKEWS = list(itertools.product(range(INDEX_SKEW + 1), repeat=3))
+LEAST_CLOCKS_A_COUNT = 2 * INDEX_SKEW + 1
+
+
+@pytest.mark.parametrize("width", [1, 2, 17])
+@pytest.mark.parametrize("most", range(1, INDEX_SKEW + 1))
+def test_the_fastest_index_of_skewed_pins(most: int, width: int) -> None:
+    """Pins up to ``most`` clocks apart: from the header's spacing on no mark is off, below it some.
+
+    The header's: a step's Z is taken INDEX_SKEW clocks after it, and that of the next step comes
+    up to ``most`` clocks before it.
+    """
+    least = most + INDEX_SKEW + 1
+    skews = [skew for skew in SKEWS if max(skew) <= most]
+    for clocks in (least, least + 1, least + 4):
+        found = [marks_off(clocks, skew, width) for skew in skews]
+        assert min(told for told, _ in found) > 10
+        assert max(off for _, off in found) == 0, clocks
+    faster = [marks_off(least - 1, skew, width)[1] for skew in skews]
+    assert max(faster) > 0
+
+
+@pytest.mark.parametrize("clocks", [1, 2, 3, 5])
+def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) -> None:
+    assert marks_off(clocks, (0, 0, 0), 17)[1] == 0
+
+
+@pytest.mark.parametrize("width", [1, 17])
+def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
+    """Z half a count beside its step: at 14 clocks a count no mark is off, at 12 some are."""
+    for half_count_clocks, is_kept in (
+        (LEAST_CLOCKS_A_COUNT, True),
+        (LEAST_CLOCKS_A_COUNT - 1, False),
+    ):
+        off = 0
+        for skew in SKEWS:
+            scenario = skewed(skew, width, half_count_clocks=half_count_clocks)
+            given = stimuli_of(replace(scenario, index_at=Fraction(1, 2)))
+            trace = quadrature_decoder(DecoderInputs(**given.columns, timestamp=given.timestamp))
+            at = np.flatnonzero(trace.index_strobe)
+            off += int(np.sum(trace.index_position[at] + given.count[2] != 0))
+        assert (off == 0) == is_kept
 
 
 @pytest.mark.parametrize("z_early", [0, 1])

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from tb.quadrature_output.quadrature_output_scenarios import SCENARIOS, Scenario, stimuli
 
+from arctrue.gateware.error_compensation import error_compensation
 from arctrue.gateware.quadrature_output import (
     LATENCY,
     OutputInputs,
     OutputTrace,
     quadrature_output,
 )
+from arctrue.generated import number_formats
 
 STARTED = 60
 """Clocks."""
@@ -281,3 +283,56 @@ def test_jitter_of_a_folded_pipeline(fold: int, clocks_a_count: float) -> None:
         assert np.ptp(np.diff(at)) == fold
     if (fold, clocks_a_count) == (8, 11.0):
         assert set(np.diff(at).tolist()) == {8, 16}
+
+
+PIPELINE = number_formats.PIPELINE_LATENCY
+HEAL_AT = 300
+
+
+def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
+    """Place of the output's (A, B), less that of the head, long after 2 counts were put back.
+
+    Head 1 lost 2 counts by an illegal transition: its levels are 2 places on. The output starts in
+    the clock ``start``; the counts are put back in HEAL_AT and come to it on the ramp.
+    """
+    clocks, turn = 3000, 1000
+    clock = np.arange(clocks)
+    reading, lost_places = 100 + np.minimum(clock, 2000) // 40, 2
+    moved = clock >= HEAL_AT
+    put_back = 2 * moved.astype(np.int64)
+    zeros = np.zeros(clocks, dtype=np.int64)
+    corrected = error_compensation(
+        zeros[:, np.newaxis],
+        0,
+        reading,
+        reading + put_back,
+        zeros > 0,
+        zeros > 0,
+        turn,
+        2**28,
+        zero_moved=moved,
+        put_back=put_back,
+    )
+
+    def delayed(values: np.ndarray, by: int) -> np.ndarray:
+        return np.concatenate([np.full(by, values[0]), values])[:clocks]
+
+    trace = quadrature_output(
+        OutputInputs(
+            corrected_position=delayed(corrected.corrected_position, PIPELINE),
+            corrected_angle=delayed(corrected.corrected_angle, PIPELINE),
+            counts_per_rev=turn,
+            phase_of_zero=delayed((lost_places - put_back) % 4, phase_late_clocks),
+            enable=clock >= start,
+        )
+    )
+    place = np.array([0, 3, 1, 2])[2 * trace.a[-1] + trace.b[-1]]
+    return int((place - reading[-1] - lost_places) % 4)
+
+
+def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
+    """From the clock after the heal on, which is that of the setting, the counts in the pipeline."""
+    starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
+    assert {place_after_a_heal(start) for start in starts} == {0}
+    # A phase that came as late as the position would be that of before, for all later turns.
+    assert place_after_a_heal(HEAL_AT + 5, phase_late_clocks=PIPELINE) == 2
