@@ -36,11 +36,12 @@ static struct sight fitted_sight(const struct harmonic *harmonic, double gain_li
     };
 }
 
-/* Another order m that grows by c from one end of the turn to the other is, as a sawtooth times a cosine, at
-   order n c/2pi (1/(n - m) + 1/(n + m)) in head 2 less head 1, about c/(pi n) for small m; order n itself is
-   off by c/2 at the end. c/2n bounds both. */
+/* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
+   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; order 1
+   itself is off by c/2 at the end. */
 static double by_change(const struct judge *judge, uint32_t order) {
-    double gain = noise_gain(order, judge->estimate->separation_rad);
+    double separation_rad = judge->estimate->separation_rad;
+    double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
     double leak = judge->change_arcsec * gain / (2.0 * order);
     return 0.5 * leak * leak;
 }
@@ -70,15 +71,16 @@ static enum judgement judge_order(const struct sight *sight, struct vector value
     if (sight->state != SIGHT_CLEAR) {
         return sight->state == SIGHT_UNSEEN ? JUDGED_NEVER : JUDGED_NOT_YET;
     }
-    double u = sqrt(sight_variance(sight));
+    double u = sqrt(sight->variance + sight->by_separation);
+    double change = sqrt(2.0 * sight->by_change);
     double left = sight_left(sight, value);
     *evidence += (float)sight_evidence(sight, value);
-    double no_worse = NO_WORSE * u + NOISE_SHARE * noise_arcsec;
+    double no_worse = NO_WORSE * u + change + NOISE_SHARE * noise_arcsec;
     if (*evidence <= -EVIDENCE_ENOUGH || left > sight_left(sight, present) + no_worse) {
         return JUDGED_WRONG;
     }
     bool is_nothing = vector_square(value) < nothing_arcsec * nothing_arcsec &&
-                      left < nothing_arcsec + NO_WORSE * u;
+                      left < nothing_arcsec + NO_WORSE * u + change;
     return *evidence >= EVIDENCE_ENOUGH || is_nothing ? JUDGED_RIGHT : JUDGED_NOT_YET;
 }
 

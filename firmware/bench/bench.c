@@ -13,6 +13,7 @@
 #include "clocks.h"
 #include "fault.h"
 #include "fourier.h"
+#include "further_orders.h"
 #include "least_squares.h"
 #include "memory_mapped.h"
 #include "plain.h"
@@ -25,6 +26,7 @@
 #define CAPTURE_WINDOW 0x20000U
 #define AT(register) (BOARD_CORE_BASE + (uint32_t)offsetof(arctrue_registers_t, register))
 #define NOMINAL_DEGREES 33.0
+enum { JUDGED_ORDERS = 32 };
 
 static struct {
     struct uart uart;
@@ -33,7 +35,9 @@ static struct {
         struct least_squares_workspace least_squares;
         struct plain_workspace plain;
         struct reading_workspace reading;
+        struct further_workspace further;
     } workspace;
+    struct coefficients set;
     struct estimate estimate;
     double values[2 * ORDERS_MAX];
 } bench;
@@ -82,6 +86,21 @@ static double apart(void) {
     return most / largest;
 }
 
+/* 32 loaded orders that the calibration does not fit: those that it fits cost nothing. */
+static void judge(const struct turn *turn) {
+    enum { FIRST = 4096, APART = 7 };
+    bench.set.lanes = JUDGED_ORDERS;
+    for (uint32_t lane = 0; lane < JUDGED_ORDERS; lane++) {
+        bench.set.lane[lane].order = FIRST + APART * lane;
+    }
+    uint64_t start = timer_ticks();
+    further_orders_look(&bench.workspace.further, turn, &bench.estimate, &bench.set);
+    tell("judge", timer_ticks() - start, 0.0);
+    start = timer_ticks();
+    double off = plain_further_orders(&bench.workspace.further, turn, &bench.estimate);
+    tell("plain_judge", timer_ticks() - start, off);
+}
+
 static void run(struct turn *turn, const struct calibration_settings *settings) {
     uint64_t start = timer_ticks();
     enum refusal reason =
@@ -101,6 +120,7 @@ static void run(struct turn *turn, const struct calibration_settings *settings) 
     bool solved = plain_least_squares(&bench.workspace.plain, turn, &bench.estimate,
                                       settings->nominal_separation_rad, bench.values);
     tell("plain_least_squares", timer_ticks() - start, solved ? apart() : 1.0);
+    judge(turn);
 }
 
 int main(void) {

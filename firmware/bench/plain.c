@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "capture.h"
+#include "further_orders.h"
 #include "cholesky.h"
 #include "transfer_function.h"
 #include "units.h"
@@ -80,4 +81,47 @@ bool plain_least_squares(struct plain_workspace *workspace, const struct turn *t
     cholesky_solve(workspace->matrix, size, workspace->right);
     memcpy(values, workspace->right, 2 * estimate->orders * sizeof *values);
     return true;
+}
+
+static double fitted(const struct estimate *estimate, double angle) {
+    double value = 0.0;
+    for (uint32_t place = 0; place < estimate->orders; place++) {
+        const struct harmonic *harmonic = &estimate->harmonic[place];
+        value += harmonic->cosine * cos((place + 1) * angle);
+        value += harmonic->sine * sin((place + 1) * angle);
+    }
+    return value;
+}
+
+double plain_further_orders(const struct further_workspace *made, const struct turn *turn,
+                            const struct estimate *estimate) {
+    static struct vector sum[LANES_LIMIT][3];
+    double rad = 2.0 * PI / turn->counts_per_rev;
+    double shift = further_orders_shift_rad(estimate);
+    double most = 0.0;
+    double largest = 0.0;
+    for (uint32_t sample = 0; sample < made->samples; sample++) {
+        struct reading reading = turn_reading(turn, sample);
+        double one = reading.angle1 * rad;
+        double two = reading.angle2 * rad;
+        double residual = (reading.difference * rad - estimate->measured_separation_rad) *
+                              ARCSEC_PER_RAD -
+                          fitted(estimate, two - shift) + fitted(estimate, one);
+        for (uint32_t place = 0; place < made->number; place++) {
+            uint32_t order = made->order[place].order;
+            struct vector unit1 = vector_unit(order * one);
+            struct vector unit2 = vector_unit(order * two);
+            struct vector *to = sum[place];
+            to[0] = vector_sum(to[0], vector_scaled(unit1, residual));
+            to[1] = vector_sum(to[1], vector_scaled(unit2, residual));
+            to[2] = vector_sum(to[2], vector_product(unit2, vector_conjugate(unit1)));
+        }
+    }
+    for (uint32_t place = 0; place < made->number; place++) {
+        const struct further_order *order = &made->order[place];
+        largest = fmax(largest, vector_length(sum[place][0]));
+        most = fmax(most, vector_length(vector_difference(sum[place][0], order->head1)));
+        most = fmax(most, vector_length(vector_difference(sum[place][1], order->head2)));
+    }
+    return most / largest;
 }

@@ -10,6 +10,7 @@
 #include "estimate.h"
 
 struct turn;
+struct further_workspace;
 
 enum { PLAIN_MATRIX = UNKNOWNS_MAX * (UNKNOWNS_MAX + 1) / 2 };
 
@@ -27,5 +28,10 @@ void plain_fourier(struct plain_workspace *workspace, const struct turn *turn,
    matrix is singular. */
 bool plain_least_squares(struct plain_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, double nominal_rad, double *values);
+
+/* The sums of further_orders_look() for the orders that `made` has: the largest difference from its
+   own, as a share of the largest sum of its kind. */
+double plain_further_orders(const struct further_workspace *made, const struct turn *turn,
+                            const struct estimate *estimate);
 
 #endif

@@ -11,13 +11,13 @@ enum { CIRCLE_BITS = 6, CIRCLE_SHIFT = 32 - CIRCLE_BITS };
 _Static_assert(UNIT_CIRCLE_STEPS == 1 << CIRCLE_BITS, "a phase's upper bits name a direction");
 #define RAD_PER_2_32 (2.0 * PI / 4294967296.0)
 
-/* e^{jx} of a phase of the gateware, to 3e-9: nearest direction and a short series. */
+/* e^{jx} of a phase of the gateware, to 3e-7: nearest direction and a short series. */
 static inline struct vector unit_of_phase(const struct unit_circle *circle, uint64_t phase) {
     uint32_t upper = (uint32_t)(phase >> (ARCTRUE_PHASE_STEP_WIDTH - 32));
     uint32_t nearest = (upper + (1U << (CIRCLE_SHIFT - 1))) >> CIRCLE_SHIFT;
     double x = (int32_t)(upper - (nearest << CIRCLE_SHIFT)) * RAD_PER_2_32;
     double s = x * x;
-    struct vector small = {1.0 + s * (-0.5 + s * (1.0 / 24)), x * (1.0 + s * (-1.0 / 6))};
+    struct vector small = {1.0 - 0.5 * s, x * (1.0 - s * (1.0 / 6))};
     return vector_product(circle->step[nearest % UNIT_CIRCLE_STEPS], small);
 }
 
@@ -36,16 +36,28 @@ static double fitted(const struct estimate *estimate, struct vector unit) {
     return one.re * unit.re - two.re + one.im * unit.im;
 }
 
-static void add(struct further_order *sums, struct vector unit1, struct vector unit2,
-                double residual) {
-    sums->head1.re += residual * unit1.re;
-    sums->head1.im += residual * unit1.im;
-    sums->head2.re += residual * unit2.re;
-    sums->head2.im += residual * unit2.im;
-    sums->apart.re += unit1.re * unit2.re + unit1.im * unit2.im;
-    sums->apart.im += unit1.re * unit2.im - unit1.im * unit2.re;
-    sums->doubled.re += unit1.re * unit1.re - unit1.im * unit1.im;
-    sums->doubled.im += 2.0 * unit1.re * unit1.im;
+/* What a sample adds. */
+struct term {
+    uint32_t angle1;
+    uint32_t angle2;
+    double residual;
+};
+
+/* Two samples a pass, because the sums are slower to load and store than to add to. */
+static void add_pair(struct further_order *sums, const struct unit_circle *circle,
+                     const struct term *a, const struct term *b) {
+    struct vector a1 = unit_of_phase(circle, sums->phase_step * a->angle1);
+    struct vector a2 = unit_of_phase(circle, sums->phase_step * a->angle2);
+    struct vector b1 = unit_of_phase(circle, sums->phase_step * b->angle1);
+    struct vector b2 = unit_of_phase(circle, sums->phase_step * b->angle2);
+    sums->head1.re += a->residual * a1.re + b->residual * b1.re;
+    sums->head1.im += a->residual * a1.im + b->residual * b1.im;
+    sums->head2.re += a->residual * a2.re + b->residual * b2.re;
+    sums->head2.im += a->residual * a2.im + b->residual * b2.im;
+    sums->apart.re += a1.re * a2.re + a1.im * a2.im + b1.re * b2.re + b1.im * b2.im;
+    sums->apart.im += a1.re * a2.im - a1.im * a2.re + b1.re * b2.im - b1.im * b2.re;
+    sums->products.re += a1.re * a1.re + b1.re * b1.re;
+    sums->products.im += a1.re * a1.im + b1.re * b1.im;
 }
 
 static void choose(struct further_workspace *workspace, const struct turn *turn,
@@ -62,44 +74,55 @@ static void choose(struct further_workspace *workspace, const struct turn *turn,
     }
 }
 
-static void follow_steps(struct further_workspace *workspace, double step) {
-    workspace->least_step = fmin(workspace->least_step, step);
-    workspace->most_step = fmax(workspace->most_step, step);
+static struct term term_of(struct further_workspace *workspace, const struct turn *turn,
+                           const struct estimate *estimate, struct vector shift,
+                           uint32_t sample) {
+    const struct unit_circle *circle = &workspace->circle;
+    double turns_per_count = 1.0 / turn->counts_per_rev;
+    double arcsec_per_count = ARCSEC_PER_TURN * turns_per_count;
+    struct reading reading = turn_reading(turn, sample);
+    struct vector unit1 = unit_circle_at(circle, reading.angle1 * turns_per_count);
+    struct vector unit2 =
+        vector_product(unit_circle_at(circle, reading.angle2 * turns_per_count), shift);
+    double constant = estimate->measured_separation_rad * ARCSEC_PER_RAD;
+    return (struct term){
+        (uint32_t)reading.angle1,
+        (uint32_t)reading.angle2,
+        reading.difference * arcsec_per_count - constant - fitted(estimate, unit2) +
+            fitted(estimate, unit1),
+    };
+}
+
+static void follow_steps(struct further_workspace *workspace, const struct turn *turn) {
+    int32_t before = 0;
+    workspace->least_step = 1.0;
+    workspace->most_step = 0.0;
+    for (uint32_t sample = 1; sample < turn->samples; sample++) {
+        int32_t travel = turn_reading(turn, sample).travel;
+        double step = fabs((double)(travel - before)) / turn->counts_per_rev;
+        workspace->least_step = fmin(workspace->least_step, step);
+        workspace->most_step = fmax(workspace->most_step, step);
+        before = travel;
+    }
 }
 
 void further_orders_look(struct further_workspace *workspace, const struct turn *turn,
                          const struct estimate *estimate, const struct coefficients *set) {
-    double turns_per_count = 1.0 / turn->counts_per_rev;
-    double arcsec_per_count = ARCSEC_PER_TURN * turns_per_count;
-    double constant = estimate->measured_separation_rad * ARCSEC_PER_RAD;
     struct vector shift = vector_unit(-further_orders_shift_rad(estimate));
-    int32_t before = 0;
     choose(workspace, turn, estimate, set);
     workspace->samples = turn->samples;
-    workspace->least_step = 1.0;
-    workspace->most_step = 0.0;
     if (workspace->number == 0) {
         return;
     }
     unit_circle_prepare(&workspace->circle);
-    for (uint32_t sample = 0; sample < turn->samples; sample++) {
-        struct reading reading = turn_reading(turn, sample);
-        struct vector unit1 =
-            unit_circle_at(&workspace->circle, reading.angle1 * turns_per_count);
-        struct vector unit2 = vector_product(
-            unit_circle_at(&workspace->circle, reading.angle2 * turns_per_count), shift);
-        double residual = reading.difference * arcsec_per_count - constant -
-                          fitted(estimate, unit2) + fitted(estimate, unit1);
+    follow_steps(workspace, turn);
+    /* The last of an odd number is left out. */
+    workspace->samples -= turn->samples % 2;
+    for (uint32_t sample = 0; sample + 1 < turn->samples; sample += 2) {
+        struct term a = term_of(workspace, turn, estimate, shift, sample);
+        struct term b = term_of(workspace, turn, estimate, shift, sample + 1);
         for (uint32_t place = 0; place < workspace->number; place++) {
-            struct further_order *order = &workspace->order[place];
-            add(order,
-                unit_of_phase(&workspace->circle, order->phase_step * (uint32_t)reading.angle1),
-                unit_of_phase(&workspace->circle, order->phase_step * (uint32_t)reading.angle2),
-                residual);
+            add_pair(&workspace->order[place], &workspace->circle, &a, &b);
         }
-        if (sample != 0) {
-            follow_steps(workspace, fabs((double)(reading.travel - before)) * turns_per_count);
-        }
-        before = reading.travel;
     }
 }

@@ -21,11 +21,12 @@
 struct further_order {
     uint64_t phase_step;
     uint32_t order;
-    /* Sums over the turn: of r e^{jmR1}, r e^{jmR2}, e^{jm(R2 - R1)} and e^{j2mR1}. */
+    /* Sums over the turn: of r e^{jmR1}, r e^{jmR2} and e^{jm(R2 - R1)}; of cos^2(mR1) and
+       cos(mR1) sin(mR1). */
     struct vector head1;
     struct vector head2;
     struct vector apart;
-    struct vector doubled;
+    struct vector products;
 };
 
 struct further_workspace {

@@ -27,9 +27,10 @@ static bool is_blurred(const struct further_workspace *workspace, const struct f
     double least = workspace->least_step;
     double most = workspace->most_step;
     double m = order->order;
+    double samples = workspace->samples;
+    const struct vector doubled = {2.0 * order->products.re - samples, 2.0 * order->products.im};
     bool blurred = is_whole_between((m - fitted_orders) * least, (m + fitted_orders) * most) ||
-                   vector_square(order->doubled) > NOT_ORTHOGONAL * NOT_ORTHOGONAL *
-                                                       workspace->samples * workspace->samples;
+                   vector_length(doubled) > NOT_ORTHOGONAL * samples;
     for (uint32_t place = 0; place < workspace->number; place++) {
         double other = workspace->order[place].order;
         blurred = blurred || (other != m && (is_whole_between((m + other) * least, (m + other) * most) ||

@@ -135,12 +135,13 @@ class Rig:
         self.settle(stage)
 
     def load_over_console(self, coefficients: Coefficients, stage: str) -> None:
-        """The frames of ``arctrue load``, and the turn that judges them; the calibration goes on.
+        """The frames of ``arctrue load --force``, and the turn that judges them.
 
-        Raises InstrumentError where the firmware refuses them.
+        The calibration goes on. Forced, because a table that warms within the turn hides small
+        orders: only those that the turn can judge are judged. Raises InstrumentError where the firmware refuses them.
         """
         firmware = self.instrument.firmware
-        for frame in load_frames(coefficients):
+        for frame in load_frames(coefficients, force=True):
             answer = firmware.send(frame)
             if answer != "ok":
                 raise InstrumentError(f"the firmware refuses {frame!r}: {answer}")
