@@ -10,10 +10,10 @@ import numpy as np
 from arctrue.workbench.compare.findings import ExcessOf, Finding, ranked_findings
 from arctrue.workbench.compare.maps import ResidualMap, residual_maps
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
-from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.model.noise_floor import row_noise_arcsec
 from arctrue.workbench.noise.whiteness import noise_data
 
 
@@ -47,22 +47,20 @@ class Comparison:
 def compare(solution: Solution, seed: int) -> Comparison:
     """Residuals of a fitted (or stored) model against every condition of the set."""
     residuals = Residuals(solution)
-    observations = solution.observations
     channels: dict[str, ChannelComparison] = {}
-    for channel, values, noise, lack in (
-        ("capture", residuals.capture_arcsec, capture_noise_arcsec, capture_lack_of_fit),
-        ("reference", residuals.reference_arcsec, reference_noise_arcsec, reference_lack_of_fit),
+    for channel, lack in (
+        ("capture", capture_lack_of_fit),
+        ("reference", reference_lack_of_fit),
     ):
-        if values is None:
-            continue
         figures = channel_figures(solution, channel)
-        assert figures is not None
+        if figures is None:
+            continue
         p_value = lack(residuals)
         channels[channel] = ChannelComparison(
             figures.rows,
             figures.rms_arcsec,
             figures.peak_arcsec,
-            noise(observations, values),
+            row_noise_arcsec(residuals, channel, figures.rms_arcsec),
             1.0 if p_value is None else p_value,
         )
     maps = residual_maps(residuals, np.random.default_rng(seed))
