@@ -9,6 +9,7 @@ from rich.table import Table
 from arctrue.cli._figures import figure
 from arctrue.cli._tables import number, table, words
 from arctrue.workbench.model.model import HistoryStep
+from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def ladder_table(history: Sequence[HistoryStep]) -> Table:
@@ -18,7 +19,7 @@ def ladder_table(history: Sequence[HistoryStep]) -> Table:
         *(words(heading) for heading in ("step", "effect", "channel")),
         *(number(heading) for heading in ("RMS\n″", "held\nout ″", "peak\n″", "noise\n″")),
     )
-    for place, step in enumerate(history, start=1):
+    for place, step in enumerate(with_one_floor(history), start=1):
         for index, channel in enumerate(step.rms_arcsec):
             first = index == 0
             ladder.add_row(

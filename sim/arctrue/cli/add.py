@@ -28,6 +28,7 @@ from arctrue.workbench.diagnose.report import parameter_data
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.growth import add_effect
 from arctrue.workbench.model.model import HistoryStep, Model
+from arctrue.workbench.model.noise_floor import floor_of
 
 
 @click.command("add", short_help="Add an effect to a model; see the error fall.")
@@ -101,7 +102,7 @@ def step_data(bench: Workbench, model: Model, solution: Solution) -> dict[str, A
         **_change("rms", before, after),
         **_change("peak", before, after),
         **_change("heldout", before, after),
-        "noise_arcsec": after.noise_arcsec,
+        "noise_arcsec": floor_of(model.history),
         "parameters": parameter_data(entry.parameters),
         "verdict_after": left.verdict,
         "named_after": None if left.named is None else left.named.name,

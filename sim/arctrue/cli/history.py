@@ -12,6 +12,7 @@ from arctrue.cli._options import json_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.workbench.model.model_file import read_model
+from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 @click.command("history", short_help="Show how a model grew and the error fell.")
@@ -30,14 +31,15 @@ def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
 
     RMS and peak are those of the rows fitted to; "held out" is the RMS of a quarter of each
     revolution, or of every fourth cycle, under a fit without it; noise is the scatter of the
-    repeats, which no model can beat.
+    repeats, one figure of the set, which no model can beat.
     """
     model = read_model(model_file)
     if not model.history:
         raise ValueError(f"{model_file}: the model has no history yet; add an effect first")
     console.print(ladder_table(model.history))
     write_json(
-        json_file, {"schema": 1, "history": [structs.asdict(step) for step in model.history]}
+        json_file,
+        {"schema": 1, "history": [structs.asdict(step) for step in with_one_floor(model.history)]},
     )
     if out is not None:
         from arctrue.report.model_plots import plot_history

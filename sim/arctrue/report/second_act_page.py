@@ -12,6 +12,7 @@ from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.demo_page import page_templates
 from arctrue.studies.demo.second_act import SecondAct
 from arctrue.whole_file import write_whole_text
+from arctrue.workbench.model.noise_floor import with_one_floor
 
 
 def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> None:
@@ -30,7 +31,7 @@ def write_second_act_page(act: SecondAct, file: Path, first_act: str = "") -> No
             first_act=first_act,
             result=result,
             scale=result.settings.revolution,
-            steps=result.examined.ladder,
+            steps=with_one_floor(result.examined.ladder),
             parameters=added.parameters if result.examined.effect else {},
             lanes=result.export.orders,
             curves=(

@@ -20,6 +20,7 @@ from arctrue.report.view import View, ranked_conditions
 from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
+from arctrue.workbench.model.noise_floor import with_one_floor
 from arctrue.workbench.observations import CaptureRows
 
 Float = NDArray[np.float64]
@@ -140,7 +141,7 @@ def _unit(unit: str) -> str:
 
 def channels_section(examined: Examined, view: View) -> list[dict[str, str]]:
     """How far the model is from each channel."""
-    last = examined.model.history[-1]
+    last = with_one_floor(examined.model.history)[-1]
     return [
         {
             "name": channel,
@@ -319,7 +320,7 @@ def _round(value: float) -> int:
 def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:
     """A row a step and channel, as ``arctrue history`` prints it, with its date."""
     rows = []
-    for number, step in enumerate(examined.model.history, start=1):
+    for number, step in enumerate(with_one_floor(examined.model.history), start=1):
         for place, channel in enumerate(step.rms_arcsec):
             rows.append(
                 {

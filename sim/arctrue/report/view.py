@@ -18,6 +18,7 @@ from arctrue.report.charts.residual_against import residual_against, share_of_va
 from arctrue.report.charts.spectrum import ALONG, Along, spectrum
 from arctrue.report.examined import Condition, Examined
 from arctrue.report.ranking import Ranking, finding_from
+from arctrue.workbench.model.noise_floor import floor_of
 
 FIGURES = (
     "measurement_and_model",
@@ -127,7 +128,7 @@ def _chart(name: str, examined: Examined, ranking: Ranking | None, view: View) -
             condition = ranked_conditions(examined, ranking)[0][0]
         return residual_against(examined, condition)
     if name == "branches":
-        return branches(examined.residuals, examined.model.history[-1].noise_arcsec)
+        return branches(examined.residuals, floor_of(examined.model.history))
     if name == "spectrum":
         return spectrum(examined.residuals, view.along)
     if name == "heat_map":

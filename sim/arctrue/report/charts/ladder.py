@@ -18,6 +18,7 @@ from arctrue.report.charts.chart import (
     Panel,
 )
 from arctrue.workbench.model.model import HistoryStep
+from arctrue.workbench.model.noise_floor import with_one_floor
 
 Float = NDArray[np.float64]
 
@@ -27,6 +28,7 @@ _DATE = 10
 
 def ladder(history: Sequence[HistoryStep]) -> Chart:
     """RMS of each channel at every step, fitted and held out; the noise is the floor."""
+    history = with_one_floor(history)
     channels = [name for name in CHANNEL_COLOUR if any(name in step.rms_arcsec for step in history)]
     place = np.arange(len(history), dtype=np.float64)
     ticks = [(float(number), _name(step, number)) for number, step in enumerate(history)]

@@ -7,6 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+<<<<<<< HEAD
+=======
+from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
+from arctrue.workbench.diagnose.heldout import held_out
+>>>>>>> page
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
@@ -19,8 +24,12 @@ from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
+<<<<<<< HEAD
 from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
+=======
+from arctrue.workbench.model.noise_floor import row_noise_arcsec
+>>>>>>> page
 from arctrue.workbench.observations import Observations
 
 
@@ -131,7 +140,7 @@ def table_of(observations: Observations) -> ModelTable:
 
 
 def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:
-    """RMS and peak of what is left, fitted and held out, beside the noise floor."""
+    """RMS and peak of what is left, fitted and held out, beside the noise."""
     residuals = Residuals(solution)
     observations = solution.observations
     unseen = held_out(solution.terms, observations, solution.context, solution.noise)
@@ -139,21 +148,15 @@ def step_of(action: str, effect: str, measurement: str, solution: Solution) -> H
     peak: Channels = {}
     noise: Channels = {}
     apart: Channels = {}
-    for channel, values, noise_of, unseen_rms in (
-        ("capture", residuals.capture_arcsec, capture_noise_arcsec, unseen.capture_rms_arcsec),
-        (
-            "reference",
-            residuals.reference_arcsec,
-            reference_noise_arcsec,
-            unseen.reference_rms_arcsec,
-        ),
+    for channel, unseen_rms in (
+        ("capture", unseen.capture_rms_arcsec),
+        ("reference", unseen.reference_rms_arcsec),
     ):
-        if values is None:
-            continue
         figures = channel_figures(solution, channel)
-        assert figures is not None
+        if figures is None:
+            continue
         rms[channel], peak[channel] = figures.rms_arcsec, figures.peak_arcsec
-        noise[channel] = noise_of(observations, values)
+        noise[channel] = row_noise_arcsec(residuals, channel, figures.rms_arcsec)
         if unseen_rms is not None:
             apart[channel] = unseen_rms
     return HistoryStep(action, effect, measurement, rms, peak, apart, noise)
