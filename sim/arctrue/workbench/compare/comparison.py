@@ -9,11 +9,7 @@ import numpy as np
 
 from arctrue.workbench.compare.findings import ExcessOf, Finding, ranked_findings
 from arctrue.workbench.compare.maps import ResidualMap, residual_maps
-<<<<<<< HEAD
 from arctrue.workbench.diagnose.survey import fit_of_channels
-=======
-from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
->>>>>>> page
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
@@ -52,31 +48,15 @@ def compare(solution: Solution, seed: int) -> Comparison:
     """Residuals of a fitted (or stored) model against every condition of the set."""
     residuals = Residuals(solution)
     channels: dict[str, ChannelComparison] = {}
-<<<<<<< HEAD
     for channel, item in fit_of_channels(residuals).items():
         figures = channel_figures(solution, channel)
         assert figures is not None
-=======
-    for channel, lack in (
-        ("capture", capture_lack_of_fit),
-        ("reference", reference_lack_of_fit),
-    ):
-        figures = channel_figures(solution, channel)
-        if figures is None:
-            continue
-        p_value = lack(residuals)
->>>>>>> page
         channels[channel] = ChannelComparison(
             figures.rows,
             figures.rms_arcsec,
             figures.peak_arcsec,
-<<<<<<< HEAD
-            item.noise_arcsec,
-            1.0 if item.lack_of_fit_p is None else item.lack_of_fit_p,
-=======
             row_noise_arcsec(residuals, channel, figures.rms_arcsec),
-            1.0 if p_value is None else p_value,
->>>>>>> page
+            1.0 if item.lack_of_fit_p is None else item.lack_of_fit_p,
         )
     maps = residual_maps(residuals, np.random.default_rng(seed))
     excess = {

@@ -7,11 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-<<<<<<< HEAD
-=======
-from arctrue.workbench.diagnose.evidence import evidence, restricted_likelihood
-from arctrue.workbench.diagnose.heldout import held_out
->>>>>>> page
 from arctrue.workbench.effects.base import Effect, Nonlinear
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import channel_figures, on_every_row
@@ -24,12 +19,8 @@ from arctrue.workbench.inference.search import places_of
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
-<<<<<<< HEAD
-from arctrue.workbench.noise.fit import white_noise
-from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
-=======
 from arctrue.workbench.model.noise_floor import row_noise_arcsec
->>>>>>> page
+from arctrue.workbench.noise.fit import white_noise
 from arctrue.workbench.observations import Observations
 
 

@@ -13,9 +13,9 @@ from msgspec import structs
 from numpy.typing import NDArray
 
 from arctrue.runs import run_spans
-from arctrue.workbench.diagnose.noise import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.model import Channels, HistoryStep
+from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
 from arctrue.workbench.observations import CaptureRows, Observations
 
 Float = NDArray[np.float64]
