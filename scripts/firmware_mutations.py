@@ -78,7 +78,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "the I2C bus is never clocked free",
         "firmware/zynq/i2c.c",
         "enum { CLOCKS_OF_A_BYTE = 9 };",
-        "enum { CLOCKS_OF_A_BYTE = 8 };",
+        "enum { CLOCKS_OF_A_BYTE = 7 };",
         f"{_TESTS}/test_thermometer.py::test_a_device_that_holds_sda_is_brought_back",
     ),
     Mutation(
