@@ -126,14 +126,20 @@ static void take(struct table_temperature *table, double celsius, double time_co
         time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
-/* A thermometer says 0 before its first conversion: what it says first has to come again. */
+/* A thermometer says 0 before its first conversion: what it says first has to come again. The observer
+   begins with it. */
 static void confirm(struct table_temperature *table, double celsius, double jump_k,
-                    double now_s) {
-    bool agrees = table->in_a_row > 0 && fabs(celsius - table->shown_c) <= jump_k;
-    table->in_a_row = agrees ? table->in_a_row + 1 : 1;
-    table->shown_c = celsius;
-    if (table->in_a_row == AGREE_LEAST) {
+                    double time_constant_s, double now_s) {
+    uint32_t agree = 1;
+    if (table->in_a_row > 0 && fabs(celsius - table->shown_c) <= jump_k) {
+        agree += table->in_a_row;
+        take(table, celsius, time_constant_s, now_s);
+    } else {
         begin_at(table, celsius, now_s);
+    }
+    if (agree < AGREE_LEAST) {
+        table->in_a_row = agree;
+        table->state = TEMPERATURE_UNKNOWN;
     }
 }
 
@@ -149,7 +155,7 @@ static void read_sensor(struct table_temperature *table, const struct temperatur
         return;
     }
     if (table->state == TEMPERATURE_UNKNOWN) {
-        confirm(table, celsius, limits->jump_k, now_s);
+        confirm(table, celsius, limits->jump_k, time_constant_s, now_s);
         return;
     }
     double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
