@@ -1,4 +1,4 @@
-"""Ways to take a guard of the diagnosis away, and the fast test that must notice each.
+"""Ways to take a guard of diagnosis or page away, and the fast test that must notice each.
 
 Each is a rule or a charge without which a verdict says more than its set knows. An anchor that is
 no longer in its file is a fault of this list: move it with the guard.
@@ -529,5 +529,37 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "item.trials, tests, item.freedom)",
         "item.trials, tests)",
         f"{COVERAGE}::test_noise_beside_many_columns_is_little_known",
+    ),
+    Mutation(
+        "markup_is_obeyed",
+        "a title, a name or a sentence is markup in every page",
+        "sim/arctrue/report/html_templates.py",
+        '"autoescape": True',
+        '"autoescape": False',
+        "sim/tests/report/test_html_templates.py::test_text_is_escaped_whatever_the_template_is_called",
+    ),
+    Mutation(
+        "flask_escapes_by_itself",
+        "the live page leaves it to Flask, which does not know .html.j2",
+        "sim/arctrue/page/app.py",
+        "    app.jinja_options = dict(HTML_OPTIONS)\n",
+        '    app.jinja_options = {k: v for k, v in HTML_OPTIONS.items() if k != "autoescape"}\n',
+        "sim/tests/report/test_html_templates.py::test_text_is_escaped_whatever_the_template_is_called",
+    ),
+    Mutation(
+        "a_period_is_noise",
+        "rows of one phase of the signal are not compared for the noise",
+        "sim/arctrue/workbench/model/noise_floor.py",
+        "min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)",
+        "min(at_one_angle, rms_arcsec)",
+        "sim/tests/workbench/test_noise_floor.py::test_an_error_within_the_signal_period_is_no_noise",
+    ),
+    Mutation(
+        "any_set_has_the_ranking",
+        "rows that are masked are no part of what a ranking depends on",
+        "sim/arctrue/page/ranking_key.py",
+        '_of_file(mask) if mask.is_file() else ""',
+        '""',
+        "sim/tests/page/test_steps.py::test_a_set_that_is_opened_again_is_not_ranked_again",
     ),
 )

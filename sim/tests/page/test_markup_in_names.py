@@ -49,7 +49,7 @@ def evil_set() -> MeasurementSet:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Sets whose title, folder, column and fault hold markup, and an effect whose texts do."""
-    made = tmp_path_factory.mktemp("evil")
+    made = tmp_path_factory.mktemp("markup")
     write_measurement_set(made / "sets" / FOLDER, evil_set())
     broken = made / "sets" / f"broken {FOLDER}"
     broken.mkdir()
