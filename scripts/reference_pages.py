@@ -26,22 +26,29 @@ Made from the sources by `make docs`. How it is used: [from Python](python.md).
 
 def commands_page() -> str:
     """``docs/commands.md``: usage, words and options of every command."""
-    from arctrue.cli import main
+    from arctrue.cli import SECTIONS, main
 
-    return COMMANDS_HEAD + "".join(_command(main, ("arctrue",), None))
+    context = click.Context(main, info_name="arctrue", **main.context_settings)
+    parts = [COMMANDS_HEAD]
+    for title, names in SECTIONS.items():
+        parts.append(f"\n## {title}\n")
+        for name in names:
+            command = main.get_command(context, name)
+            assert command is not None, name
+            parts += _command(command, ("arctrue", name), context)
+    return "".join(parts)
 
 
 def _command(
-    command: click.Command, words: tuple[str, ...], parent: click.Context | None
+    command: click.Command, words: tuple[str, ...], parent: click.Context
 ) -> Iterator[str]:
     context = click.Context(command, info_name=words[-1], parent=parent, **command.context_settings)
-    if len(words) > 1:
-        yield f"\n{'#' * len(words)} {' '.join(words)}\n\n"
-        yield f"`{' '.join([' '.join(words), *command.collect_usage_pieces(context)])}`\n\n"
-        yield f"{_paragraphs(command.help or '')}\n"
-        rows = [row for param in command.params if (row := _option(param, context))]
-        if rows:
-            yield "\n| Option | | Default |\n|---|---|---|\n" + "".join(rows)
+    yield f"\n{'#' * (len(words) + 1)} {' '.join(words)}\n\n"
+    yield f"`{' '.join([' '.join(words), *command.collect_usage_pieces(context)])}`\n\n"
+    yield f"{_paragraphs(command.help or '')}\n"
+    rows = [row for param in command.params if (row := _option(param, context))]
+    if rows:
+        yield "\n| Option | | Default |\n|---|---|---|\n" + "".join(rows)
     if isinstance(command, click.Group):
         for name in command.list_commands(context):
             below = command.get_command(context, name)

@@ -23,6 +23,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 GENERATED = "arctrue.generated"
+SECTIONS = {
+    "Your own data": (
+        *("import", "join", "serve", "calibrate", "compare", "diagnose", "effects", "add", "drop"),
+        *("history", "report", "budget", "iso230", "export"),
+    ),
+    "Device": ("capture", "monitor", "probe", "load", "save", "flash"),
+    "Simulate and study": (
+        *("demo", "simulate", "run", "revolution", "hidden", "long-run", "stop-and-go", "paper"),
+        *("methods", "error-sources", "monte-carlo", "alpha", "benchmark"),
+    ),
+}
+"""The commands as the help lists them, in the order in which they are usually needed."""
 
 
 class _NotGeneratedError(click.ClickException):
@@ -40,7 +52,24 @@ class _AllCommands(Program):
     """Imports a command's module only when it is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(self._modules())
+        listed = [name for names in SECTIONS.values() for name in names]
+        # A command that no section lists yet is found all the same.
+        return [*listed, *sorted(self._modules().keys() - set(listed))]
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each section with its commands."""
+        names = self.list_commands(ctx)
+        width = formatter.width - 6 - max(map(len, names))
+        for title, listed in SECTIONS.items():
+            commands = [(name, self.get_command(ctx, name)) for name in listed]
+            with formatter.section(title):
+                formatter.write_dl(
+                    [
+                        (name.ljust(max(map(len, names))), command.get_short_help_str(width))
+                        for name, command in commands
+                        if command is not None
+                    ]
+                )
 
     @staticmethod
     def _modules() -> dict[str, str]:

@@ -15,18 +15,25 @@ from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
-from arctrue.studies.benchmark.answers import score_beside, score_folders, write_sets
-from arctrue.studies.benchmark.cases import kept_reasons
+from arctrue.studies.benchmark.answers import (
+    judged_sets,
+    score_beside,
+    score_folders,
+    write_sets,
+)
+from arctrue.studies.benchmark.cases import FILE as CASES_FILE
+from arctrue.studies.benchmark.cases import keep, kept_reasons
 from arctrue.studies.benchmark.digests import set_name
-from arctrue.studies.benchmark.frozen import differing, is_public, task_digest
+from arctrue.studies.benchmark.frozen import differing, freeze, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.page import page as page_of
 from arctrue.studies.benchmark.page import reason_words, said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
+from arctrue.studies.benchmark.score import SURE, is_failure, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
-from arctrue.studies.campaign.store import read_header
+from arctrue.studies.campaign.store import COMMIT, read_header
 from arctrue.studies.campaign.task import digest
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
 from arctrue.whole_file import write_whole_text
@@ -95,10 +102,15 @@ def run(
     type=click.Path(path_type=Path, exists=True, dir_okay=False),
     help="JSON with the answers of another program.",
 )
+@click.option("--keep", "kept", is_flag=True, help="Add the failures of a run to the kept cases.")
 @click.option("--json", "json_file", type=OutputFile(), help="Write everything as JSON.")
 @for_people
 def score(
-    folders: tuple[Path, ...], subject: str, answers: Path | None, json_file: Path | None
+    folders: tuple[Path, ...],
+    subject: str,
+    answers: Path | None,
+    kept: bool,
+    json_file: Path | None,
 ) -> None:
     """Compare the answers with truth and oracle.
 
@@ -106,10 +118,15 @@ def score(
     names them. An answer is an object with `verdict` and, where it has them, `named`, `class`,
     `parts`, `beside`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
     """
-    found = score_folders(folders, subject, answers)
+    if kept and answers is not None:
+        raise ValueError("--keep takes the answers of a run, not those of --answers")
+    sets = judged_sets(folders, subject, answers)
+    found = scored(sets)
     write_json(json_file, found)
     for name, by_world in found["rates"].items():
         console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    for kind, wrong in (found["probability"] or {}).get("wrong_where_sure", {}).items():
+        console.print(f"wrong, of {kind} at more than {SURE:g}: {Rate(wrong['hits'], wrong['of'])}")
     reasons = kept_reasons()
     for item in found["failures"]:
         hidden = "; ".join(item["hidden"]) or "nothing"
@@ -118,6 +135,9 @@ def score(
             f"  {item['command']}\n  {reason_words(item, reasons)}",
             soft_wrap=True,
         )
+    if kept:
+        new = keep(filter(is_failure, sets), read_header(folders[0] / subject).get(COMMIT))
+        console.print(f"{new} new cases: {CASES_FILE}", soft_wrap=True)
 
 
 @benchmark.command("page")
@@ -178,8 +198,9 @@ def one_set(folder: Path, world: str, content: str, seed: int, samples: int) -> 
 @click.option(
     "--first", type=click.IntRange(min=1), help="Write only so many sets, from the first on."
 )
+@click.option("--freeze", "frozen", is_flag=True, help="Take these sets for the frozen ones.")
 @for_people
-def sets(folder: Path, out: Path, first: int | None) -> None:
+def sets(folder: Path, out: Path, first: int | None, frozen: bool) -> None:
     """Write the plan's measurement sets to OUT without their truth, for anybody to answer.
 
     Those of the tier public are compared with the digests of the frozen ones; exit code 1 where
@@ -191,6 +212,8 @@ def sets(folder: Path, out: Path, first: int | None) -> None:
     console.print(f"wrote {len(digests)} sets to {out}; digest {digest(digests)}", soft_wrap=True)
     if not is_public(plan):
         return
+    if frozen:
+        freeze(digests)
     other = differing(digests)
     if other:
         tell_error(

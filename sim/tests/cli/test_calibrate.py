@@ -200,13 +200,6 @@ def test_bad_usage(folder: Path, tmp_path: Path) -> None:
         assert answer.stderr
 
 
-def test_every_command_is_listed() -> None:
-    answer = CliRunner().invoke(main, ["--help"])
-    assert answer.exit_code == 0
-    assert "calibrate" in answer.output
-    assert "demo" in answer.output
-
-
 def test_a_reference_run_alone_calibrates(folder: Path, tmp_path: Path) -> None:
     """No second head: orders of the disc that 24 faces tell apart, with their sizes."""
     whole = read_measurement_set(folder)

@@ -48,6 +48,25 @@ def test_the_commands_are_found() -> None:
     assert {("effects", "show"), ("benchmark", "run"), ("import",)} <= set(COMMANDS)
 
 
+def test_the_help_lists_every_command_once_under_its_section() -> None:
+    listed: dict[str, list[str]] = {}
+    for line in arctrue_("--help").output.partition("\nOptions:\n")[2].splitlines():
+        if line.endswith(":"):
+            names = listed.setdefault(line.removesuffix(":"), [])
+        elif line.startswith("  ") and line[2].isalpha():
+            names.append(line.split()[0])
+    assert list(listed) == ["Your own data", "Device", "Simulate and study"]
+    of_files = {
+        path.stem.rstrip("_").replace("_", "-")
+        for path in FOLDER.glob("*.py")
+        if not path.name.startswith("_")
+    }
+    assert sorted(name for names in listed.values() for name in names) == sorted(of_files)
+    assert {"import", "calibrate", "diagnose", "export"} <= set(listed["Your own data"])
+    assert {"capture", "flash"} <= set(listed["Device"])
+    assert {"demo", "simulate", "benchmark"} <= set(listed["Simulate and study"])
+
+
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_help_is_there_in_short_and_fits_80_columns(words: tuple[str, ...]) -> None:
     short, long = arctrue_(*words, "-h"), arctrue_(*words, "--help")

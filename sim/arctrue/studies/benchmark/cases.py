@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,9 @@ FILE = Path(__file__).with_name("cases.json")
 OF_A_SET = ("world", "content", "seed", "samples")
 
 
-class NoSuchCaseError(ValueError):
-    """A set that is no case."""
-
-
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """What somebody who looked into a case found."""
+    """What somebody who looked into a case found; written into the file of cases by hand."""
 
     said: str
     """The answer of which the reason tells; another answer may have another reason."""
@@ -56,39 +52,15 @@ def kept_reasons(file: Path = FILE) -> dict[str, Reason]:
     }
 
 
-def write_reason(
-    world: str, content: str, seed: int, reason: Reason, file: Path = FILE
-) -> Mapping[str, Any]:
-    """Keep the reason of the case that has this world, content and seed, in place of an older one.
-
-    Returns the case. Raises NoSuchCaseError where there is none.
-    """
-    cases = kept_cases(file)
-    asked = (world, content, seed)
-    for case in cases:
-        if tuple(case[name] for name in OF_A_SET[:3]) == asked:
-            case["looked_into"] = asdict(reason)
-            _write(cases, file)
-            return case
-    raise NoSuchCaseError(
-        f"{file.name} has no case of world {world}, content {content}, seed {seed}: first python "
-        "-m scripts.keep_failures FOLDER, with the folder of the run that failed there"
-    )
-
-
 def keep(failures: Iterable[Judged], commit: str | None, file: Path = FILE) -> int:
     """Add the failures that are no cases yet; how many those are."""
     cases = kept_cases(file)
     known = {_name(case) for case in cases}
     new = [item for item in failures if set_name(item.task) not in known]
     cases += [_case(item, commit) for item in new]
-    _write(cases, file)
-    return len(new)
-
-
-def _write(cases: list[dict[str, Any]], file: Path) -> None:
     text = json.dumps({"cases": cases}, indent=1, ensure_ascii=False)
     write_whole_text(file, text + "\n")
+    return len(new)
 
 
 def _name(case: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from arctrue.studies.benchmark.digests import folder_digest
 from arctrue.studies.benchmark.plan import TIERS, Plan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.campaign import Task
+from arctrue.whole_file import write_whole_text
 
 TIER = "public"
 FILE = Path(__file__).with_name("public_sets.json")
@@ -29,6 +30,18 @@ def frozen_digests() -> dict[str, str]:
     """The digest of each frozen set by its name."""
     found: dict[str, str] = json.loads(FILE.read_text(encoding="utf-8"))["sets"]
     return found
+
+
+def freeze(digests: Mapping[str, str]) -> None:
+    """Take these sets for the frozen ones; answers of the peers to the earlier ones do not count.
+
+    Raises ValueError where they are not all sets of the tier.
+    """
+    tier = TIERS[TIER]
+    if len(digests) != tier.sets:
+        raise ValueError(f"{len(digests)} sets cannot be frozen: the tier has {tier.sets}")
+    content = {"tier": TIER, "seed": tier.seed, "sets": digests}
+    write_whole_text(FILE, json.dumps(content, indent=1, sort_keys=True) + "\n")
 
 
 def is_public(plan: Plan) -> bool:

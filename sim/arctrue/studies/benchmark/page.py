@@ -37,9 +37,12 @@ count RMS does not count as visible.
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
     make peers                                   # the rivals on the 200 public sets: PUBLIC
+    arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/blind.md --out docs/images
-    python -m scripts.keep_failures FOLDER       # its failures become cases, for TIER=cases
-    python -m scripts.keep_reason --help         # why a case fails, to stand on this page
+
+Why a case fails stands as `looked_into` beside it in
+`sim/arctrue/studies/benchmark/cases.json`, and from there on this page. After a wanted change of
+the generator, `arctrue benchmark sets` with `--freeze` takes the public sets anew.
 
 A run can be stopped with Ctrl-C and goes on where it stopped; results do not depend on the number
 of workers or shards. One folder takes results of one state of the code only.

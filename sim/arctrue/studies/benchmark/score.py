@@ -32,6 +32,11 @@ from arctrue.studies.benchmark.outcome import (
 )
 from arctrue.studies.benchmark.worlds import WORLDS
 
+SURE = 0.8
+"""An answer is sure where its largest probability is above this."""
+KINDS = ("name", "unknown", "none")
+"""What a probability can be given to."""
+
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
 """Bins of a cause's size, in limits of the oracle."""
 
@@ -189,7 +194,8 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
         "reliability": [
             {"mean_probability": item.mean_probability, **item.right.data()} for item in bins
         ],
-        "right_of": {kind: _right_of(sets, kind).data() for kind in ("name", "unknown", "none")},
+        "right_of": {kind: _right_of(sets, kind).data() for kind in KINDS},
+        "wrong_where_sure": {kind: _wrong_where_sure(sets, kind).data() for kind in KINDS},
     }
 
 
@@ -197,6 +203,12 @@ def _right_of(sets: Sequence[Judged], kind: str) -> Rate:
     """How often the largest probability is given to the truth, where it is given to a ``kind``."""
     stated = [item.first_probability() for item in sets if item.first_kind() == kind]
     return rate([pair[1] for pair in stated if pair is not None])
+
+
+def _wrong_where_sure(sets: Sequence[Judged], kind: str) -> Rate:
+    """How often the largest probability is not given to the truth, of the sure answers."""
+    stated = [item.first_probability() for item in sets if item.first_kind() == kind]
+    return rate([not pair[1] for pair in stated if pair is not None and pair[0] > SURE])
 
 
 def _mean_of_truth(sets: Iterable[Judged]) -> float | None:

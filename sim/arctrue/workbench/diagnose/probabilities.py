@@ -30,7 +30,7 @@ WRONG_NAMES, NAMES = 4, 190
 WRONG_UNKNOWN, ALL_UNKNOWN = 5, 71
 """Names and ``unknown`` stated at more than 0.8, and those of them that were wrong, in 389 sets of
 the tier ``sealed``, whose seed was drawn after the rules had changed for the last time (commit
-331de3a; ``python -m scripts.count_sure``)."""
+331de3a; ``arctrue benchmark score``)."""
 
 
 def inadequacy(verdict: str) -> float:

@@ -5,30 +5,29 @@ from __future__ import annotations
 import json
 from collections import Counter
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from scripts.count_sure import sure_answers
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
 from arctrue.studies.benchmark.cases import (
-    NoSuchCaseError,
     Reason,
     case_tasks,
     keep,
     kept_cases,
     kept_reasons,
-    write_reason,
 )
 from arctrue.studies.benchmark.diagnosis import answer_of
 from arctrue.studies.benchmark.digests import set_name
-from arctrue.studies.benchmark.frozen import differing, frozen_digests, task_digest
+from arctrue.studies.benchmark.frozen import FILE as FROZEN
+from arctrue.studies.benchmark.frozen import differing, freeze, frozen_digests, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
     expected_calibration_error,
@@ -169,7 +168,12 @@ def test_sure_answers_are_counted_by_what_they_say() -> None:
         judged("unknown", effect("x", "stranger"), probability={"unknown": 0.9, "none": 0.1}),
         judged("adequate"),
     ]
-    assert sure_answers(sets) == {"name": (1, 2), "unknown": (0, 1), "none": (0, 0)}
+    wrong = scored(sets)["probability"]["wrong_where_sure"]
+    assert {kind: (rate["hits"], rate["of"]) for kind, rate in wrong.items()} == {
+        "name": (1, 2),
+        "unknown": (0, 1),
+        "none": (0, 0),
+    }
 
 
 def test_rates_count_what_they_say() -> None:
@@ -292,7 +296,11 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
     later = replace(failed, task={**failed.task, "seed": 6})
     assert keep([failed], "1234567890", file) == 1
     reason = Reason("latency, and beside it vibration", "A line is left by the lag.")
-    write_reason("white", "one", 5, reason, file)
+    file.write_text(
+        json.dumps(
+            {"cases": [{**case, "looked_into": asdict(reason)} for case in kept_cases(file)]}
+        )
+    )
     # A later run adds cases and leaves the reasons as they are.
     assert keep([failed, later], None, file) == 1
     found = scored([failed, later, replace(failed, answer={"verdict": "adequate"})])
@@ -306,8 +314,6 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
     assert "why it fails: 2 of 3 have been looked into." in text
-    with pytest.raises(NoSuchCaseError, match="no case of world white, content one, seed 7"):
-        write_reason("white", "one", 7, reason, file)
 
 
 def test_reasons_in_the_tree_are_sentences() -> None:
@@ -407,7 +413,7 @@ def finished(folder: Path) -> list[str]:
     return [set_name(task) for task in tasks]
 
 
-def test_anybodys_answers_are_scored(tmp_path: Path) -> None:
+def test_anybodys_answers_are_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = finished(tmp_path)
     assert scored_rate(score_folders([tmp_path], "arctrue", None)) == 0
     answers = tmp_path / "answers.json"
@@ -419,6 +425,16 @@ def test_anybodys_answers_are_scored(tmp_path: Path) -> None:
     )
     assert done.exit_code == 0, done.output
     assert "right first, of what the oracle sees of the catalogue: 3 of 3" in done.output
+    kept = ["benchmark", "score", str(tmp_path), "--keep"]
+    refused = CliRunner().invoke(main, [*kept, "--answers", str(answers)])
+    assert (refused.exit_code, "--keep takes the answers of a run" in refused.output) == (2, True)
+    cases = tmp_path / "cases.json"
+    cases.write_text('{"cases": []}')
+    keep_in = partial(keep, file=cases)
+    monkeypatch.setattr("arctrue.cli.benchmark.keep", keep_in)
+    assert "3 new cases" in CliRunner().invoke(main, kept).output
+    assert "0 new cases" in CliRunner().invoke(main, kept).output
+    assert len(kept_cases(cases)) == 3
 
 
 def scored_rate(found: dict[str, Any]) -> int:
@@ -475,7 +491,7 @@ def test_public_sets_are_the_frozen_ones(tmp_path: Path) -> None:
     assert set(frozen_digests()) == {set_name(task) for task in tasks}
     # One set of each world; all 200 by arctrue benchmark sets.
     found = {set_name(task): task_digest(task) for task in tasks[6:12]}
-    assert differing(found) == [], "the generator has changed: python -m scripts.freeze_public_sets"
+    assert differing(found) == [], "the generator has changed: arctrue benchmark sets --freeze"
     assert differing({**found, next(iter(found)): "0" * 16}) == [next(iter(found))]
 
 
@@ -487,6 +503,19 @@ def test_sets_that_are_not_the_frozen_ones_are_told(tmp_path: Path, monkeypatch)
     done = CliRunner().invoke(main, arguments)
     assert done.exit_code == 1
     assert "1 of 1 sets are not the frozen ones" in done.output
+    done = CliRunner().invoke(main, [*arguments, "--freeze"])
+    assert done.exit_code == 2
+    assert "1 sets cannot be frozen: the tier has 200" in done.output
+
+
+def test_all_public_sets_can_be_frozen_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Written as they stand in the tree, where nothing has changed."""
+    file = tmp_path / "public_sets.json"
+    monkeypatch.setattr("arctrue.studies.benchmark.frozen.FILE", file)
+    freeze(json.loads(FROZEN.read_text(encoding="utf-8"))["sets"])
+    assert file.read_bytes() == FROZEN.read_bytes()
 
 
 def test_smallest_found_and_largest_missed_by_effect() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from scripts.measure_taken_away import stored
+from scripts.measure_taken_away import measure, stored
 
 from arctrue.calibration.calibration import objections
 from arctrue.cli import main
@@ -16,7 +16,6 @@ from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.studies.taken_away import measure
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import ModelEffect, default_model
