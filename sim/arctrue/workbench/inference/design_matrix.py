@@ -89,25 +89,35 @@ def term_widths(terms: Sequence[Term], observations: Observations) -> list[int]:
     return [len(term.effect.column_names(observations)) for term in terms]
 
 
+def _rows_of(observations: Observations, *, capture: bool) -> Rows:
+    rows = observations.capture if capture else observations.reference
+    assert rows is not None
+    return rows
+
+
+def _columns_of(term: Term, rows: Rows, context: FitContext) -> Matrix | None:
+    if isinstance(rows, ReferenceRows):
+        return term.effect.reference_columns(rows, term.nonlinear, context)
+    return term.effect.capture_columns(rows, term.nonlinear, context)
+
+
 def term_columns(
     term: Term, observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix | None:
     """What each coefficient of a term adds to the rows of a channel, arcseconds."""
-    rows = observations.capture if capture else observations.reference
-    assert rows is not None
-    of = term.effect.capture_columns if capture else term.effect.reference_columns
+    rows = _rows_of(observations, capture=capture)
     if term.effect.depends_on_model:
-        return of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+        return _columns_of(term, rows, context)
     kept, place = _kept_of(rows), _identity(term)
     if _keepable(term):
         if place not in kept.linear:
-            kept.linear[place] = of(rows, term.nonlinear, context)  # type: ignore[arg-type]
+            kept.linear[place] = _columns_of(term, rows, context)
         return kept.linear[place]
     if place not in kept.recent:
         while len(kept.recent) >= MOST_RECENT:
             del kept.recent[next(iter(kept.recent))]
         # With the effect: while it is kept, no other one has its id.
-        kept.recent[place] = (term.effect, of(rows, term.nonlinear, context))  # type: ignore[arg-type]
+        kept.recent[place] = (term.effect, _columns_of(term, rows, context))
     return kept.recent[place][1]
 
 
@@ -134,8 +144,7 @@ def channel_columns(
     terms: Sequence[Term], observations: Observations, context: FitContext, *, capture: bool
 ) -> Matrix:
     """Columns of all terms for the rows of a channel: shape (rows, Σ widths), arcseconds."""
-    rows = observations.capture if capture else observations.reference
-    assert rows is not None
+    rows = _rows_of(observations, capture=capture)
     widths = term_widths(terms, observations)
     return _side_by_side(
         [term_columns(term, observations, context, capture=capture) for term in terms],
@@ -153,8 +162,7 @@ def channel_prediction(
     capture: bool,
 ) -> Matrix:
     """Sum of all terms for the rows of a channel: shape (rows,), arcseconds."""
-    rows = observations.capture if capture else observations.reference
-    assert rows is not None
+    rows = _rows_of(observations, capture=capture)
     total, start = np.zeros(rows.run.size), 0
     for term, width in zip(terms, term_widths(terms, observations), strict=True):
         columns = term_columns(term, observations, context, capture=capture)
@@ -176,19 +184,11 @@ def _side_by_side(blocks: Sequence[Matrix | None], widths: Sequence[int], rows: 
     return matrix
 
 
-def stored_columns(
-    terms: Sequence[Term], widths: Sequence[int], rows: CaptureRows, context: FitContext
+def block_columns(
+    terms: Sequence[Term], widths: Sequence[int], rows: Rows, context: FitContext
 ) -> Matrix:
-    """Columns for rows of a long capture that is not worked on as a whole."""
-    blocks = [term.effect.capture_columns(rows, term.nonlinear, context) for term in terms]
-    return _side_by_side(blocks, widths, rows.run.size)
-
-
-def reference_block(
-    terms: Sequence[Term], widths: Sequence[int], rows: ReferenceRows, context: FitContext
-) -> Matrix:
-    """Columns for rows of a long reference that is not worked on as a whole."""
-    blocks = [term.effect.reference_columns(rows, term.nonlinear, context) for term in terms]
+    """Columns for some rows of a long channel that is not worked on as a whole."""
+    blocks = [_columns_of(term, rows, context) for term in terms]
     return _side_by_side(blocks, widths, rows.run.size)
 
 
@@ -231,8 +231,7 @@ def _whitened(
         _whitened_term(term, observations, context, of_rows, capture=capture) for term in terms
     ]
     columns, start = _side_by_side(blocks, widths, size), 0
-    rows = observations.capture if capture else observations.reference
-    assert rows is not None
+    rows = _rows_of(observations, capture=capture)
     kept = _whitened_of(rows, of_rows).linear
     for term, block, width in zip(terms, blocks, widths, strict=True):
         if block is not None and _keepable(term):
@@ -253,8 +252,7 @@ def _whitened_term(
     *,
     capture: bool,
 ) -> Matrix | None:
-    rows = observations.capture if capture else observations.reference
-    assert rows is not None
+    rows = _rows_of(observations, capture=capture)
     kept = _whitened_of(rows, of_rows).linear
     if _keepable(term) and _key(term) in kept:
         return kept[_key(term)]
@@ -291,11 +289,7 @@ def _sums(rows: WhitenedRows, measured: Matrix, of_rows: RowNoise) -> ChannelSum
 
 def measured_arcsec(observations: Observations, *, capture: bool) -> Matrix:
     """R₂ − R₁ − α of every capture row, or ε of every reference row."""
-    if capture:
-        assert observations.capture is not None
-        return observations.capture.difference_arcsec
-    assert observations.reference is not None
-    return observations.reference.error_arcsec
+    return _rows_of(observations, capture=capture).measured_arcsec
 
 
 def every_row_sums(
@@ -319,16 +313,11 @@ def every_row_sums(
     total: ChannelSums | None = None
     size = int(stored.run.size)
     for block in row_blocks(size):
-        if isinstance(stored, ReferenceRows):
-            stations = stored.part(block)
-            of_rows, run = law.on_reference(stations), np.zeros(stations.run.size, dtype=np.int64)
-            columns = reference_block(terms, widths, stations, context)
-            measured, offsets = stations.error_arcsec, 1
-        else:
-            rows = stored.rows(block)
-            of_rows, run = law.on_capture(rows), rows.run
-            columns = stored_columns(terms, widths, rows, context)
-            measured, offsets = rows.difference_arcsec, observations.runs
+        rows = stored.part(block) if isinstance(stored, ReferenceRows) else stored.rows(block)
+        of_rows, offsets, run = law.on(rows), observations.runs, rows.run
+        if isinstance(rows, ReferenceRows):
+            offsets, run = 1, np.zeros(rows.run.size, dtype=np.int64)
+        columns = block_columns(terms, widths, rows, context)
         ones = of_rows.whiten(np.ones(run.size))
         if len(terms) == 1:
             # Of one effect they are its own array, which it may keep.
@@ -336,7 +325,7 @@ def every_row_sums(
         else:
             of_rows.whiten_in_place(columns)
         inside = WhitenedRows(columns, ones, run, offsets)
-        sums = _sums(inside, of_rows.whiten(measured), of_rows)
+        sums = _sums(inside, of_rows.whiten(rows.measured_arcsec), of_rows)
         total = sums if total is None else total + sums
         rows_done(block.stop, size)
     return total

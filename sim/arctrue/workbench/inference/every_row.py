@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from arctrue.progress import rows_done
 from arctrue.workbench.inference.design_matrix import (
-    reference_block,
+    block_columns,
     row_blocks,
-    stored_columns,
 )
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.search_parameters import refined, with_steps_on_every_row
@@ -54,15 +53,12 @@ def channel_figures(solution: Solution, channel: str) -> ChannelFigures | None:
         return None if values is None else _figures(values.size, *_sums(values))
     square, peak, size = 0.0, 0.0, int(stored.run.size)
     for block in row_blocks(size):
-        if isinstance(stored, ReferenceRows):
-            stations = stored.part(block)
-            columns = reference_block(solution.terms, solution.widths, stations, solution.context)
-            left = stations.error_arcsec - columns @ solution.coefficients
+        rows = stored.part(block) if isinstance(stored, ReferenceRows) else stored.rows(block)
+        columns = block_columns(solution.terms, solution.widths, rows, solution.context)
+        left = rows.measured_arcsec - columns @ solution.coefficients
+        if isinstance(rows, ReferenceRows):
             left -= solution.reference_offset_arcsec
         else:
-            rows = stored.rows(block)
-            columns = stored_columns(solution.terms, solution.widths, rows, solution.context)
-            left = rows.difference_arcsec - columns @ solution.coefficients
             left -= solution.run_offsets_arcsec[rows.run]
         of_block, highest = _sums(left)
         square, peak = square + of_block, max(peak, highest)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.design_matrix import Term, stored_columns
+from arctrue.workbench.inference.design_matrix import Term, block_columns
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.solution import Solution, with_tangents
 from arctrue.workbench.inference.tangents import refined_names
@@ -90,7 +90,7 @@ def with_steps_on_every_row(solution: Solution) -> list[Term]:
         low = max(int(np.searchsorted(times, kept[max(place - 1, 0)])) - margin, 0)
         high = int(np.searchsorted(times, kept[min(place, kept.size - 1)])) + margin
         rows = stored.rows(slice(int(first) + low, int(first) + min(high, times.size)))
-        columns = stored_columns(solution.terms, solution.widths, rows, solution.context)
+        columns = block_columns(solution.terms, solution.widths, rows, solution.context)
         own = solution.part(index).start
         step = float(solution.coefficients[own])
         columns[:, own] = 0.0

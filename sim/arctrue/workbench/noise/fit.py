@@ -82,8 +82,8 @@ def _with_laws(
 ) -> Noise:
     rows, stations = observations.capture, observations.reference
     return Noise(
-        None if rows is None or capture is None else capture.on_capture(rows),
-        None if stations is None or reference is None else reference.on_reference(stations),
+        None if rows is None or capture is None else capture.on(rows),
+        None if stations is None or reference is None else reference.on(stations),
         observations.index_sigma_arcsec**2,
         capture,
         reference,

@@ -31,13 +31,10 @@ class NoiseLaw:
     """The same over equal parts of the turn, shape (ANGLE_BINS,)."""
     weightless: bool = False
 
-    def on_capture(self, rows: CaptureRows) -> RowNoise:
-        """The noise of some rows of the capture."""
-        return self.of(rows.time_s, rows.run, rows.angle_rad, stated_scale(rows))
-
-    def on_reference(self, rows: ReferenceRows) -> RowNoise:
-        """The noise of some rows of the reference."""
-        return self.of(reference_clock(rows), rows.run, rows.angle_rad, stated_scale(rows))
+    def on(self, rows: CaptureRows | ReferenceRows) -> RowNoise:
+        """The noise of some rows of the channel."""
+        clock = reference_clock(rows) if isinstance(rows, ReferenceRows) else rows.time_s
+        return self.of(clock, rows.run, rows.angle_rad, stated_scale(rows))
 
     def white_part(self) -> NoiseLaw:
         """The same without what is coloured."""

@@ -83,8 +83,8 @@ class Noise:
         assert laws[1] is not None
         return replace(
             self,
-            capture=None if capture is None else laws[0].on_capture(capture),
-            reference=None if reference is None else laws[1].on_reference(reference),
+            capture=None if capture is None else laws[0].on(capture),
+            reference=None if reference is None else laws[1].on(reference),
         )
 
 

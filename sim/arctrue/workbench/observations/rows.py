@@ -82,6 +82,11 @@ class CaptureRows(_Sliceable):
     reference_in_time: bool = False
     """Has the set a reference whose rows have a time?"""
 
+    @property
+    def measured_arcsec(self) -> Float:
+        """What a model predicts: R₂ − R₁ − α."""
+        return self.difference_arcsec
+
 
 @dataclass(frozen=True, eq=False)
 class ReferenceRows(_Sliceable):
@@ -120,3 +125,8 @@ class ReferenceRows(_Sliceable):
     """Runs of the capture of the same set; None: these rows are not those of a set."""
     conditions: Mapping[str, Float] = field(default_factory=dict)
     """Further columns of the file by name, in their own units."""
+
+    @property
+    def measured_arcsec(self) -> Float:
+        """What a model predicts: ε."""
+        return self.error_arcsec

@@ -36,7 +36,7 @@ def _residuals(slow_arcsec: float = 0.0) -> Residuals:
     slow = Spectrum(0.15**2, np.array([60.0]), np.array([slow_arcsec**2]))
     law = replace(noise.reference_law, spectra=tuple(slow for _ in noise.reference_law.spectra))
     assert observations.reference is not None
-    noise = replace(noise, reference_law=law, reference=law.on_reference(observations.reference))
+    noise = replace(noise, reference_law=law, reference=law.on(observations.reference))
     return Residuals(fit([_base()], observations, noise=noise))
 
 
