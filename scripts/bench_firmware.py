@@ -43,7 +43,7 @@ GOAL_MS = {"fourier": 50.0, "least_squares": 250.0}
 JUDGED_ORDERS = 32
 """Loaded orders that the calibration does not fit, as firmware/bench has them."""
 JUDGE_SHARE = 0.7
-"""Of a calibration of the same samples and 40 orders by least squares: all that a judgement may be."""
+"""Of a calibration of the same samples and 40 orders by least squares: no judgement takes more."""
 CASES = ((12_000, 40), (12_000, 20), (12_000, 10), (6_000, 40), (3_000, 40))
 METHODS = {"fourier": fourier, "least_squares": least_squares}
 SAME_RESULT = 1e-6
