@@ -37,12 +37,13 @@ static struct sight fitted_sight(const struct harmonic *harmonic, double gain_li
 }
 
 /* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
-   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; order 1
-   itself is off by c/2 at the end. */
+   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; of order 1 itself
+   c/4pi is left beside the value of the turn's middle. */
 static double by_change(const struct judge *judge, uint32_t order) {
     double separation_rad = judge->estimate->separation_rad;
     double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
-    double leak = judge->change_arcsec * gain / (2.0 * order);
+    double share = order == 1 ? 1.0 / (4.0 * PI) : 0.5 / order;
+    double leak = judge->change_arcsec * gain * share;
     return 0.5 * leak * leak;
 }
 
