@@ -10,6 +10,14 @@ _TESTS = "sim/tests/firmware"
 
 FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "reset_of_the_core_unseen",
+        "a core that was reset is left with the registers of the reset",
+        "firmware/application/application.c",
+        "    if (!core_output_enabled(&application->core)) {\n",
+        "    if (false && !core_output_enabled(&application->core)) {\n",
+        f"{_TESTS}/test_application.py",
+    ),
+    Mutation(
         "release_without_an_end",
         "a release by anything but the output's own fault cannot be ended",
         "firmware/application/application.c",

@@ -11,6 +11,30 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "reset_drops_the_drivers",
+        "a reset of the core takes the enable of the line drivers away at once",
+        "rtl/signals/fault_outputs.vhd",
+        "        held := HOLD;\n",
+        "        held := 0;\n",
+        "tb/signals/test_signals.py",
+    ),
+    Mutation(
+        "drivers_held_for_ever",
+        "after a reset the line drivers stay enabled though nobody enables the output",
+        "rtl/signals/fault_outputs.vhd",
+        "        held := held - 1;\n",
+        "        held := held;\n",
+        "tb/signals/test_signals.py",
+    ),
+    Mutation(
+        "near_edges_are_swallowed",
+        "edges that are too near and were counted are told as swallowed",
+        "rtl/decoder/quadrature_decoder.vhd",
+        "        if (edges_lost = '1') then\n          swallowed <= '1';\n",
+        "        if (too_fast = '1') then\n          swallowed <= '1';\n",
+        "tb/decoder/test_quadrature_decoder.py",
+    ),
+    Mutation(
         "velocity_frozen_by_markers",
         "a marker between look and change leaves the velocity as it is, past the ramp's end",
         "rtl/compensation/ramp_velocity.vhd",

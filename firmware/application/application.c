@@ -21,6 +21,8 @@ enum { SWAP_LOOKS_MOST = 1000 };
 enum { DOUBT_TURNS = 4 };
 /* More than this head 1 does not lose from one index to the next without another fault. */
 #define LOST_TURNS_MOST (1.0 / 1024.0)
+/* Those that end with the flags of a head. */
+enum { HEAD_FAULTS = CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2 | CORE_FAULT_SWALLOWED };
 /* So many faults in a row are no accident; so many turns later there was none in a row. */
 enum { FAULTS_HELD = 3, FAULT_FORGOTTEN_TURNS = 20 };
 
@@ -77,6 +79,8 @@ const char *alarm_name(uint32_t bit) {
         return "not_confirmed";
     case ALARM_THERMOMETER:
         return "thermometer";
+    case ALARM_CORE_RESET:
+        return "core_reset";
     default:
         return NULL;
     }
@@ -880,7 +884,7 @@ static void watch_zero(struct application *application) {
 /* A table that its drive has stopped brings no turn that would clear the flags of a head. What an index error says is
    looked at first. Turns that were captured, and the one under way, may hold what the flag was set for. */
 static void look_before_clearing(struct application *application, uint32_t faults) {
-    if (!works(application) || (faults & (CORE_FAULT_HEAD1 | CORE_FAULT_HEAD2)) == 0) {
+    if (!works(application) || (faults & HEAD_FAULTS) == 0) {
         return;
     }
     if (core_index_error(&application->core)) {
@@ -913,6 +917,15 @@ enum output_answer application_clear_output(struct application *application) {
         return OUTPUT_STAYS_RELEASED;
     }
     return before.cannot_keep_up ? OUTPUT_CLEARED : OUTPUT_DRIVEN;
+}
+
+/* A core that is worked with always has its output enabled. Its line drivers outlast a reset for some milliseconds
+   only. */
+static void watch_reset(struct application *application) {
+    if (!core_output_enabled(&application->core)) {
+        application_start(application);
+        tell_between_turns(application, ALARM_CORE_RESET);
+    }
 }
 
 /* At once: a table that its drive has stopped brings no turn to tell it with. */
@@ -1042,6 +1055,7 @@ void application_step(struct application *application) {
         save_step(application->save);
     }
     if (works(application)) {
+        watch_reset(application);
         read_table_temperature(application);
         watch_release(application);
     }

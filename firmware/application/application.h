@@ -75,6 +75,7 @@ enum alarm {
     ALARM_BEGAN_ANEW = 1024,
     ALARM_SAVED = 2048,
     ALARM_THERMOMETER = 4096,
+    ALARM_CORE_RESET = 8192,
 };
 
 /* The latest turn, for the console and for telemetry. */

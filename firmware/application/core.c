@@ -40,6 +40,8 @@ const char *core_fault_name(uint32_t bit) {
         return "correction_limited";
     case CORE_FAULT_PROCESSOR_SILENT:
         return "processor_silent";
+    case CORE_FAULT_SWALLOWED:
+        return "swallowed";
     default:
         return NULL;
     }
@@ -221,6 +223,10 @@ void core_control(const struct core_access *core, bool compensate, bool output,
     write_at(core, AT(control), word);
 }
 
+bool core_output_enabled(const struct core_access *core) {
+    return (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
+}
+
 struct core_status core_status(const struct core_access *core) {
     uint32_t word = read_at(core, AT(status));
     return (struct core_status){
@@ -280,10 +286,11 @@ void core_clear_faults(const struct core_access *core) {
 }
 
 void core_clear_output(const struct core_access *core, uint32_t faults) {
+    bool of_head1 = (faults & (CORE_FAULT_HEAD1 | CORE_FAULT_SWALLOWED)) != 0;
+    bool of_head2 = (faults & CORE_FAULT_HEAD2) != 0;
     write_at(core, AT(command),
-             BIT(COMMAND__CLEAR_OUTPUT) |
-                 (faults & CORE_FAULT_HEAD1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
-                 (faults & CORE_FAULT_HEAD2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
+             BIT(COMMAND__CLEAR_OUTPUT) | (of_head1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
+                 (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
 static void lane_words(const struct coefficients *coefficients, uint32_t place,

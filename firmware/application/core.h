@@ -116,6 +116,8 @@ enum core_fault {
     CORE_FAULT_CANNOT_KEEP_UP = 4,
     CORE_FAULT_CORRECTION_LIMITED = 8,
     CORE_FAULT_PROCESSOR_SILENT = 16,
+    /* Of head 1: counts, by the input filter. */
+    CORE_FAULT_SWALLOWED = 32,
 };
 
 /* NULL for what is no bit of these. */
@@ -167,6 +169,8 @@ void core_control(const struct core_access *core, bool compensate, bool output,
                   enum core_capture capture);
 /* Correction and capture off, the output as it is. */
 void core_hold(const struct core_access *core);
+/* False in a core that was set up: it was reset since. */
+bool core_output_enabled(const struct core_access *core);
 struct core_status core_status(const struct core_access *core);
 bool core_indices_seen(const struct core_access *core);
 /* An index of a head was in the wrong place since the faults were cleared. */

@@ -50,8 +50,12 @@ static const struct {
                    "both heads"},
     {"output", "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
                "help released"},
+    {"core_reset", "the fabric was reset and is set up again: the correction is off until a turn of its own; the receiver may "
+                   "have lost counts and has to look for its zero; look at the board's supply and reset"},
+    {"swallowed", "edges of head 1 came faster than filter_length lets through, and counts are lost: turn slower, or set a "
+                  "shorter filter_length; make the servo safe, then clear_output, and let the receiver look for its zero"},
     {"released", "the line drivers were released by a fault of release_sources: end what is still present (head1, "
-                 "head2: clear_output clears the flags; correction_limited: forget or bypass on), make the servo safe, "
+                 "head2, swallowed: clear_output clears the flags; correction_limited: forget or bypass on), make the servo safe, "
                  "then clear_output"},
     {"cannot_keep_up",
      "the output stands: it fell further behind than following_limit, and counts are lost for its "

@@ -21,7 +21,8 @@
 -- pins are asynchronous; every other port is synchronous to `clock`.
 --
 -- **Reset** is synchronous. It stops and forgets everything but the coefficient banks and the levels of out_a
--- and out_b, which stand; hold it for 64 clocks at least, so that the pipeline holds no angle from before.
+-- and out_b, which stand, and of `driver_enable`, which stays for 2²⁰ clocks (10 ms at 100 MHz) or until the processor
+-- enables the output (fault_outputs). Hold it for 64 clocks at least, so that the pipeline holds no angle from before.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -97,6 +98,7 @@ architecture rtl of arctrue_core is
     illegal_count        : u_unsigned(15 downto 0);
     overspeed            : std_ulogic;
     overspeed_count      : u_unsigned(15 downto 0);
+    swallowed            : std_ulogic;
     last_edge_time       : time_count;
     direction            : std_ulogic;
     phase_of_zero        : u_unsigned(1 downto 0);
@@ -116,7 +118,7 @@ architecture rtl of arctrue_core is
   constant POSITION_CLOCKS : positive := 5;
 
   -- What a fault is called in the register `alarm`.
-  constant FAULT_KINDS : positive := 5;
+  constant FAULT_KINDS : positive := 6;
 
   -- The filter of a head: its own, or that of both.
   function filter_of (own, both : std_ulogic_vector(7 downto 0)) return u_unsigned is
@@ -297,6 +299,7 @@ begin
         illegal_count        => heads(number).illegal_count,
         overspeed            => heads(number).overspeed,
         overspeed_count      => heads(number).overspeed_count,
+        swallowed            => heads(number).swallowed,
         last_edge_time       => heads(number).last_edge_time,
         direction            => heads(number).direction,
         phase_of_zero        => heads(number).phase_of_zero,
@@ -455,7 +458,7 @@ begin
       silent => processor_silent
     );
 
-  faults <= processor_silent & correction_limited & cannot_keep_up
+  faults <= heads(1).swallowed & processor_silent & correction_limited & cannot_keep_up
             & (heads(2).index_error or heads(2).illegal or heads(2).overspeed)
             & (heads(1).index_error or heads(1).illegal or heads(1).overspeed);
 
@@ -656,6 +659,7 @@ begin
   hwif_in.head1.flags.index_error.next_q      <= heads(1).index_error;
   hwif_in.head1.flags.illegal.next_q          <= heads(1).illegal;
   hwif_in.head1.flags.overspeed.next_q        <= heads(1).overspeed;
+  hwif_in.head1.flags.swallowed.next_q        <= heads(1).swallowed;
   hwif_in.head1.flags.direction.next_q        <= heads(1).direction;
   hwif_in.head1.flags.index_direction.next_q  <= heads(1).index_direction;
   hwif_in.head1.faults.index_errors.next_q    <= std_ulogic_vector(heads(1).index_error_count);
@@ -668,6 +672,7 @@ begin
   hwif_in.head2.flags.index_error.next_q      <= heads(2).index_error;
   hwif_in.head2.flags.illegal.next_q          <= heads(2).illegal;
   hwif_in.head2.flags.overspeed.next_q        <= heads(2).overspeed;
+  hwif_in.head2.flags.swallowed.next_q        <= heads(2).swallowed;
   hwif_in.head2.flags.direction.next_q        <= heads(2).direction;
   hwif_in.head2.flags.index_direction.next_q  <= heads(2).index_direction;
   hwif_in.head2.faults.index_errors.next_q    <= std_ulogic_vector(heads(2).index_error_count);

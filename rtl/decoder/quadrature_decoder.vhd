@@ -66,14 +66,14 @@
 -- unknown. `overspeed`: a counted edge came less than minimum_edge_spacing clocks after the one
 -- before it (0 and 1: never); it is counted all the same, one in every clock if need be.
 -- An illegal transition is not an edge in this sense, nor in that of last_edge_time.
--- Edges that the filter swallows are over-speed too: the levels before the filter are decoded as well, and
--- `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
+-- Edges that the filter swallows are over-speed too, and set `swallowed` with it, since then counts are lost: the levels before
+-- the filter are decoded as well, and `overspeed` is set, and counted, when they are a whole period of A and B (4 counts) ahead of those
 -- after it, or have broken the order 4 times where the filter shows nothing. Once the pins have
 -- been quiet for filter_length clocks this starts anew. A pulse on one pin that is shorter than the
 -- filter leaves no trace here either, unless another pin changes within it: then it
 -- cannot be told from a period that was lost. Latency SYNCHRONISER_STAGES + 4 clocks from the pins.
 --
--- **Clear semantics.** index_error, illegal and overspeed stay set, and their counters stop at
+-- **Clear semantics.** index_error, illegal, overspeed and swallowed stay set, and their counters stop at
 -- 65,535, until `clear` or reset. A fault in the very clock of a clear is kept: flag set, counter 1.
 -- Clear touches nothing else, rearm none of these.
 --
@@ -149,7 +149,8 @@ entity quadrature_decoder is
     illegal              : out   std_ulogic;                                          -- sticky
     illegal_count        : out   u_unsigned(15 downto 0);                             -- saturates
     overspeed            : out   std_ulogic;                                          -- sticky
-    overspeed_count      : out   u_unsigned(15 downto 0)                              -- saturates
+    overspeed_count      : out   u_unsigned(15 downto 0);                             -- saturates
+    swallowed            : out   std_ulogic                                           -- sticky: the filter swallowed counts
   );
 end entity quadrature_decoder;
 
@@ -495,7 +496,11 @@ begin
         illegal_count     <= (0 => breaks_order, others => '0');
         overspeed         <= too_fast;
         overspeed_count   <= (0 => too_fast, others => '0');
+        swallowed         <= edges_lost;
       else
+        if (edges_lost = '1') then
+          swallowed <= '1';
+        end if;
         if (misplaced = '1') then
           index_error       <= '1';
           index_error_count <= saturating_increment(index_error_count);
@@ -774,6 +779,7 @@ begin
         illegal_count     <= (others => '0');
         overspeed         <= '0';
         overspeed_count   <= (others => '0');
+        swallowed         <= '0';
       end if;
 
       is_old_enough := '0';

@@ -15,14 +15,19 @@
 -- released, and a fault that is over does not bring a moving encoder back by itself. `causes` are the faults that released
 -- them, and those that came since; after a `clear` that was not enough, those that are still present.
 --
--- **Reset** takes the enable and the alarm away, and forgets the release.
+-- **Reset** takes the alarm away, forgets the release, and leaves `driver_enable` as it is: a drive that watches its lines
+-- does not trip by a reset of the core, in which A and B stand. `enable` falls with the reset. The hold ends, without a
+-- gap, when `enable` is high again, or else HOLD clocks after the first clock of the reset: then `driver_enable` falls, so
+-- that an output that nobody sets up again does not stay on the lines. Drivers that were released stay so until `enable` is
+-- high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;
 
 entity fault_outputs is
   generic (
-    KINDS : positive := 5 -- of faults
+    KINDS : positive := 6;      -- of faults
+    HOLD  : positive := 1048576 -- clocks for which a reset keeps driver_enable
   );
   port (
     clock           : in    std_ulogic;
@@ -48,6 +53,9 @@ begin
     variable fatal    : std_ulogic_vector(KINDS - 1 downto 0);
     -- clear, a clock later: what it has cleared elsewhere is no longer present.
     variable cleared  : std_ulogic := '0';
+    -- Clocks of the hold that are left, and the reset of the clock before
+    variable held     : natural range 0 to HOLD := 0;
+    variable resets   : std_ulogic := '0';
 
   begin
 
@@ -55,7 +63,20 @@ begin
       fatal         := present and release_sources;
       released      <= enable and (or fatal or (released and not cleared));
       causes        <= (fatal or (causes and (causes'range => not cleared))) and (causes'range => enable);
-      driver_enable <= enable and not (or fatal) and (cleared or not released);
+      if reset = '1' and resets = '0' and held = 0 then
+        held := HOLD;
+      elsif held /= 0 then
+        held := held - 1;
+      end if;
+      if enable = '1' and reset = '0' then
+        held := 0;
+      end if;
+      resets := reset;
+
+      -- In a hold it stays as it is.
+      if held = 0 then
+        driver_enable <= enable and not (or fatal) and (cleared or not released) and not reset;
+      end if;
       alarm         <= or (present and alarm_sources);
 
       cleared := clear;
@@ -63,7 +84,6 @@ begin
         cleared       := '0';
         released      <= '0';
         causes        <= (others => '0');
-        driver_enable <= '0';
         alarm         <= '0';
       end if;
     end if;

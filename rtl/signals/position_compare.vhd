@@ -12,8 +12,8 @@
 --
 -- **Arming.** `arm` (pulse) begins anew with `first` and `interval`. `first` is reached when the position comes to it, or passes it,
 -- from the side on which it was at the arming; where it stood there, when it leaves it in either direction. From then on
--- the place reached last is left when the position is a whole interval away from it, in either direction: the next place is then reached. So a
--- position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
+-- the place reached last is left when the position is a whole interval away from it, in either direction: the next place is then
+-- reached. So a position that trembles on a place gives one strobe. A position that jumps further gives a strobe every third clock until it
 -- has caught up. `disarm` (pulse) ends it, also in the clock of an `arm`.
 --
 -- **Reset** disarms.

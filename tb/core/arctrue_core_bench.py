@@ -619,6 +619,70 @@ async def one_clear_brings_an_output_back_that_could_not_keep_up(dut):
 
 
 @cocotb.test()
+@cocotb.parametrize(releases=[0, 1])
+async def edges_that_the_filter_swallows_are_a_fault_at_the_output_where_asked_for(dut, releases):
+    """The output stands with head 1 while the table turns: an alarm, and by choice a release."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.write("filter_length", 12)
+    await ClockCycles(dut.clock, 40)
+    await names.command("clear_head1", "clear_head2")
+    swallowed = 0b100000
+    await names.update("alarm", sources=swallowed, released_by=releases * swallowed)
+    await names.update("control", output_enable=1)
+    slow = table.motion(0.05, 4 * CLOCKS_PER_COUNT)
+    await machine.turn(slow)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
+    before = machine.output[-1]
+    fast = slow[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT
+    await machine.turn(fast)
+    assert abs(machine.output[-1] - before) <= 4, "of 60 counts: the head stands for the core"
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (1, 1 - releases)
+    assert await names.read("head1.flags.swallowed") == 1
+    assert await names.read("status.release_causes") == releases * swallowed
+    await ClockCycles(dut.clock, 40)
+    await names.command("clear_head1", "clear_output")
+    await ClockCycles(dut.clock, 4)
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
+    assert await names.read("head1.flags.swallowed") == 0
+    # Edges that are too near and were counted are no such fault.
+    await names.write("filter_length", 1)
+    await names.write("minimum_edge_spacing", 50)
+    await machine.turn(fast[-1] + np.arange(60 * CLOCKS_PER_COUNT) / CLOCKS_PER_COUNT)
+    assert await names.read("head1.flags.overspeed") == 1
+    assert (int(dut.alarm.value), int(dut.driver_enable.value)) == (0, 1)
+
+
+@cocotb.test()
+async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
+    """One clock: A and B stand, the drivers stay on, and the processor sets up again."""
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("control", output_enable=1)
+    await ClockCycles(dut.clock, 8)
+    driven = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clock)
+            driven.append(int(dut.driver_enable.value))
+
+    cocotb.start_soon(watch())
+    await FallingEdge(dut.clock)
+    dut.reset.value = 1
+    await FallingEdge(dut.clock)
+    dut.reset.value = 0
+    await ClockCycles(dut.clock, 300)
+    assert await names.read("control.output_enable") == 0
+    await names.update("control", output_enable=1)
+    await ClockCycles(dut.clock, 8)
+    await names.update("control", output_enable=0)
+    await ClockCycles(dut.clock, 8)
+    assert all(driven[:300])
+    assert not driven[-1], "it is the processor's again"
+
+
+@cocotb.test()
 async def instruments_beside_the_table(dut):
     """A sample at each edge of sync_in with its pulse out, a probe's position, places compared."""
     machine = await prepared(dut)

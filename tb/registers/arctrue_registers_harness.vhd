@@ -183,8 +183,8 @@ begin
   hwif_in.status.processor_silent.next_q <= status(6);
   hwif_in.status.released.next_q <= status(7);
   hwif_in.status.compare_armed.next_q <= status(8);
-  hwif_in.status.release_causes.next_q <= status(20 downto 16);
-  hwif_in.status.release_present.next_q <= status(28 downto 24);
+  hwif_in.status.release_causes.next_q <= status(21 downto 16);
+  hwif_in.status.release_present.next_q <= status(29 downto 24);
   hwif_in.interrupt_status.probe.next_q <= interrupt_events(10);
   hwif_in.probe.time.value.next_q <= probe_time;
   hwif_in.probe.position.value.next_q <= u_signed(probe_position);
@@ -202,6 +202,7 @@ begin
   hwif_in.head1.flags.overspeed.next_q <= head1_flags(3);
   hwif_in.head1.flags.direction.next_q <= head1_flags(4);
   hwif_in.head1.flags.index_direction.next_q <= head1_flags(5);
+  hwif_in.head1.flags.swallowed.next_q <= head1_flags(6);
   hwif_in.head1.faults.index_errors.next_q <= head1_faults(15 downto 0);
   hwif_in.head1.faults.illegals.next_q <= head1_faults(31 downto 16);
   hwif_in.head1.overspeeds.overspeeds.next_q <= head1_overspeeds(15 downto 0);
@@ -213,6 +214,7 @@ begin
   hwif_in.head2.flags.overspeed.next_q <= head2_flags(3);
   hwif_in.head2.flags.direction.next_q <= head2_flags(4);
   hwif_in.head2.flags.index_direction.next_q <= head2_flags(5);
+  hwif_in.head2.flags.swallowed.next_q <= head2_flags(6);
   hwif_in.head2.faults.index_errors.next_q <= head2_faults(15 downto 0);
   hwif_in.head2.faults.illegals.next_q <= head2_faults(31 downto 16);
   hwif_in.head2.overspeeds.overspeeds.next_q <= head2_overspeeds(15 downto 0);
@@ -285,7 +287,7 @@ begin
       hwif_out.output_pins.invert_z.value &
       hwif_out.output_pins.invert_b.value &
       hwif_out.output_pins.invert_a.value));
-  alarm            <= padded(hwif_out.alarm.released_by.value & "000" & hwif_out.alarm.sources.value);
+  alarm            <= padded(hwif_out.alarm.released_by.value & "00" & hwif_out.alarm.sources.value);
   pulse_widths     <= hwif_out.pulse_widths.compare.value & hwif_out.pulse_widths.trigger.value;
   pulse_inputs     <= padded(
     hwif_out.pulse_inputs.filter_length.value & "000000" & hwif_out.pulse_inputs.probe_falling.value

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
@@ -9,6 +11,7 @@ from cocotb.triggers import FallingEdge
 
 CLOCKS = 8000
 KINDS = 5
+HOLD = int(os.environ["HOLD"])
 
 
 @cocotb.test()
@@ -28,7 +31,7 @@ async def at_random(dut) -> None:
     reset[0] = True
     Clock(dut.clock, 10, unit="ns", impl="gpi").start()
     await FallingEdge(dut.clock)
-    causes, cleared = 0, False
+    causes, cleared, driver, since_reset, resets = 0, False, False, HOLD, False
     driven = np.zeros(CLOCKS, dtype=bool)
     for clock in range(CLOCKS):
         dut.reset.value = int(reset[clock])
@@ -46,9 +49,17 @@ async def at_random(dut) -> None:
         else:
             causes |= fatal
         cleared = bool(clear[clock]) and not reset[clock]
+        # From the first clock of a reset on the drivers stay as they were until HOLD or `enable`.
+        if reset[clock] and not resets and since_reset >= HOLD:
+            since_reset = 0
+        elif enable[clock] and not reset[clock]:
+            since_reset = HOLD
+        resets = bool(reset[clock])
+        holds, since_reset = since_reset < HOLD, since_reset + 1
         assert int(dut.released.value) == bool(causes), clock
         assert dut.causes.value.to_unsigned() == causes, clock
-        driven[clock] = enable[clock] and not causes and not reset[clock]
+        driver = driver if holds else bool(enable[clock] and not causes and not reset[clock])
+        driven[clock] = driver
         assert int(dut.driver_enable.value) == driven[clock], clock
         alarm = bool(present[clock] & alarms[clock]) and not reset[clock]
         assert int(dut.alarm.value) == alarm, clock
@@ -78,3 +89,36 @@ async def one_clear_is_enough(dut, kind: int, ends: bool) -> None:
         await FallingEdge(dut.clock)
         assert (int(dut.driver_enable.value), int(dut.released.value)) == (ends, not ends)
         assert dut.causes.value.to_unsigned() == (0 if ends else 1 << kind)
+
+
+@cocotb.test()
+@cocotb.parametrize(reset_clocks=[1, HOLD // 2], released=[0, 1])
+async def a_reset_keeps_the_drivers_for_a_while(dut, reset_clocks: int, released: int) -> None:
+    """Until `enable` is high again, without a gap, or for HOLD clocks from the reset's first one.
+
+    What was released stays so; a reset does not bring the drivers back.
+    """
+    Clock(dut.clock, 10, unit="ns", impl="gpi").start()
+    dut.clear.value, dut.present.value = 0, 0
+    dut.alarm_sources.value, dut.release_sources.value = 0, 1
+    for enabled_after in (reset_clocks, HOLD - 1, HOLD + 7):
+        dut.enable.value = 0
+        await FallingEdge(dut.clock)
+        dut.enable.value = 1
+        dut.reset.value = 0
+        for clock in range(HOLD + 9):
+            dut.present.value = int(released and clock == HOLD + 5)
+            await FallingEdge(dut.clock)
+        assert int(dut.driver_enable.value) == 1 - released
+        seen = []
+        for clock in range(HOLD + 20):
+            dut.reset.value = int(clock < reset_clocks)
+            dut.enable.value = int(clock >= enabled_after)
+            await FallingEdge(dut.clock)
+            seen.append(int(dut.driver_enable.value))
+        gap = [not clock < HOLD and clock < enabled_after for clock in range(HOLD + 20)]
+        expected = [
+            int(clock >= enabled_after or (not released and not is_gap))
+            for clock, is_gap in enumerate(gap)
+        ]
+        assert seen == expected, enabled_after

@@ -7,10 +7,20 @@ from tb.support.simulation import simulate
 
 @pytest.mark.parametrize(
     "entity",
-    ["input_selection", "fault_outputs", "pulse_input", "pulse_output", "position_compare"],
+    ["input_selection", "pulse_input", "pulse_output", "position_compare"],
 )
 def test_unit(entity: str) -> None:
     simulate(entity, f"tb.signals.{entity}_bench")
+
+
+def test_fault_outputs() -> None:
+    hold = 50
+    simulate(
+        "fault_outputs",
+        "tb.signals.fault_outputs_bench",
+        generics={"HOLD": hold},
+        environment={"HOLD": str(hold)},
+    )
 
 
 @pytest.mark.parametrize("delay", [2, 30])

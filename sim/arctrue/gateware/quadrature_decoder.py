@@ -97,6 +97,8 @@ class DecoderTrace:
     illegal_count: Ints
     overspeed: Ints
     overspeed_count: Ints
+    swallowed: Ints
+    """The filter swallowed counts."""
 
 
 @dataclass(frozen=True)
@@ -385,6 +387,7 @@ def quadrature_decoder(
     edges_lost = _edges_lost((levels[0], levels[1]), column["filter_length"], seen, filter_reset)
     too_fast = _was((too_near | edges_lost) & ~reset) & ~reset
     overspeed, overspeed_count = _sticky(too_fast, clear, reset)
+    swallowed, _ = _sticky(_was(edges_lost & ~reset) & ~reset, clear, reset)
     told = _was(misplaced & ~reset) | (slip != 0)
     index_error, index_error_count = _sticky(told & ~reset, clear, reset)
 
@@ -423,6 +426,7 @@ def quadrature_decoder(
         "illegal_count": illegal_count,
         "overspeed": overspeed,
         "overspeed_count": overspeed_count,
+        "swallowed": swallowed,
     }
     power_up = {"direction": 1, "index_direction": 1}
     trace = {

@@ -14,7 +14,14 @@ from arctrue.gateware.register_access import register_named
 
 COEFFICIENTS = 0x1000
 INDEX_SEEN = 1
-FAULTS = ("head1", "head2", "cannot_keep_up", "correction_limited", "processor_silent")
+FAULTS = (
+    "head1",
+    "head2",
+    "cannot_keep_up",
+    "correction_limited",
+    "processor_silent",
+    "swallowed",
+)
 """Bits of the register ``alarm``, from the lowest on."""
 
 
@@ -113,6 +120,8 @@ class ModelCore:
     def releasing_faults(self) -> int:
         """Those that are present and take the drivers' enable away; from now on it is away."""
         present = {name for name in ("head1", "head2") if self.get(f"{name}.flags") & 0b1110}
+        if self.get("head1.flags") & bit("head1.flags", "swallowed"):
+            present.add("swallowed")
         present |= self.lasting_faults
         if self.get("status") & bit("status", "cannot_keep_up"):
             present.add("cannot_keep_up")

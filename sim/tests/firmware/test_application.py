@@ -635,3 +635,30 @@ def test_a_dump_tells_the_temperature(running: Firmware) -> None:
     running.core.hand_over(turn())
     head = running.step(3).splitlines()[0]
     assert " separation_deg=33.000000 temperature_c=40.00 crc=" in head
+
+
+@pytest.mark.parametrize("phase", ["wait_for_index", "capture"])
+def test_a_core_that_was_reset_is_set_up_again_at_once(running: Firmware, phase: str) -> None:
+    """Its registers are those of the reset; only a firmware that looks can tell."""
+    running.turn(turn())
+    setup = {name: running.core.get(name) for name in ("ramp_rate", "output_spacing", "alarm")}
+    if phase == "wait_for_index":
+        running.core.set("head1.flags", 0)
+        running.send("rearm")
+    for name in ("control", "head1.flags", "head2.flags", *setup):
+        running.core.set(name, 0)
+    running.core.set("counts_per_rev_active", 1 << 24)
+    told = json.loads(running.step())
+    assert (told["result"], told["alarms"]) == ("alarm", ["core_reset"])
+    assert running.phase == "wait_for_index"
+    assert controls(running.core) == {
+        "compensate": False,
+        "output_enable": True,
+        "capture_enable": True,
+    }
+    assert {name: running.core.get(name) for name in setup} == setup
+    assert running.core.get("counts_per_rev_active") == COUNTS
+    assert running.step(3) == "", "told once"
+    running.core.see_index()
+    running.step()
+    assert running.turn(turn(seed=2))["result"] == "applied"

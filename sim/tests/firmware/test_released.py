@@ -21,6 +21,8 @@ def releases(running: Firmware, name: str) -> None:
         running.core.set("status", bit("status", name))
     elif name in ("head1", "head2"):
         running.core.set(f"{name}.flags", 0b0101)
+    elif name == "swallowed":
+        running.core.set("head1.flags", 0b1001 | bit("head1.flags", "swallowed"))
     else:
         running.core.lasting_faults = {name}
     running.send("telemetry on")

@@ -331,7 +331,7 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
 
 
 def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
-    """From the clock after the heal, that of the setting, to the counts in the pipeline."""
+    """From the clock after the heal on, while the counts are in the pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)
     assert {place_after_a_heal(start) for start in starts} == {0}
     # A phase that came as late as the position would be that of before, for all later turns.
