@@ -25,7 +25,7 @@ GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -114,6 +114,10 @@ formal: generate ## proofs on the netlist, each shown to fail on broken VHDL
 bench: generate ## calibration, firmware, instrument and workbench measured, each beside its peer or limit: build/bench/page.md
 	@scripts/install_ghdl_netlist.sh
 	@$(VENV)/python -m scripts.bench_page build/bench/page.md
+
+compare-lanes: generate ## our CORDIC lane beside two lanes with a table, mapped and swept: docs/cordic-comparison.md
+	@scripts/install_ghdl_netlist.sh
+	$(VENV)/python -m scripts.compare_lanes
 
 warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=full: 2²⁴ counts, half an hour)
 	@scripts/install_ghdl_netlist.sh

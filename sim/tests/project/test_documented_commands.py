@@ -47,6 +47,7 @@ ELSEWHERE = {
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
     "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
+    "compare-lanes": ("minutes; its parts there", "sim/tests/synth/test_compare_lanes.py"),
     "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
     "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),

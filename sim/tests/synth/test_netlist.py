@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import pytest
 from scripts import synth
 from scripts.netlist import (
     ROOT,
-    TimeLimitError,
     ToolError,
     find_ghdl,
     find_yosys,
@@ -123,35 +121,6 @@ def test_two_drivers_of_one_net_are_refused(tmp_path: Path) -> None:
         (tmp_path / f"{name}.vhd").write_text(text, encoding="utf-8")
     with pytest.raises(ToolError, match="conflicting drivers"):
         synthesise(write_netlist("clash", tmp_path / "made", folders=[tmp_path]), flatten=False)
-
-
-def _runs(process: str) -> bool:
-    try:
-        state = Path("/proc", process, "stat").read_text(encoding="utf-8").rpartition(")")[2]
-    except FileNotFoundError:
-        return False
-    return state.split()[0] != "Z"  # ended, and not yet waited for
-
-
-def test_at_the_limit_of_time_yosys_and_its_children_are_ended(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    yosys = tmp_path / "yosys"
-    yosys.write_text(
-        '#!/bin/sh\n[ "$1" = -V ] && echo Yosys 0.0 && exit\nsleep 60 &\necho $! > child\nwait\n',
-        encoding="utf-8",
-    )
-    yosys.chmod(0o755)
-    monkeypatch.setenv("YOSYS", str(yosys))
-    (tmp_path / "lane.v").write_text("module lane; endmodule", encoding="utf-8")
-    with pytest.raises(TimeLimitError, match=r"Yosys did not map it in 0\.025 minutes"):
-        synthesise(tmp_path / "lane.v", flatten=True, limit_s=1.5)
-    child = (tmp_path / "child").read_text(encoding="utf-8").strip()
-    for _ in range(100):
-        if not _runs(child):
-            break
-        time.sleep(0.1)
-    assert not _runs(child)
 
 
 def test_sources_of_the_core() -> None:

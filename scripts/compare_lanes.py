@@ -1,0 +1,415 @@
+"""Measures our CORDIC lane and two lanes with a table by the same tools: ``make compare-lanes``.
+
+Yosys maps the Verilog of a lane, scripts/timing_paths.py estimates its longest path, and Verilator
+runs it over a sweep of the turn. The table of results is printed and written between the marks in
+docs/cordic-comparison.md, where published operators stand as they were measured once. Needs
+Verilator, Yosys and GHDL 5 or newer; a few minutes. Exit code 2 when a tool is missing or fails.
+
+The lanes with a table are not a part of the core. The first quadrant is cut into 128 intervals; a
+table in LUTs gives a tangent to the cosine in the middle of each, by its value where the interval
+begins and its slope: cos(a + z) = cos a - z sin a. The term z**2/2, which is left out, is at most
+1.9e-5, because z is at most 2**-10 turn; half of that is taken off the table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, synthesise, write_netlist
+from scripts.resources import Design, Resources
+from scripts.timing_paths import Netlist, longest_paths
+
+Integers = NDArray[np.int64]
+
+WORK: Final = ROOT / "build" / "cordic-comparison"
+PAGE: Final = ROOT / "docs" / "cordic-comparison.md"
+BEGIN, END = "<!-- written by make compare-lanes -->\n", "<!-- end -->\n"
+AMPLITUDE: Final = 2.0**16
+"""Units of the last bit of a cosine s1.16 at 1."""
+WIDTH: Final = 18
+LARGEST_ERROR: Final = 0.01
+"""With a larger error the output is refused: it is not a cosine."""
+SWEEP_BITS: Final = 20
+SETTLING: Final = 64
+"""Clocks before the sweep."""
+LATENCIES: Final = range(48)
+TIMEOUT_S: Final = 1800
+PHASE_FRACTION: Final = 24
+FOLDED_BITS: Final = PHASE_FRACTION - 2
+ADDRESS_BITS: Final = 7
+OFFSET_BITS: Final = FOLDED_BITS - ADDRESS_BITS
+VALUE_FRACTION: Final = 20
+SLOPE_FRACTION: Final = 8
+ROWS: Final = 5
+"""Base-4 digits of the offset that the rows multiply."""
+ROWS_OFFSET_BITS: Final = 2 * ROWS
+HALF_OF_LAST_BIT: Final = 2.0**-17
+"""Of a cosine s1.16."""
+
+MAIN: Final = """
+#include <cstdint>
+#include <cstdio>
+#include "V{top}.h"
+int main() {{
+    V{top} top;
+    for (uint32_t clock = 0; clock < {clocks}u; clock++) {{
+        // Evenly over the turn; the low bits go through all values too.
+        uint32_t k = clock - {settling}u;
+        top.phase = ((k << {shift}) | (k * 2654435761u >> {low})) & 0x{mask:x}u;
+        top.clock = 0;
+        top.eval();
+        top.clock = 1;
+        top.eval();
+        int32_t cosine = top.cosine;
+        fwrite(&cosine, sizeof cosine, 1, stdout);
+    }}
+}}
+"""
+
+
+class WrongOutputError(ToolError):
+    """What a lane puts out is not the cosine of any phase before it."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a lane takes, its longest path by the estimate, its latency and its largest errors.
+
+    ``error`` is that at the angles that the lane takes; ``error_any_angle`` that of any angle,
+    which is rounded to one of them.
+    """
+
+    resources: Resources
+    path_ns: float
+    latency: int
+    error: float
+    error_any_angle: float
+
+
+def arctrue_lane() -> str:
+    """Verilog of quadrant_fold and cordic_rotation, with the rounding and sign of harmonic_lane."""
+    parts = [
+        write_netlist(entity, WORK / entity).read_text(encoding="utf-8")
+        for entity in ("quadrant_fold", "cordic_rotation")
+    ]
+    wrapper = """
+module arctrue_lane (input clock, input [23:0] phase, output reg signed [17:0] cosine);
+    wire [21:0] folded;
+    wire folded_negative;
+    wire [19:0] rotated;
+    reg [14:0] negative = 0;
+    wire [19:0] signed_bits = rotated ^ {20{negative[14]}};
+    quadrant_fold fold (
+        .clock(clock), .phase(phase), .folded(folded), .negative(folded_negative));
+    cordic_rotation rotation (.clock(clock), .folded(folded), .cosine(rotated));
+    always @(posedge clock) begin
+        negative <= {negative, folded_negative};
+        cosine <= (signed_bits >> 2) + signed_bits[1];
+    end
+endmodule
+"""
+    return "\n".join((*parts, wrapper))
+
+
+def verilog_table(
+    name: str, inputs: int, outputs: int, values: Sequence[int] | NDArray[np.int64]
+) -> str:
+    """A Verilog function of ``inputs`` bits; its values have ``outputs`` bits, two's complement.
+
+    From the end of ``values`` on it is 0.
+    """
+    mask = (1 << outputs) - 1
+    cases = "\n".join(
+        f"            {inputs}'d{index}: {name} = {outputs}'h{int(value) & mask:x};"
+        for index, value in enumerate(values)
+    )
+    return f"""
+    function [{outputs - 1}:0] {name};
+        input [{inputs - 1}:0] index;
+        case (index)
+{cases}
+            default: {name} = {outputs}'h0;
+        endcase
+    endfunction
+"""
+
+
+def table_middles() -> NDArray[np.float64]:
+    """Angle in the middle of each interval of the table, in rad of the first quadrant."""
+    index = np.arange(1 << ADDRESS_BITS)
+    middles: NDArray[np.float64] = (index + 0.5) * (math.pi / 2) / (1 << ADDRESS_BITS)
+    return middles
+
+
+def table_slopes() -> Integers:
+    """2 pi sin a, u3.8 a turn."""
+    slopes: Integers = np.round(
+        2.0 * math.pi * np.sin(table_middles()) * 2.0**SLOPE_FRACTION
+    ).astype(np.int64)
+    return slopes
+
+
+def table_values(offset_bits: int) -> Integers:
+    """The tangents to the cosine where their intervals begin, and the half that rounds, s1.20.
+
+    ``offset_bits``: bits of the offset in the interval that are multiplied; the others count as
+    their mean, half a unit of the last. Half of the largest z**2/2 is taken off.
+    """
+    middles = table_middles()
+    reach_turn = 2.0 ** (OFFSET_BITS - 1 - PHASE_FRACTION)
+    scale = 1.0 - (2.0 * math.pi * reach_turn) ** 2 / 4.0
+    first_turn = 2.0 ** (OFFSET_BITS - offset_bits - 1 - PHASE_FRACTION)
+    slope = table_slopes() / 2.0**SLOPE_FRACTION
+    begins = scale * np.cos(middles) + slope * (reach_turn - first_turn)
+    values: Integers = np.round((begins + HALF_OF_LAST_BIT) * 2.0**VALUE_FRACTION).astype(np.int64)
+    return values
+
+
+def table_product_lane() -> str:
+    """Verilog of a table in LUTs and one product in a DSP, 5 clocks."""
+    slope_bits = SLOPE_FRACTION + 4
+    product_fraction = SLOPE_FRACTION + PHASE_FRACTION
+    values = table_values(OFFSET_BITS)
+    return f"""
+module table_product_lane (input clock, input [23:0] phase, output reg signed [17:0] cosine = 0);
+{verilog_table("value_of", ADDRESS_BITS, VALUE_FRACTION + 2, values)}
+{verilog_table("slope_of", ADDRESS_BITS, slope_bits, -table_slopes())}
+    reg [4:1] negative = 0;
+    reg [{FOLDED_BITS - 1}:0] folded = 0;
+    reg signed [{VALUE_FRACTION + 1}:0] value2 = 0, value3 = 0;
+    reg signed [{slope_bits - 1}:0] slope = 0;
+    reg signed [{OFFSET_BITS}:0] offset = 0;
+    reg signed [{slope_bits + OFFSET_BITS}:0] product = 0;
+    reg signed [{product_fraction + 1}:0] sum = 0;
+    wire signed [17:0] rounded = sum[{product_fraction + 1}:{product_fraction - 16}];
+
+    always @(posedge clock) begin
+        negative <= {{negative[3:1], phase[23] ^ phase[22]}};
+        folded <= phase[{FOLDED_BITS - 1}:0] ^ {{{FOLDED_BITS}{{phase[22]}}}};
+        value2 <= value_of(folded[{FOLDED_BITS - 1}:{OFFSET_BITS}]);
+        slope <= slope_of(folded[{FOLDED_BITS - 1}:{OFFSET_BITS}]);
+        offset <= {{1'b0, folded[{OFFSET_BITS - 1}:0]}};
+        product <= slope * offset;
+        value3 <= value2;
+        sum <= (value3 <<< {product_fraction - VALUE_FRACTION}) + product;
+        cosine <= (rounded ^ {{18{{negative[4]}}}}) + {{17'd0, negative[4]}};
+    end
+endmodule
+"""
+
+
+def _row(index: int) -> str:
+    """One base-4 digit of the offset: adds 0, 1, 2 or 3 slopes to a quarter of the row before."""
+    before = f"(row{index - 1} >> 2)" if index else "0"
+    return f"""
+        row{index} <= {before} + (digits{index}[1:0] == 0 ? 0 : digits{index}[1:0] == 1 ?
+            slope{index} : digits{index}[1:0] == 2 ? slope{index} << 1 : triple{index});
+        digits{index + 1} <= digits{index} >> 2;
+        slope{index + 1} <= slope{index};
+        triple{index + 1} <= triple{index};
+        address{index + 1} <= address{index};"""
+
+
+def _row_registers(index: int) -> str:
+    slope_bits = SLOPE_FRACTION + 3
+    return f"""
+    reg [{slope_bits + 2}:0] row{index} = 0;
+    reg [{ROWS_OFFSET_BITS - 1}:0] digits{index} = 0;
+    reg [{slope_bits - 1}:0] slope{index} = 0;
+    reg [{slope_bits + 1}:0] triple{index} = 0;
+    reg [{ADDRESS_BITS - 1}:0] address{index} = 0;"""
+
+
+def table_rows_lane() -> str:
+    """Verilog of the table and the product in rows of adders, a base-4 digit each, 10 clocks."""
+    slope_bits = SLOPE_FRACTION + 3
+    # Each row but the last drops two bits.
+    product_fraction = SLOPE_FRACTION + PHASE_FRACTION - OFFSET_BITS + ROWS_OFFSET_BITS
+    zeros = VALUE_FRACTION - (product_fraction - 2 * (ROWS - 1))
+    clocks = ROWS + 4
+    last = ROWS - 1
+    return f"""
+module table_rows_lane (input clock, input [23:0] phase, output reg signed [17:0] cosine = 0);
+{verilog_table("value_of", ADDRESS_BITS, VALUE_FRACTION + 2, table_values(ROWS_OFFSET_BITS))}
+{verilog_table("slope_of", ADDRESS_BITS, slope_bits, table_slopes())}
+    reg [{clocks}:1] negative = 0;
+    reg [{FOLDED_BITS - 1}:0] folded = 0;
+    reg [{slope_bits - 1}:0] slope = 0;
+    reg [{ROWS_OFFSET_BITS - 1}:0] offset = 0;
+    reg [{ADDRESS_BITS - 1}:0] address = 0;
+    reg signed [{VALUE_FRACTION + 1}:0] value = 0, sum = 0;
+{"".join(_row_registers(index) for index in range(ROWS + 1))}
+    wire signed [17:0] rounded = sum[{VALUE_FRACTION + 1}:{VALUE_FRACTION - 16}];
+
+    always @(posedge clock) begin
+        negative <= {{negative[{clocks - 1}:1], phase[23] ^ phase[22]}};
+        folded <= phase[{FOLDED_BITS - 1}:0] ^ {{{FOLDED_BITS}{{phase[22]}}}};
+        slope <= slope_of(folded[{FOLDED_BITS - 1}:{OFFSET_BITS}]);
+        offset <= folded[{OFFSET_BITS - 1}:{OFFSET_BITS - ROWS_OFFSET_BITS}];
+        address <= folded[{FOLDED_BITS - 1}:{OFFSET_BITS}];
+        triple0 <= slope + (slope << 1);
+        slope0 <= slope;
+        digits0 <= offset;
+        address0 <= address;
+{"".join(_row(index) for index in range(ROWS))}
+        value <= value_of(address{last});
+        sum <= value - $signed({{1'b0, row{last}, {zeros}'d0}});
+        cosine <= (rounded ^ {{18{{negative[{clocks - 1}]}}}})
+            + {{17'd0, negative[{clocks - 1}]}};
+    end
+endmodule
+"""
+
+
+LANES: Final[dict[str, Callable[[], str]]] = {
+    "ArcTrue quadrant_fold + cordic_rotation": arctrue_lane,
+    "table in LUTs and a product in rows of adders": table_rows_lane,
+    "table in LUTs and a product in a DSP": table_product_lane,
+}
+
+
+def measure(make: Callable[[], str], folder: Path) -> Measured:
+    """Map a lane and run it, in an empty folder. Raises ToolError."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    source = folder / f"{make.__name__}.v"
+    source.write_text(make(), encoding="utf-8")
+    mapped = synthesise(source, flatten=True)
+    design = Netlist.read(mapped, source.stem)
+    paths = longest_paths(design, design.reached())
+    used = Design.read(mapped).total(source.stem)
+    return Measured(used, max(path.delay_ns for path in paths), *latency_and_errors(sweep(source)))
+
+
+def _run_tool(command: Sequence[str | Path], folder: Path) -> bytes:
+    """What a tool wrote to its standard output. Raises ToolError when it fails."""
+    try:
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, check=False, timeout=TIMEOUT_S
+        )
+    except FileNotFoundError as error:
+        raise ToolError(f"{command[0]} is missing ({error})") from None
+    except subprocess.TimeoutExpired:
+        raise ToolError(f"{command[0]} took more than {TIMEOUT_S} s in {folder}") from None
+    if done.returncode:
+        end = (done.stdout + done.stderr).decode(errors="replace").splitlines()[-12:]
+        raise ToolError(f"{command[0]} failed in {folder}:\n" + "\n".join(end))
+    return done.stdout
+
+
+def verilator_version() -> str:
+    """Version of Verilator. Raises ToolError when it is missing."""
+    return _run_tool(["verilator", "--version"], ROOT).decode().split()[1]
+
+
+def _phases() -> Integers:
+    """Of the sweep, 2**20 evenly over the turn, u0.24 turn; the low bits go through all values."""
+    k = np.arange(1 << SWEEP_BITS, dtype=np.int64)
+    shift = PHASE_FRACTION - SWEEP_BITS
+    phases: Integers = (k << shift) | (((k * 2654435761) & 0xFFFFFFFF) >> (32 - shift))
+    return phases
+
+
+def sweep(source: Path) -> Integers:
+    """Outputs of a lane at all clocks, from that of the first phase on. Raises ToolError."""
+    shift = PHASE_FRACTION - SWEEP_BITS
+    text = MAIN.format(
+        top=source.stem,
+        clocks=(1 << SWEEP_BITS) + LATENCIES.stop + SETTLING,
+        settling=SETTLING,
+        shift=shift,
+        low=32 - shift,
+        mask=(1 << PHASE_FRACTION) - 1,
+    )
+    (source.parent / "main.cpp").write_text(text, encoding="utf-8")
+    command = ["verilator", "--cc", "--exe", "--build", "-Wno-fatal", "-Wno-lint", "-O3"]
+    _run_tool([*command, "--top-module", source.stem, source.name, "main.cpp"], source.parent)
+    output = _run_tool([source.parent / "obj_dir" / f"V{source.stem}"], source.parent)
+    raw = np.frombuffer(output, dtype=np.int32)[SETTLING:].astype(np.int64)
+    half = 1 << (WIDTH - 1)
+    signed: Integers = ((raw + half) & (2 * half - 1)) - half
+    return signed
+
+
+def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
+    """Latency in clocks, and the largest errors of the sweep, of a cosine of size 1.
+
+    The errors are |cosine - exact| at the lane's own angles, and at those half of its last bit
+    to each side. The latency is the delay at which the outputs fit the phases; raises
+    WrongOutputError when none does.
+    """
+    phases = _phases()
+    errors = {
+        delay: _largest_error(outputs[delay : delay + phases.size], phases) for delay in LATENCIES
+    }
+    delay = min(errors, key=lambda key: errors[key])
+    if errors[delay] > LARGEST_ERROR:
+        raise WrongOutputError(f"no cosine comes out (off by {errors[delay]:.3g})")
+    cosines = outputs[delay : delay + phases.size]
+    any_angle = max(_largest_error(cosines, phases + side) for side in (-0.5, 0.0, 0.5))
+    # An output read after the edge that takes a phase in has been through one register.
+    return delay + 1, errors[delay], any_angle
+
+
+def _largest_error(cosines: Integers, phases: NDArray[np.float64] | Integers) -> float:
+    exact = np.cos(2.0 * np.pi * phases / 2.0**PHASE_FRACTION)
+    return float(np.abs(cosines / AMPLITUDE - exact).max())
+
+
+def table_of(measured: dict[str, Measured]) -> str:
+    """The table of the page, with the versions of the tools, in Markdown."""
+    lines = [
+        f"{find_ghdl()[1]}, {find_yosys()[1]} (`synth_xilinx -family xc7 -flatten`), Verilator "
+        f"{verilator_version()}.",
+        "",
+        "| lane | LUT | FF | CARRY4 | DSP | RAMB36 | clocks | longest path, ns | largest error | "
+        "at any angle |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for name, found in measured.items():
+        used = found.resources
+        lines.append(
+            f"| {name} | {used.lut} | {used.ff} | {used.carry4} | {used.dsp} | {used.ramb36:g} | "
+            f"{found.latency} | {found.path_ns:.1f} | {found.error:.2e} | "
+            f"{found.error_any_angle:.2e} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--page", type=Path, default=PAGE, help="page with the marks")
+    page: Path = parser.parse_args(arguments).page
+    try:
+        text = page.read_text(encoding="utf-8")
+        if BEGIN not in text or END not in text:
+            raise ToolError(f"{page} has no lines {BEGIN.strip()} and {END.strip()}")
+        table = table_of(
+            {name: measure(make, WORK / make.__name__) for name, make in LANES.items()}
+        )
+    except (ToolError, OSError) as error:
+        print(f"compare_lanes: {error}", file=sys.stderr)
+        return 2
+    print(table)
+    before, _, rest = text.partition(BEGIN)
+    after = rest.partition(END)[2]
+    page.write_text(f"{before}{BEGIN}{table}{END}{after}", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
