@@ -357,7 +357,9 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     if errors[delay] > LARGEST_ERROR:
         raise WrongOutputError(f"no cosine comes out (off by {errors[delay]:.3g})")
     cosines = outputs[delay : delay + phases.size]
-    any_angle = max(_largest_error(cosines, phases.astype(np.float64) + side) for side in (-0.5, 0.0, 0.5))
+    any_angle = max(
+        _largest_error(cosines, phases.astype(np.float64) + side) for side in (-0.5, 0.0, 0.5)
+    )
     # An output read after the edge that takes a phase in has been through one register.
     return delay + 1, errors[delay], any_angle
 

@@ -35,7 +35,7 @@ def take(page: Page, address: str) -> None:
     """From the first page to the picture."""
     page.goto(address)
     page.get_by_label("Measured").select_option("short")
-    page.get_by_label("Seed").fill(str(SEED))
+    page.get_by_label("Seed", exact=True).fill(str(SEED))
     page.get_by_role("button", name="Generate").click()
     all_drawn(page)
     page.evaluate("document.getElementById('finding').scrollIntoView()")

@@ -156,6 +156,7 @@ static void work(void) {
         console_receive(&firmware.console, character);
     }
     console_step(&firmware.console);
+    uart_send(&upper.output, "", 0);
 }
 
 /* A core that does not hear of it for as long as a hang takes raises an alarm of its own. */
@@ -169,7 +170,8 @@ static void tell_alive(void) {
 
 static bool work_waits(void) {
     return firmware.core_interrupted || uart_waits(&firmware.uart) ||
-           application_busy(&firmware.application) || console_busy(&firmware.console);
+           application_busy(&firmware.application) || console_busy(&firmware.console) ||
+           uart_is_sending(&upper.output);
 }
 
 static void tell_settings(const struct text_sink *sink) {

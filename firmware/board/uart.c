@@ -84,6 +84,10 @@ bool uart_take(struct uart *uart, uint8_t *character) {
     return true;
 }
 
+bool uart_is_sending(const struct uart_output *output) {
+    return output->written != output->sent;
+}
+
 size_t uart_room(const struct uart_output *output) {
     return UART_OUTPUT_RING - (output->written - output->sent);
 }

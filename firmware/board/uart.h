@@ -42,6 +42,8 @@ void uart_set_up(struct uart *uart);
 void uart_interrupt(struct uart *uart);
 bool uart_waits(const struct uart *uart);
 bool uart_take(struct uart *uart, uint8_t *character);
+/* Characters wait in the ring: the main program does not sleep meanwhile. */
+bool uart_is_sending(const struct uart_output *output);
 /* Characters that uart_send() takes without waiting. */
 size_t uart_room(const struct uart_output *output);
 /* Waits while the ring is full. */

@@ -28,10 +28,10 @@ def unpacked(path: Path) -> Iterator[Path]:
     Raises MeasurementError for a damaged file, and as soon as more than the limit has come out.
     """
     with tempfile.TemporaryDirectory() as folder:
-        inside = Path(folder) / (path.stem or path.name)
+        unfinished = Path(folder) / (path.stem or path.name)
         size = 0
         try:
-            with gzip.open(path) as packed, inside.open("wb") as file:
+            with gzip.open(path) as packed, unfinished.open("wb") as file:
                 while block := packed.read(_BLOCK):
                     # The size that stands in the file is not believed.
                     size += len(block)
@@ -39,4 +39,4 @@ def unpacked(path: Path) -> Iterator[Path]:
                     file.write(block)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
             raise MeasurementError("format", path, f"cannot be unpacked: {error}") from error
-        yield inside
+        yield unfinished

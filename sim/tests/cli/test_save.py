@@ -18,6 +18,7 @@ from arctrue.device import console
 
 RECORDS = 0xF0_0000
 APART = 0x4_0000
+SECTORS = 4
 
 
 class DeviceWithFlash(Device):
@@ -31,7 +32,7 @@ class DeviceWithFlash(Device):
         self.kept: list[Any] = [ffi.new("struct flash *"), ffi.new("struct save *")]
         library.flash_prepare(self.kept[0], self.controller.access)
         access = ffi.new("struct flash_access *", library.flash_access_to(self.kept[0]))
-        library.save_prepare(self.kept[1], access, RECORDS, APART)
+        library.save_prepare(self.kept[1], access, RECORDS, SECTORS * APART)
         library.application_use_flash(made.application, self.kept[1])
 
     def tell(self, said: str) -> None:
@@ -62,7 +63,8 @@ def test_a_device_saves_and_says_what(device: DeviceWithFlash) -> None:
 
 
 def test_a_flash_that_is_protected(device: DeviceWithFlash) -> None:
-    device.chip.content[RECORDS] = 0
+    for sector in range(SECTORS):
+        device.chip.content[RECORDS + sector * APART] = 0
     device.chip.fault = "protected"
     done = CliRunner().invoke(main, ["save", device.port])
     assert done.exit_code == 1

@@ -17,7 +17,7 @@ import serial
 
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.exclusive_port import other_users
-from arctrue.device.load import send_coefficients, wait_until_judged
+from arctrue.device.load import SentSet, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficients import Coefficients
 
 PATIENCE_S = 20.0
@@ -53,7 +53,7 @@ class Device(threading.Thread):
 def firmware_like(line: str) -> tuple[float, str]:
     """What the console says to a line that it does not know, and ok to all others."""
     if line == "load status":
-        return 0.0, "load active\r\nok\r\n"
+        return 0.0, "load active\r\nloaded_order 3\r\nok\r\n"
     if line.startswith(("load", "help")):
         return 0.0, "ok\r\n"
     return 0.0, f"error: no such command, try help: {line}\r\n"
@@ -155,7 +155,7 @@ def test_what_another_program_has_asked_for_is_left_out(device: Device) -> None:
     time.sleep(0.1)
     console = Console(device.port, timeout_s=0.1)
     os.write(device.near, b"ok\r\n")
-    assert console.command("load status", PATIENCE_S) == ["load active"]
+    assert console.command("load status", PATIENCE_S) == ["load active", "loaded_order 3"]
     console.close()
 
 
@@ -173,8 +173,8 @@ def test_a_load_whose_first_answer_is_late_ends_well(
     monkeypatch.setattr(Console.command, "__defaults__", (0.5,))
     console = Console(device.port, timeout_s=0.1)
     coefficients = Coefficients.from_harmonics([3], [10.0], [0.5], 1 << 20, 4)
-    send_coefficients(console, coefficients, lambda *_: None)
-    wait_until_judged(console, PATIENCE_S)
+    sent = send_coefficients(console, coefficients, lambda *_: None)
+    wait_until_judged(console, sent, PATIENCE_S)
     console.close()
 
 
@@ -185,5 +185,5 @@ def test_an_answer_that_is_none_is_told(device: Device) -> None:
     device.answer = other
     console = Console(device.port, timeout_s=0.1)
     with pytest.raises(ConsoleError, match="expected one"):
-        wait_until_judged(console, PATIENCE_S)
+        wait_until_judged(console, SentSet(0, ()), PATIENCE_S)
     console.close()

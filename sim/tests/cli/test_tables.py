@@ -21,6 +21,7 @@ from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import simulate_set
+from arctrue.workbench.model.model import HistoryStep
 
 FOLDER = Path(arctrue.cli.__path__[0])
 OF_A_TABLE = re.compile(r"^[│┃├┏└┡┌]")
@@ -176,7 +177,7 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
         printed(monkeypatch, hidden._print_followed, {"the way of the firmware": [warm] * 4})
     )
 
-    step = SimpleNamespace(
+    step = HistoryStep(
         action="add",
         effect="thermal_eccentricity_and_more",
         rms_arcsec={"reference": 1234.5678},

@@ -107,7 +107,7 @@ def test_a_bad_upload_says_why_beside_it(
     # Nothing of the server's own folders is told, and nothing of the try stays.
     assert str(tmp_path / "state") not in html
     assert list((tmp_path / "state").iterdir()) == []
-    assert not list(tmp_path.parent.glob("evil*"))
+    assert not list(tmp_path.parent.glob("evil.csv*"))
 
 
 def test_objects_in_a_numpy_file_are_not_made(client: FlaskClient) -> None:

@@ -17,7 +17,7 @@ CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-
 LAYERS, LAYERS_OF_WORKBENCH = (
     [[name.strip().removeprefix("arctrue.") for name in layer.split("|")] for layer in found]
     for found in (
-        contract["layers"] for contract in CONFIGURATION["tool"]["importlinter"]["contracts"]
+        contract["layers"] for contract in CONFIGURATION["tool"]["importlinter"]["contracts"][:2]
     )
 )
 

@@ -10,7 +10,7 @@ import pytest
 from arctrue.instrument import EdgeTrack, InstrumentError
 from arctrue.instrument.turn_score import BINS, TurnScore, score_turn, score_turns
 from arctrue.studies.scenario.course import Leg
-from arctrue.studies.scenario.scenario import NamedEffect, Scale, Scenario, TableErrors
+from arctrue.studies.scenario.scenario import Scale, Scenario, ScenarioCause, TableErrors
 from arctrue.studies.scenario.seen import seen_by_reference
 from arctrue.table import RotaryTable, TableState, two_heads
 from arctrue.table.cause import Cause
@@ -151,9 +151,9 @@ def test_a_part_of_a_turn_has_no_orders() -> None:
 
 
 def _scenario(*causes: Cause) -> Scenario:
-    effects = tuple(NamedEffect("", cause, reference_only=True) for cause in causes)
+    named = tuple(ScenarioCause("", cause, reference_only=True) for cause in causes)
     legs = (Leg(turns=2, speed_rad_s=SPEED_RAD_S),)
-    return Scenario("", "", Scale(), TableErrors(), legs, effects=effects)
+    return Scenario("", "", Scale(), TableErrors(), legs, causes=named)
 
 
 def _wave(amplitude_arcsec: float, order: int) -> TurnScore:
