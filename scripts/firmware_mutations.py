@@ -71,7 +71,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a save before the first turn drops the coefficients that wait for it",
         "firmware/application/application.c",
         "    if (!of_this_table) {\n",
-        "    if (!application->has_active) {\n",
+        "    if (!of_this_table || !application->has_active) {\n",
         f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
     ),
     Mutation(
