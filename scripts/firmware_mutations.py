@@ -183,7 +183,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a save before the first turn drops the coefficients that wait for it",
         "firmware/application/application.c",
         "    if (!of_this_table) {\n",
-        "    if (!application->has_active) {\n",
+        "    if (!of_this_table || !application->has_active) {\n",
         f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
     ),
     Mutation(
@@ -365,10 +365,10 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     ),
     Mutation(
         "steepness_at_t0_only",
-        "a file is checked at the lowest temperature of its range alone",
+        "a file is checked in the middle of its range alone",
         "firmware/application/thermal.c",
-        "step <= RANGE_STEPS; step++",
-        "step < 1; step++",
+        "uint32_t step = 0; step <= RANGE_STEPS; step++",
+        "uint32_t step = RANGE_STEPS / 2; step <= RANGE_STEPS / 2; step++",
         f"{_TESTS}/test_steepness.py::test_a_slope_that_becomes_too_steep_is_refused_everywhere",
     ),
     Mutation(

@@ -138,8 +138,9 @@ class Rig:
         """The frames of ``arctrue load --force``, and the turn that judges them.
 
         The calibration goes on. Forced, because a table that warms within the turn hides small
-        orders: only those that the turn can judge are judged. Raises InstrumentError where the
-        firmware refuses them.
+        orders: only those that the turn can judge are judged.
+
+        Raises InstrumentError where the firmware refuses them.
         """
         firmware = self.instrument.firmware
         for frame in load_frames(coefficients, force=True):
