@@ -364,7 +364,7 @@ def latency_and_errors(outputs: Integers) -> tuple[int, float, float]:
     return delay + 1, errors[delay], any_angle
 
 
-def _largest_error(cosines: Integers, phases: NDArray[np.float64] | Integers) -> float:
+def _largest_error(cosines: Integers, phases: NDArray[np.floating] | Integers) -> float:
     exact = np.cos(2.0 * np.pi * phases / 2.0**PHASE_FRACTION)
     return float(np.abs(cosines / AMPLITUDE - exact).max())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -273,3 +273,18 @@ def write_json(path: Path | None, data: dict[str, Any]) -> None:
     """Write JSON if a path is given; what is not a finite number becomes null."""
     if path is not None:
         write_whole_text(path, json.dumps(plain(data), indent=1, ensure_ascii=False) + "\n")
+
+
+def write_page(
+    found: Mapping[str, Any],
+    page: Path | None,
+    words: Callable[[Any], str],
+    out: Path | None,
+    plot: Callable[[Any, Path], Path],
+) -> None:
+    """Write the page and the picture of a study, those that a place was given for, and say so."""
+    if page is not None:
+        write_whole_text(page, words(found))
+        console.print(f"wrote {page}", soft_wrap=True)
+    if out is not None:
+        console.print(f"wrote {plot(found, out)}", soft_wrap=True)

@@ -10,9 +10,8 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table
-from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
-from arctrue.whole_file import write_whole_text
 
 
 @click.command(short_help="Choose the angle between two heads for given orders.")
@@ -69,8 +68,4 @@ def alpha(
     if page_file is not None or out is not None:
         from arctrue.report.alpha_page import alpha_page, plot_alpha
 
-        if page_file is not None:
-            write_whole_text(page_file, alpha_page(found))
-            console.print(f"wrote {page_file}", soft_wrap=True)
-        if out is not None:
-            console.print(f"wrote {plot_alpha(found, out)}", soft_wrap=True)
+        write_page(found, page_file, alpha_page, out, plot_alpha)

@@ -14,11 +14,10 @@ from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
 from arctrue.studies.error_budget import DRAWS
 from arctrue.typed_content import ContentError, read_json
-from arctrue.whole_file import write_whole_text
 
 
 @click.command("error-sources", short_help="Budget of the calibration, source by source.")
@@ -94,11 +93,7 @@ def error_sources(
             soft_wrap=True,
         )
     write_json(json_file, found)
-    if page_file is not None:
-        write_whole_text(page_file, error_budget_page(found))
-        console.print(f"wrote {page_file}", soft_wrap=True)
-    if out is not None:
-        console.print(f"wrote {plot_error_budget(found, out)}", soft_wrap=True)
+    write_page(found, page_file, error_budget_page, out, plot_error_budget)
 
 
 def _stored(source: Path) -> dict[str, Any]:

@@ -11,9 +11,8 @@ from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
-from arctrue.whole_file import write_whole_text
 
 LEAST_TURNS = 30
 """With fewer, what the model is learned from tells nothing of the temperature."""
@@ -75,8 +74,4 @@ def long_run(
     if page_file is not None or out is not None:
         from arctrue.report.long_run_page import long_run_page, plot_long_run
 
-        if page_file is not None:
-            write_whole_text(page_file, long_run_page(found))
-            console.print(f"wrote {page_file}", soft_wrap=True)
-        if out is not None:
-            console.print(f"wrote {plot_long_run(found, out)}", soft_wrap=True)
+        write_page(found, page_file, long_run_page, out, plot_long_run)

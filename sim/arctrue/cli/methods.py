@@ -13,8 +13,7 @@ from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
-from arctrue.whole_file import write_whole_text
+from arctrue.cli._workbench import console, for_people, write_json, write_page
 
 LEAST_MINUTES = 8.0
 """Five cycles of the polygon: with fewer its positions do not reach all faces."""
@@ -51,11 +50,7 @@ def methods(
     if page_file is not None or out is not None:
         from arctrue.report.methods_page import methods_page, plot_methods
 
-        if page_file is not None:
-            write_whole_text(page_file, methods_page(found))
-            console.print(f"wrote {page_file}", soft_wrap=True)
-        if out is not None:
-            console.print(f"wrote {plot_methods(found, out)}", soft_wrap=True)
+        write_page(found, page_file, methods_page, out, plot_methods)
 
 
 def _print(found: dict[str, Any]) -> None:

@@ -12,9 +12,8 @@ from arctrue.cli._options import json_option, page_option
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._tables import number, table, words
-from arctrue.cli._workbench import console, for_people, write_json
+from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
-from arctrue.whole_file import write_whole_text
 
 
 @click.command("stop-and-go", short_help="The paper's ten cycles by a simulated servo.")
@@ -63,8 +62,4 @@ def stop_and_go(
     if page_file is not None or out is not None:
         from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
 
-        if page_file is not None:
-            write_whole_text(page_file, stop_and_go_page(found))
-            console.print(f"wrote {page_file}", soft_wrap=True)
-        if out is not None:
-            console.print(f"wrote {plot_stop_and_go(found, out)}", soft_wrap=True)
+        write_page(found, page_file, stop_and_go_page, out, plot_stop_and_go)

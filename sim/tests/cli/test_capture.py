@@ -15,7 +15,6 @@ from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware
 
 from arctrue.cli import main
-from arctrue.device import console
 from arctrue.device.dump import read_head, read_row
 from arctrue.measurement import read_measurement_set
 
@@ -54,14 +53,9 @@ class SampledFromOutside(Device):
 
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[NoisyLine]:
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     made = NoisyLine()
-    made.start()
-    yield made
-    made.ended = True
-    made.join(PATIENCE_S)
-    assert not made.is_alive()
+    with made.running(monkeypatch):
+        yield made
 
 
 def test_changed_and_lost_rows_are_asked_for_again(device: NoisyLine, tmp_path: Path) -> None:

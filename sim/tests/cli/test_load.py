@@ -11,10 +11,8 @@ import pytest
 from click.testing import CliRunner, Result
 from sim.tests.cli.test_monitor import Device
 from sim.tests.firmware.emulator import PATIENCE_S
-from sim.tests.firmware.library import firmware
 
 from arctrue.cli import main
-from arctrue.device import console
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 
@@ -35,14 +33,9 @@ class SpoilingDevice(Device):
 
 @pytest.fixture(params=[Device, SpoilingDevice])
 def device(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     made: Device = request.param()
-    made.start()
-    yield made
-    made.ended = True
-    made.join(PATIENCE_S)
-    assert not made.is_alive()
+    with made.running(monkeypatch):
+        yield made
 
 
 def file_of(

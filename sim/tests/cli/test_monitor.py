@@ -11,6 +11,7 @@ import threading
 import time
 import tty
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,18 @@ ANGLES = COUNTS * (2 * np.pi / (1 << 24))
 
 class Device(threading.Thread):
     """The firmware over a model of the core, which hands over a turn as soon as it may."""
+
+    @contextmanager
+    def running(self, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+        """Answer until the test ends."""
+        # Compiled, where it must be, before anybody waits for an answer.
+        firmware()
+        monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
+        self.start()
+        yield
+        self.ended = True
+        self.join(PATIENCE_S)
+        assert not self.is_alive()
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
@@ -87,16 +100,10 @@ class Device(threading.Thread):
 
 @pytest.fixture(params=[False, True], ids=["without a sensor", "with a sensor"])
 def device(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
-    # Compiled, where it must be, before anybody waits for an answer.
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     made = Device()
     made.with_sensor = request.param
-    made.start()
-    yield made
-    made.ended = True
-    made.join(PATIENCE_S)
-    assert not made.is_alive()
+    with made.running(monkeypatch):
+        yield made
 
 
 def test_a_capture_becomes_a_measurement_set(device: Device, tmp_path: Path) -> None:
@@ -209,7 +216,7 @@ def test_a_further_capture_is_what_was_asked_for_or_refused(device: Device, tmp_
 
 
 def test_a_port_that_is_not_there(tmp_path: Path) -> None:
-    for command in ("monitor", "capture"):
+    for command in ("monitor", "capture", "probe", "save"):
         arguments = [str(tmp_path / "none"), *([str(tmp_path)] if command == "capture" else [])]
         done = CliRunner().invoke(main, [command, *arguments])
         assert done.exit_code == 2

@@ -7,15 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
-
-from arctrue.cli import main
+from sim.tests.command_line import arctrue
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "hysteresis.toml"
-
-
-def arctrue(*words: str | Path) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 @pytest.fixture

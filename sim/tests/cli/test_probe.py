@@ -52,15 +52,10 @@ class ProbedDevice(Device):
 
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[ProbedDevice]:
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     monkeypatch.setattr(probe, "LOOK_S", 0.0)
     made = ProbedDevice()
-    made.start()
-    yield made
-    made.ended = True
-    made.join(PATIENCE_S)
-    assert not made.is_alive()
+    with made.running(monkeypatch):
+        yield made
 
 
 def test_each_edge_is_told_and_those_that_were_missed(device: ProbedDevice, tmp_path: Path) -> None:
@@ -122,9 +117,3 @@ def test_a_file_of_another_kind_is_refused() -> None:
     done = CliRunner().invoke(main, ["probe", "/dev/null", "--csv", "edges.txt"])
     assert done.exit_code == 2
     assert "expected a name that ends in .csv" in done.output
-
-
-def test_no_device() -> None:
-    done = CliRunner().invoke(main, ["probe", "/dev/no-such-port"])
-    assert done.exit_code == 2
-    assert "cannot be opened" in done.output

@@ -14,7 +14,6 @@ from sim.tests.firmware.library import firmware
 from sim.tests.firmware.model_core import Firmware
 
 from arctrue.cli import main
-from arctrue.device import console
 
 RECORDS = 0xF0_0000
 APART = 0x4_0000
@@ -42,16 +41,11 @@ class DeviceWithFlash(Device):
 
 @pytest.fixture
 def device(monkeypatch: pytest.MonkeyPatch) -> Iterator[DeviceWithFlash]:
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     monkeypatch.setattr("arctrue.device.save.SAVE_S", PATIENCE_S)
     made = DeviceWithFlash()
     made.chip = Chip()
-    made.start()
-    yield made
-    made.ended = True
-    made.join(PATIENCE_S)
-    assert not made.is_alive()
+    with made.running(monkeypatch):
+        yield made
 
 
 def test_a_device_saves_and_says_what(device: DeviceWithFlash) -> None:
@@ -69,9 +63,3 @@ def test_a_flash_that_is_protected(device: DeviceWithFlash) -> None:
     done = CliRunner().invoke(main, ["save", device.port])
     assert done.exit_code == 1
     assert "flash_not_erased: the flash was not erased; is it protected?" in done.output
-
-
-def test_no_device() -> None:
-    done = CliRunner().invoke(main, ["save", "/dev/no-such-port"])
-    assert done.exit_code == 2
-    assert "cannot be opened" in done.output

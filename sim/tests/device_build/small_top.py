@@ -7,9 +7,6 @@ from pathlib import Path
 from scripts.bitstream_job import Top
 from scripts.netlist import (
     SOURCE_FOLDERS,
-    ToolError,
-    find_ghdl,
-    find_yosys,
     synthesise,
     write_netlist,
 )
@@ -135,12 +132,3 @@ def netlist_of_small_top(folder: Path) -> Path:
     (source / f"{SMALL_TOP.name}.vhd").write_text(VHDL, encoding="utf-8")
     verilog = write_netlist(SMALL_TOP.name, folder / "made", folders=[*SOURCE_FOLDERS, source])
     return synthesise(verilog, flatten=True, for_nextpnr=True)
-
-
-def tools_missing() -> str:
-    try:
-        find_ghdl()
-        find_yosys()
-    except ToolError as error:
-        return str(error)
-    return ""

@@ -11,10 +11,13 @@ import pytest
 from scripts import bitstream
 from scripts.bitstream_job import TOPS, Top
 from scripts.bitstream_open import check_contents, check_primitives
-from scripts.netlist import ROOT, ToolError, find_yosys, write_netlist
+from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, write_netlist
 from scripts.resources import Design
 from sim.tests.device_build.fake_tools import FASM2FRAMES, NEXTPNR, PART, Bench
-from sim.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top, tools_missing
+from sim.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top
+from sim.tests.synth.tools import tools_missing
+
+MISSING = tools_missing(find_ghdl, find_yosys)
 
 
 @pytest.fixture
@@ -301,7 +304,7 @@ def test_the_makefile_hands_its_variables_on() -> None:
     }
 
 
-@pytest.mark.skipif(bool(tools_missing()), reason=tools_missing())
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
 def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
     """PS7 and one BUFG with the ports of the primitives, pads, no latch, nothing unplaceable."""
     netlist = netlist_of_small_top(tmp_path)
@@ -331,7 +334,7 @@ def test_the_real_netlist_holds_the_processor(tmp_path: Path) -> None:
     assert ps7["MAXIGP0BVALID"][0] not in ("0", "1", "x")
 
 
-@pytest.mark.skipif(bool(tools_missing()), reason=tools_missing())
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
 @pytest.mark.parametrize("top", TOPS.values(), ids=TOPS)
 def test_yosys_reads_the_netlist_of_every_top(tmp_path: Path, top: Top) -> None:
     """An instance that was named like a word of Verilog once stopped one of them."""

@@ -27,16 +27,16 @@ from scripts.bitstream_stimulus import BASE
 from scripts.bitstream_tristates import add_straight_enables
 from scripts.bitstream_verify import BITREAD, Design, decode, faults_of
 from scripts.fasm_frames import frames_of
-from scripts.netlist import ToolError, synthesise, write_netlist
+from scripts.netlist import ToolError, find_ghdl, find_yosys, synthesise, write_netlist
 from sim.tests.device_build.fake_tools import PART
 from sim.tests.device_build.small_top import (
     PINS,
     SMALL_TOP,
     netlist_of_small_top,
-    tools_missing,
 )
+from sim.tests.synth.tools import tools_missing
 
-MISSING = tools_missing() or (
+MISSING = tools_missing(find_ghdl, find_yosys) or (
     "" if bitstream_open.UNPACKED.exists() else "needs scripts/install_place_and_route.sh"
 )
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)

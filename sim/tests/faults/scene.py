@@ -135,9 +135,7 @@ class Scene:
         self.record()
         self.turn(1.0)
         self._zeros = zeros_of(self.instrument)
-        clean = self.compare()
-        assert clean.most < self.clean_bound
-        assert clean.illegal == 0
+        self.is_clean()
         assert not self.faults()
 
     # Time
@@ -211,9 +209,7 @@ class Scene:
             self._zeros = replace(self._zeros, corrected=now.corrected - slip)
         self.record()
         self.turn(1.0)
-        clean = self.compare()
-        assert clean.most < self.clean_bound
-        assert clean.illegal == 0
+        self.is_clean()
         assert not self.faults()
 
     def knows_the_separation(self) -> None:
@@ -266,6 +262,12 @@ class Scene:
     def compare(self, *, slips: bool = True) -> Comparison:
         """Judge every edge since then; without ``slips`` none is looked for, nor taken off."""
         return compare(self.instrument, self._zeros, slips)
+
+    def is_clean(self) -> None:
+        """Every edge of the output since then stayed within the bound, and none was illegal."""
+        found = self.compare()
+        assert found.most < self.clean_bound
+        assert found.illegal == 0
 
     # Bounds, in counts; docs/faults.md names them
 

@@ -26,9 +26,7 @@ def test_head_2_dead(scene: Scene, level: str) -> None:
     assert "refused" in results <= {"refused", "alarm"}
     assert scene.told["reason"] == "stands_still"
     assert scene.bank() == before
-    during = scene.compare()
-    assert during.most < scene.clean_bound
-    assert during.illegal == 0
+    scene.is_clean()
     scene.turn(1.0)
     scene.recovers()
     # Its zero is lost by what it missed. That is told, and the zero is followed.

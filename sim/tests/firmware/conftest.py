@@ -1,7 +1,8 @@
-"""An assertion of a model that the firmware's C calls fails the test.
+"""What the tests of this folder share: a firmware that runs, and a mark.
 
-cffi cannot raise through C: it reports the exception and returns 0. Without this the assertions in
-the models would be read by nobody.
+An assertion of a model that the firmware's C calls fails the test. cffi cannot raise through C: it
+reports the exception and returns 0. Without the mark the assertions in the models would be read by
+nobody.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from sim.tests.firmware.model_core import Firmware, ModelCore
 
 HERE = Path(__file__).parent
 
@@ -19,3 +21,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if HERE in item.path.parents:
             item.add_marker(mark)
+
+
+@pytest.fixture
+def running() -> Firmware:
+    """The firmware after its start, head 1's index seen."""
+    made = Firmware(ModelCore())
+    made.library.application_start(made.application)
+    made.core.see_index()
+    made.step()
+    return made

@@ -19,15 +19,6 @@ from sim.tests.firmware.test_application import turn
 COMMANDS = ("help", "status", "version", "show harmonics", "show parameters", "dump", "freeze on")
 
 
-@pytest.fixture
-def running() -> Firmware:
-    made = Firmware(ModelCore())
-    made.library.application_start(made.application)
-    made.core.see_index()
-    made.step()
-    return made
-
-
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_answers(running: Firmware, command: str) -> None:
     answer = running.send(command)

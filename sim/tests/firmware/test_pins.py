@@ -13,15 +13,6 @@ TURN = 1 << 24
 MODES = {"equal_times": 0, "equal_angles": 1, "sync_in": 2}
 
 
-@pytest.fixture
-def running() -> Firmware:
-    made = Firmware(ModelCore())
-    made.library.application_start(made.application)
-    made.core.see_index()
-    made.step()
-    return made
-
-
 def capture_mode(core: ModelCore) -> int:
     return core.get("control") >> 3 & 3
 

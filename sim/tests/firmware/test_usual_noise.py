@@ -6,22 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sim.tests.firmware.model_core import Firmware, ModelCore
+from sim.tests.firmware.model_core import Firmware
 from sim.tests.firmware.test_application import turn
 
 NOISE_ARCSEC = 0.2
 NOISY = 5.0
 """Times the usual noise; the limit is 3."""
 NOISY_TURNS_MOST = 5
-
-
-@pytest.fixture
-def running() -> Firmware:
-    made = Firmware(ModelCore())
-    made.library.application_start(made.application)
-    made.core.see_index()
-    made.step()
-    return made
 
 
 def reason(running: Firmware, seed: int, noise: float) -> Any:

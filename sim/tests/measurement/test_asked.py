@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from sim.tests.command_line import arctrue as run
 
-from arctrue.cli import main
 from arctrue.cli._guide import commands
 from arctrue.measurement import Capture, MeasurementSet, Reference, read_measurement_set
 from arctrue.measurement import write_measurement_set as write
@@ -143,10 +142,6 @@ def test_a_set_without_the_part_is_refused(plain: MeasurementSet) -> None:
         at_the_table("speed", replace(plain, capture=None))
     with pytest.raises(ValueError, match="no measurement is called"):
         at_the_table("faster", plain)
-
-
-def run(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def test_join_takes_what_was_asked_for_and_refuses_the_rest(tmp_path: Path) -> None:

@@ -17,10 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from sim.tests.command_line import arctrue as _run
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
-from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
 from arctrue.metrology.controllers import FORMATS
@@ -144,10 +143,6 @@ def test_limits_of_the_controllers() -> None:
     text = FORMATS["linuxcnc"].text(_correction(), 255, "")
     assert len(text.splitlines()) == 256, "the controller holds 256 triplets a joint"
     assert len(FORMATS["moteus"].text(_correction(), 32, "").splitlines()) == 32
-
-
-def _run(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 def test_a_set_with_a_reference_alone_gives_every_table(tmp_path: Path) -> None:

@@ -20,18 +20,10 @@ from scripts.formal import (
 )
 from scripts.formal_proofs import PROOFS, Break, Proof
 from scripts.netlist import ROOT, ToolError, find_ghdl
+from sim.tests.synth.tools import tools_missing
 
-
-def tools_missing() -> str:
-    try:
-        find_ghdl()
-        find_sby()
-    except ToolError as error:
-        return str(error)
-    return ""
-
-
-needs_tools = pytest.mark.skipif(bool(tools_missing()), reason=tools_missing())
+MISSING = tools_missing(find_ghdl, find_sby)
+needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 QUICK = [proof for proof in PROOFS if proof.quick]
 OUTPUT = next(proof for proof in PROOFS if proof.name == "quadrature_output")
 

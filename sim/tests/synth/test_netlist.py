@@ -16,18 +16,10 @@ from scripts.netlist import (
     write_netlist,
 )
 from scripts.resources import Design
+from sim.tests.synth.tools import tools_missing
 
-
-def tools_missing() -> str:
-    try:
-        find_ghdl()
-        find_yosys()
-    except ToolError as error:
-        return str(error)
-    return ""
-
-
-needs_tools = pytest.mark.skipif(bool(tools_missing()), reason=tools_missing())
+MISSING = tools_missing(find_ghdl, find_yosys)
+needs_tools = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 
 LATCH = """
 library ieee;

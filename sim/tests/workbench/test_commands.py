@@ -8,18 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from sim.tests.command_line import arctrue as _run
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
-from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import write_measurement_set
 from arctrue.workbench.effects.registry import ORDER
 from arctrue.workbench.model.model_file import read_model
-
-
-def _run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
 
 def _warm_error(disc, temperature, speed):  # type: ignore[no-untyped-def]

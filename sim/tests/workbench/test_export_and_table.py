@@ -8,18 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from sim.tests.command_line import arctrue as _run
 
-from arctrue.cli import main
 from arctrue.gateware.coefficient_file import read_coefficient_file
 from arctrue.measurement import MeasurementSet, write_measurement_set
 from arctrue.workbench.model.model_file import read_model
 
 from .small_sets import measurement_set, paper_error
-
-
-def _run(*words: object) -> Result:
-    return CliRunner().invoke(main, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")

@@ -6,31 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.cause import Cause, Points
+from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import heating_k
 from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
 from arctrue.table.draws import sign
-from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.table.turned_head import TurnedHead
 from arctrue.typed_content import Number
 from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class BracketExpansion(Cause):
+class BracketExpansion(TurnedHead):
     """The bracket of one head grows along the scale, ``rate_rad_per_k`` seen from the axis."""
 
-    head: int
-    at: Head
     rate_rad_per_k: float
 
-    def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """From where the head should be to where it is, metres, shape ``(n,)``."""
-        if head != self.head:
-            return 0j
-        turn_rad = self.rate_rad_per_k * heating_k(state)
-        return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+    def turn_rad(self, state: TableState) -> Angles | float:
+        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
+        return np.asarray(self.rate_rad_per_k * heating_k(state))
 
 
 class Values(Given, frozen=True):

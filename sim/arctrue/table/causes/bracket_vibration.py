@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.cause import Cause, Points
+from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import conditions_of
 from arctrue.table.declaration import (
     NYQUIST_HZ,
@@ -19,35 +19,30 @@ from arctrue.table.declaration import (
     Recipe,
 )
 from arctrue.table.draws import angle
-from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.table.turned_head import TurnedHead
 from arctrue.typed_content import Number, Positive
 from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class BracketVibration(Cause):
+class BracketVibration(TurnedHead):
     """The head swings along the scale by ``amplitude_rad`` seen from the axis.
 
     Nothing ties its phase to the table: each run has one of its own (in a circle if there are
     more runs than phases).
     """
 
-    head: int
-    at: Head
     amplitude_rad: float
     frequency_hz: float
     phases_rad: tuple[float, ...] = (0.0,)
 
-    def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """Displacement, metres, shape ``(n,)``."""
-        if head != self.head:
-            return 0j
+    def turn_rad(self, state: TableState) -> Angles | float:
+        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         run = conditions_of(state).run % len(self.phases_rad)
         phase = 2 * np.pi * self.frequency_hz * state.time_s + np.asarray(self.phases_rad)[run]
-        turn_rad = self.amplitude_rad * np.sin(phase)
-        return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+        return np.asarray(self.amplitude_rad * np.sin(phase))
 
 
 class Values(Given, frozen=True):

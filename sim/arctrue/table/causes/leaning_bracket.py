@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.cause import Cause, Points
+from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import conditions_of
 from arctrue.table.declaration import (
     STROKE_DEG,
@@ -19,35 +19,30 @@ from arctrue.table.declaration import (
     Recipe,
 )
 from arctrue.table.draws import sign
-from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.table.turned_head import TurnedHead
 from arctrue.typed_content import Number, Positive
 from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class LeaningBracket(Cause):
+class LeaningBracket(TurnedHead):
     """One head leans to the side to which the disc turns: angle × direction.
 
     After a reversal it goes over from the other side within ``stroke_rad``
     of travel: −1 + 2·(1 − exp(−travel/stroke)).
     """
 
-    head: int
-    at: Head
     angle_rad: float
     stroke_rad: float
 
-    def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """From where the head should be to where it is, metres, shape ``(n,)``."""
-        if head != self.head:
-            return 0j
+    def turn_rad(self, state: TableState) -> Angles | float:
+        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         conditions = conditions_of(state)
         travel_rad = conditions.since_reversal_rad
         over = 1.0 if travel_rad is None else 1.0 - 2.0 * np.exp(-travel_rad / self.stroke_rad)
-        turn_rad = self.angle_rad * conditions.direction * over
-        return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+        return np.asarray(self.angle_rad * conditions.direction * over)
 
 
 class Values(Given, frozen=True):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arctrue.table.cause import Cause, Points
+from arctrue.table.cause import Angles, Cause
 from arctrue.table.declaration import (
     Declaration,
     Given,
@@ -17,33 +17,28 @@ from arctrue.table.declaration import (
     rising,
 )
 from arctrue.table.draws import instants
-from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
+from arctrue.table.turned_head import TurnedHead
 from arctrue.typed_content import Number
 from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)
-class LooseningHead(Cause):
+class LooseningHead(TurnedHead):
     """The head knocks between two stops, at instants of no rule, and the play grows with time.
 
     Play = ``angle_rad``·(time/last instant), to alternate sides from knock to knock.
     """
 
-    head: int
-    at: Head
     angle_rad: float
     knocks_s: tuple[float, ...]
 
-    def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """From where the head should be to where it is, metres, shape ``(n,)``."""
-        if head != self.head:
-            return 0j
+    def turn_rad(self, state: TableState) -> Angles | float:
+        """Angle by which the head is turned about the axis, radians, shape ``(n,)``."""
         knocks = np.asarray(self.knocks_s)
         side = np.where(np.searchsorted(knocks, state.time_s) % 2 == 0, 1.0, -1.0)
-        turn_rad = self.angle_rad * side * state.time_s / knocks[-1]
-        return np.asarray(self.at.point_m * (np.exp(1j * turn_rad) - 1))
+        return np.asarray(self.angle_rad * side * state.time_s / knocks[-1])
 
 
 class Values(Given, frozen=True):

@@ -21,3 +21,12 @@ def one_speed(observations: Observations) -> list[str]:
     speeds = np.abs(rows.speed_rad_s)
     varied = float(speeds.max(initial=0.0)) > SPEED_RATIO * float(speeds.min(initial=np.inf))
     return [] if varied else ["runs at more than one speed"]
+
+
+def one_velocity(observations: Observations) -> list[str]:
+    """The words for a capture whose runs all have one signed speed; else nothing."""
+    rows = observations.capture
+    if rows is None:
+        return []
+    speeds = np.unique(np.round(rows.speed_rad_s, 3))
+    return [] if speeds.size > 1 else ["runs at more than one speed or direction"]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear, Parameter
+from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.conditions import one_velocity
+from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import CaptureRows, Observations
 
 
-class HeadAngleError(Effect):
+class HeadAngleError(ScalarEffect):
     """Δα·(1 + ε′(θ + α)) in R₂ − R₁: a constant, and every order a little."""
 
     name = "head_angle_error"
@@ -31,34 +32,16 @@ class HeadAngleError(Effect):
     compensation = "none"
     compensation_note = "nothing to correct: use the measured α in the calibration"
     depends_on_model = True
+    parameter_name = "head_angle_error"
+    parameter_unit = "arcsec"
 
     def missing(self, observations: Observations) -> list[str]:
         return [] if observations.capture is not None else ["a capture of both heads"]
 
     def variety(self, observations: Observations) -> list[str]:
-        rows = observations.capture
-        if rows is None:
-            return []
-        speeds = np.unique(np.round(rows.speed_rad_s, 3))
-        return [] if speeds.size > 1 else ["runs at more than one speed or direction"]
-
-    def column_names(self, observations: Observations) -> list[str]:
-        return ["head_angle_error"]
+        return one_velocity(observations)
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
     ) -> Columns:
         return (1.0 + context.error_slope(rows.disc2_rad))[:, np.newaxis]
-
-    def parameters(
-        self,
-        coefficients: NDArray[np.float64],
-        covariance: NDArray[np.float64],
-        nonlinear: Nonlinear,
-        observations: Observations,
-    ) -> dict[str, Parameter]:
-        return {
-            "head_angle_error": Parameter(
-                float(coefficients[0]), float(np.sqrt(covariance[0, 0])), "arcsec"
-            )
-        }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.conditions import one_velocity
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import CaptureRows, Observations
 
@@ -35,11 +36,7 @@ class TimingSkew(ScalarEffect):
         return [] if observations.capture is not None else ["a capture of both heads"]
 
     def variety(self, observations: Observations) -> list[str]:
-        rows = observations.capture
-        if rows is None:
-            return []
-        speeds = np.unique(np.round(rows.speed_rad_s, 3))
-        return [] if speeds.size > 1 else ["runs at more than one speed or direction"]
+        return one_velocity(observations)
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext
