@@ -95,16 +95,10 @@ def test_what_is_not_active_in_the_end_is_no_success(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, lines: tuple[str, ...], said: str
 ) -> None:
     """A forget, a re-arm or another program in between."""
-    firmware()
-    monkeypatch.setattr(console.Console.command, "__defaults__", (PATIENCE_S,))
     monkeypatch.setattr(OtherEnd, "lines", lines)
     made = OtherEnd()
-    made.start()
-    try:
+    with made.running(monkeypatch):
         done = run(made, file_of(tmp_path, {1: (150.0, 0.4)}))
-    finally:
-        made.ended = True
-        made.join(PATIENCE_S)
     assert done.exit_code == 1, done.output
     assert "these coefficients are not active" in done.output
     assert said in done.output
