@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 ARCSEC_PER_TURN = 1_296_000
+ARCSEC_PER_DEG = 3600.0
 ARCSEC_PER_RAD = ARCSEC_PER_TURN / (2.0 * math.pi)
 RAD_PER_ARCSEC = 2.0 * math.pi / ARCSEC_PER_TURN
 

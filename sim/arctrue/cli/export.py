@@ -27,12 +27,13 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.gateware.coefficient_file import ARCSEC_PER_TURN, write_coefficient_file
+from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
 from arctrue.printable import one_line
+from arctrue.units import arcsec_per_count
 from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted
@@ -191,7 +192,7 @@ def export(
         number("slope ″/K"),
     )
     thermal = result.coefficients.thermal
-    count = ARCSEC_PER_TURN / result.coefficients.counts_per_rev
+    count = arcsec_per_count(result.coefficients.counts_per_rev)
     for order, amplitude in zip(result.orders, result.amplitudes_arcsec, strict=True):
         slope = ""
         if thermal is not None and order in thermal.orders:

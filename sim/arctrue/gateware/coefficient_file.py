@@ -27,12 +27,12 @@ from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
 from arctrue.toml_file import read_toml
 from arctrue.typed_content import ContentError, Number, typed
+from arctrue.units import ARCSEC_PER_TURN
 from arctrue.whole_file import write_whole_text
 
 SCHEMA = 1
 THERMAL_SCHEMA = 2
 """Of a file with lanes that follow the temperature; any other is of schema 1."""
-ARCSEC_PER_TURN = 1_296_000
 
 # How far a value for people may be from its word, in units of the word: half for the rounding
 # of a value that was typed in, and a little for the digits written.

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
+from arctrue.units import ARCSEC_PER_TURN
 
-ARCSEC_PER_TURN = 1_296_000
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1
 TICK_BITS = 8

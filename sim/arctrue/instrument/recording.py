@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-ARCSEC_A_TURN = 1_296_000.0
-
 
 @dataclass(frozen=True, slots=True)
 class EdgeTrack:

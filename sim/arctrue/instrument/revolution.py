@@ -21,7 +21,7 @@ from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import Instrument, RunProgress, clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
-from arctrue.instrument.recording import ARCSEC_A_TURN, Recording
+from arctrue.instrument.recording import Recording
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
 from arctrue.progress import Say
 from arctrue.table import (
@@ -32,8 +32,8 @@ from arctrue.table import (
     RotaryTable,
     two_heads,
 )
+from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 
-ARCSEC_RAD = float(np.deg2rad(1 / 3600))
 TURN_RAD = 2 * np.pi
 
 PAPER_BEFORE_ARCSEC = (-150.0, 137.9)
@@ -49,7 +49,7 @@ GRADUATION_ORDERS = (2, 3, 4, 5, 8, 12)
 GRADUATION_ARCSEC = (6.0, 1.2, 0.7, 0.5, 0.35, 0.2)
 GRADUATION_PHASES_RAD = (4.2, 3.1, 4.1, 4.8, 3.9, 4.6)
 
-PAPER_COUNT_ARCSEC = ARCSEC_A_TURN / (1 << 24)
+PAPER_COUNT_ARCSEC = ARCSEC_PER_TURN / (1 << 24)
 _RUN_UP_RAD = float(np.deg2rad(1.0))
 # A capture begins at the first sample after both indices; then a calculation and the ramp.
 _SPARE_RAD = float(np.deg2rad(15.0))
@@ -102,7 +102,7 @@ class RevolutionSettings:
     @property
     def arcsec_per_count(self) -> float:
         """One count in seconds of arc."""
-        return ARCSEC_A_TURN / self.counts_per_rev
+        return ARCSEC_PER_TURN / self.counts_per_rev
 
     @property
     def speed_rad_s(self) -> float:
@@ -158,15 +158,17 @@ class RevolutionSettings:
             DiscEccentricity(ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(
                 GRADUATION_ORDERS,
-                tuple(arcsec * ARCSEC_RAD for arcsec in GRADUATION_ARCSEC),
+                tuple(arcsec * RAD_PER_ARCSEC for arcsec in GRADUATION_ARCSEC),
                 GRADUATION_PHASES_RAD,
             ),
         ]
         if self.noise_arcsec:
             # Independent from one sample to the next.
             correlation_s = self.sample_period_clocks / self.clock_hz / 5
-            effects.append(ReadingNoise(self.noise_arcsec * ARCSEC_RAD, correlation_s, self.seed))
-        separation = HEAD_SEPARATION_RAD + self.alpha_error_arcsec * ARCSEC_RAD
+            effects.append(
+                ReadingNoise(self.noise_arcsec * RAD_PER_ARCSEC, correlation_s, self.seed)
+            )
+        separation = HEAD_SEPARATION_RAD + self.alpha_error_arcsec * RAD_PER_ARCSEC
         return RotaryTable(
             heads=two_heads(separation_rad=separation),
             causes=tuple(effects),

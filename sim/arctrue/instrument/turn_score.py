@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.instrument.errors import InstrumentError
-from arctrue.instrument.recording import ARCSEC_A_TURN, EdgeTrack
+from arctrue.instrument.recording import EdgeTrack
+from arctrue.units import ARCSEC_PER_TURN
 
 BINS = 720
 """Half a degree."""
@@ -180,7 +181,7 @@ def score_turn(track: EdgeTrack) -> TurnScore:
     parts = track.bin_edges.size
     if not parts or parts % BINS or not track.bin_edges.all():
         raise InstrumentError("the recording does not hold a whole turn")
-    scale = ARCSEC_A_TURN / track.counts_per_rev
+    scale = ARCSEC_PER_TURN / track.counts_per_rev
     edges = track.bin_edges.reshape(BINS, -1)
     weighted: Float = track.bin_mean_counts.reshape(edges.shape) * edges
     coarse = weighted.sum(axis=1) / edges.sum(axis=1)
@@ -209,7 +210,7 @@ def score_turns(track: EdgeTrack, travel_turns: Float, turns: int) -> list[TurnS
     turn.
     """
     position_counts = track.position - track.true_angle_rad * (track.counts_per_rev / TURN_RAD)
-    error_arcsec = position_counts * (ARCSEC_A_TURN / track.counts_per_rev)
+    error_arcsec = position_counts * (ARCSEC_PER_TURN / track.counts_per_rev)
     ends = np.searchsorted(travel_turns, np.arange(turns + 1))
     found: list[TurnScore | None] = []
     zero: float | None = None

@@ -15,6 +15,7 @@ from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.numbers import decimal
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
+from arctrue.units import arcsec_per_count
 from arctrue.whole_file import whole_file
 
 PICTURE = "long_run.svg"
@@ -31,7 +32,7 @@ SHOWN_LENGTHS = (1, 4, 16, 64, 256)
 def long_run_page(found: Mapping[str, Any]) -> str:
     """Markdown."""
     hours = found["turns"] * found["turn_s"] / 3600.0
-    count = 1_296_000 / found["counts_per_rev"]
+    count = arcsec_per_count(found["counts_per_rev"])
     rounding = count / np.sqrt(12.0)
     celsius = found["temperature_c"]
     raw = found["uncorrected_rms_arcsec"]
@@ -269,7 +270,7 @@ def _fault(found: Mapping[str, Any]) -> list[str]:
         f"turn {number} is refused ({reason.replace('_', ' ')})"
         for number, reason in single["refused"].items()
     ] or ["the turn's capture begins anew"]
-    count = 1_296_000 / found["counts_per_rev"]
+    count = arcsec_per_count(found["counts_per_rev"])
     mean = single["mean_arcsec"]
     within = mean[turn - 1] / count
     after = (mean[min(turn + 2, len(mean) - 1)] - mean[max(turn - 3, 0)]) / count

@@ -9,6 +9,7 @@ from typing import Any
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.paper_drawings import DRAWINGS, drawing_name
 from arctrue.report.paper_figures import figure_11_name
+from arctrue.units import arcsec_per_count
 
 FULL, COARSE = 1024, 64
 """Interpolation of the paper, and of the quick run."""
@@ -166,7 +167,7 @@ def _remarks(found: Mapping[str, Any]) -> list[str]:
     given = found["experiments"][0]["settings"]
     coarse = [one for one in found["experiments"] if _interpolation(one) == COARSE]
     delay = values["Table 1"]
-    count = 1_296_000 / (16384 * COARSE)
+    count = arcsec_per_count(16384 * COARSE)
     rounding = count / ROUNDING_DIVISOR
     expected = math.hypot(given["revolution"]["noise_arcsec"], given["scatter_arcsec"], rounding)
     came_out = "".join(

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from arctrue.studies.benchmark.oracle import Sight, visible
+from arctrue.units import arcsec_per_count
 
 MATTERS_COUNTS = 0.5
-COUNT_ARCSEC = 1_296_000 / (1 << 24)
+COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
 
 RIGHT = "right"

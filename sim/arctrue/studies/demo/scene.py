@@ -19,8 +19,7 @@ from arctrue.table import (
     count_edges,
     two_heads,
 )
-
-ARCSEC_RAD = float(np.deg2rad(1 / 3600))
+from arctrue.units import RAD_PER_ARCSEC
 
 # The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity
 # of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.
@@ -52,12 +51,12 @@ def demo_table(settings: DemoSettings) -> RotaryTable:
             DiscEccentricity(scale * PAPER_ECCENTRICITY_M, ECCENTRICITY_DIRECTION_RAD),
             GraduationHarmonics(
                 PAPER_GRADUATION_ORDERS,
-                tuple(scale * arcsec * ARCSEC_RAD for arcsec in PAPER_GRADUATION_ARCSEC),
+                tuple(scale * arcsec * RAD_PER_ARCSEC for arcsec in PAPER_GRADUATION_ARCSEC),
                 GRADUATION_PHASES_RAD,
             ),
         ),
         counts_per_rev=settings.counts_per_rev,
-        noise_rad=settings.noise_arcsec * ARCSEC_RAD,
+        noise_rad=settings.noise_arcsec * RAD_PER_ARCSEC,
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
 from arctrue.typed_content import read_json
+from arctrue.units import arcsec_per_count
 from arctrue.whole_file import write_whole_text
 
 
@@ -41,7 +42,7 @@ class DemoSettings:
     @property
     def arcsec_per_count(self) -> float:
         """One count in seconds of arc."""
-        return 1_296_000 / self.counts_per_rev
+        return arcsec_per_count(self.counts_per_rev)
 
     @property
     def speed_rad_s(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.instrument import EdgeTrack
-from arctrue.instrument.recording import ARCSEC_A_TURN
+from arctrue.units import ARCSEC_PER_TURN
 
 Float = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def signal_period(track: EdgeTrack, head1: EdgeTrack, lines: int) -> SignalPerio
     step = track.position.size // MOST_EDGES | 1
     angle, position = track.true_angle_rad[::step], track.position[::step]
     error = position - angle * (track.counts_per_rev / (2 * np.pi))
-    error_arcsec = (error - float(np.mean(error))) * (ARCSEC_A_TURN / track.counts_per_rev)
+    error_arcsec = (error - float(np.mean(error))) * (ARCSEC_PER_TURN / track.counts_per_rev)
     side = 1 if track.true_angle_rad[-1] > track.true_angle_rad[0] else -1
     reading = np.interp(angle, head1.true_angle_rad[::side], head1.position[::side])
     phase = np.mod(reading * (lines / track.counts_per_rev), 1.0)

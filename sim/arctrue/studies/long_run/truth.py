@@ -9,7 +9,7 @@ from msgspec import structs
 from numpy.typing import NDArray
 
 from arctrue.studies.scenario import Scenario, Turn
-from arctrue.units import arcsec_per_count
+from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 Float = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Truth:
         instants: Float = begin + places * (end - begin)
         state = self._course.state(instants)
         reading = self._table.reading_rad(0, state)
-        error = np.degrees(reading - state.angle_rad) * 3600.0
+        error = (reading - state.angle_rad) * ARCSEC_PER_RAD
         return reading, error - error.mean()
 
     def error_arcsec(self, number: int) -> Float:

@@ -41,7 +41,7 @@ from arctrue.table import (
     TableState,
     two_heads,
 )
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
+from arctrue.units import ARCSEC_PER_DEG, ARCSEC_PER_RAD, ARCSEC_PER_TURN, arcsec_per_count
 
 Float = NDArray[np.float64]
 
@@ -325,7 +325,7 @@ def delays() -> Item:
     count_ns = 360e9 / COUNTS_PER_REV / SPEED_DEG_S
     clock_ns = 1e9 / CLOCK_HZ
     pins_ns = pin_to_pin_clocks()[1] * clock_ns
-    travel = pins_ns * 1e-9 * SPEED_DEG_S * 3600.0
+    travel = pins_ns * 1e-9 * SPEED_DEG_S * ARCSEC_PER_DEG
     return Item(
         "Table 1",
         "phase 5, harmonic 20, error compensation 4 clocks: 29, 290 ns at 100 MHz; “far below the "
@@ -370,8 +370,8 @@ def resolution() -> Item:
     return Item(
         "section 4",
         "resolution 0.772″; 12,000 points, ≈ 108″ apart, 1 kHz",
-        f"{value:.4f}″; {samples:,} points, {1_296_000 / samples:g}″ apart; an eccentricity of "
-        f"{ECCENTRICITY_M * 1e6:g} µm is {eccentricity:.0f}″",
+        f"{value:.4f}″; {samples:,} points, {ARCSEC_PER_TURN / samples:g}″ apart; "
+        f"an eccentricity of {ECCENTRICITY_M * 1e6:g} µm is {eccentricity:.0f}″",
         "[errata](errata.md); `arctrue revolution`",
         {"resolution_arcsec": value, "eccentricity_arcsec": eccentricity},
     )

@@ -12,7 +12,6 @@ from msgspec import Meta, Struct, structs
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
-from arctrue.instrument.recording import ARCSEC_A_TURN
 from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.table import (
@@ -25,7 +24,7 @@ from arctrue.table import (
 )
 from arctrue.table.temperature import TemperatureCourse
 from arctrue.typed_content import NotNegative, Number
-from arctrue.units import RAD_PER_ARCSEC
+from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 
 EDGES_KEPT_A_TURN = 1 << 16
 EDGES_KEPT = 1 << 22
@@ -267,7 +266,7 @@ class Scenario:
     @property
     def arcsec_per_count(self) -> float:
         """One count in seconds of arc."""
-        return ARCSEC_A_TURN / self.scale.counts_per_rev
+        return ARCSEC_PER_TURN / self.scale.counts_per_rev
 
     def course(self) -> Course:
         """The motion with its temperature. Raises ValueError where it cannot be driven."""

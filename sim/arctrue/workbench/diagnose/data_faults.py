@@ -15,6 +15,7 @@ from scipy.ndimage import median_filter
 
 from arctrue.percent import percent
 from arctrue.runs import run_spans
+from arctrue.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers import MOST_SHARE
 from arctrue.workbench.observations.stored import StoredCapture
@@ -86,7 +87,7 @@ def _separation_fault(rows: CaptureRows | StoredCapture, observations: Observati
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(thin)
     else:
-        difference = rows.difference_arcsec[thin] * (np.pi / 648_000.0)
+        difference = rows.difference_arcsec[thin] * RAD_PER_ARCSEC
     away_deg = float(np.degrees(np.median(difference)))
     nominal_deg = float(np.degrees(observations.head_separation_rad))
     if abs(away_deg) < SEPARATION_DEG:
@@ -107,7 +108,7 @@ def _step_faults(
     if isinstance(rows, StoredCapture):
         difference = rows.difference_rad(slice(start, end))
     else:
-        difference = rows.difference_arcsec[start:end] * (np.pi / 648_000.0)
+        difference = rows.difference_arcsec[start:end] * RAD_PER_ARCSEC
     other = step + np.diff(difference)
     if rows.angle_rad[end - 1] == rows.angle_rad[start]:
         return [f"capture, run {run}: the table stands still"]

@@ -10,8 +10,6 @@ from arctrue.workbench.effects.base import Columns
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
 
-ARCSEC_PER_RAD = 648_000.0 / np.pi
-
 
 def capture_motion(rows: CaptureRows, orders: Sequence[float]) -> Columns:
     """x columns, then y columns.

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.similar import did_you_mean
+from arctrue.units import RAD_PER_ARCSEC
 
 if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -147,14 +148,13 @@ class FitContext:
 
     def error_slope(self, disc_rad: NDArray[np.float64]) -> NDArray[np.float64]:
         """dε/dψ, arcsecond an arcsecond, shape of ``disc_rad``."""
-        arcsec_rad = np.pi / 648_000.0
         total = np.zeros_like(disc_rad, dtype=np.float64)
         for order, cosine, sine in zip(
             self.orders, self.cosine_arcsec, self.sine_arcsec, strict=True
         ):
             phase = order * disc_rad
             total += order * (sine * np.cos(phase) - cosine * np.sin(phase))
-        return total * arcsec_rad
+        return total * RAD_PER_ARCSEC
 
 
 class Effect(ABC):

@@ -12,6 +12,7 @@ from msgspec import Meta, Struct
 from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
 from arctrue.similar import did_you_mean
 from arctrue.typed_content import Number
+from arctrue.units import ARCSEC_PER_DEG
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.design_matrix import Term
@@ -111,7 +112,7 @@ class ModelTable(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=
             found.append(f"{ours} counts a turn, the set {theirs}")
         here, there = self.head_separation_deg, other.head_separation_deg
         if here is not None and there is not None:
-            apart_arcsec = abs(math.remainder(here - there, 360.0)) * 3600.0
+            apart_arcsec = abs(math.remainder(here - there, 360.0)) * ARCSEC_PER_DEG
             if apart_arcsec > NOMINAL_TOLERANCE_ARCSEC:
                 found.append(f"{here:g}° between the heads, the set {there:g}°")
         return found

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.runs import run_spans
-from arctrue.units import RAD_PER_ARCSEC
-from arctrue.workbench.observations.observations import ARCSEC_PER_TURN, Observations
+from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
+from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
 from arctrue.workbench.observations.polygon_faces import faces_of

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.runs import run_spans
+from arctrue.units import ARCSEC_PER_TURN
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
-
-ARCSEC_PER_TURN = 1_296_000.0
 
 INDEX_SCATTER_COUNTS = 1.0
 """Repeatability of the index of each head: ±1 count a run."""

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.measurement import Capture, Reference, Table, read_measurement_set
-from arctrue.units import ARCSEC_PER_RAD
+from arctrue.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN
 
 Float = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 BASE_ORDERS = 20
-TURN_ARCSEC = 1_296_000
 CHUNK = 32
 """Places of a search that are looked at together."""
 BELL_WIDTHS = 5.0
@@ -104,7 +103,7 @@ def problem(folder: Path) -> Problem:
         **_of_reference(measured.reference),
         teeth=facts.drive_gear_teeth,
         alpha=math.radians(facts.head_separation_deg or 0.0),
-        index_arcsec=math.sqrt(2.0) * max(repeats, 0.01) * TURN_ARCSEC / counts,
+        index_arcsec=math.sqrt(2.0) * max(repeats, 0.01) * ARCSEC_PER_TURN / counts,
     )
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
-ARCSEC_PER_RAD = 648_000.0 / np.pi
 LEAST_DELAY_US = 1e-3
 """A delay below this is taken for it: the columns are those of a very small one."""
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import CaptureRows, Observations
-
-ARCSEC_PER_RAD = 648_000.0 / np.pi
 
 
 class TimingSkew(ScalarEffect):
