@@ -21,10 +21,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from arctrue.studies.benchmark.plan import TIERS, Plan
+from arctrue.studies.benchmark.plan import TIERS, TierPlan
 from arctrue.studies.campaign import Campaign, Task, read_results
 from arctrue.studies.campaign.task import find_work
-from arctrue.studies.monte_carlo.plan import Plan as MonteCarlo
+from arctrue.studies.monte_carlo.plan import TrialPlan as MonteCarlo
 from arctrue.whole_file import write_whole_text
 from scripts.bench_rows import Row, add_option, give_out
 
@@ -163,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add_option(parser)
     given = parser.parse_args(arguments)
     tier = TIERS["dev"]
-    plan = Plan("dev", tier.sets, tier.samples, tier.seed or 0, "", "")
+    plan = TierPlan("dev", tier.sets, tier.samples, tier.seed or 0, "", "")
     works: dict[str, tuple[Sequence[Task], int]] = {
         "nothing": ([{"number": number} for number in range(given.empty)], 1),
         "trial of Monte Carlo": (MonteCarlo(given.trials, 1).tasks(), 10),

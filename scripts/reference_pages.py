@@ -92,7 +92,7 @@ def _cell(text: str) -> str:
 def api_page() -> str:
     """``docs/api.md``: the public names, their arguments and what they give."""
     from arctrue import api
-    from arctrue.importing import Recording
+    from arctrue.importing import FileContent
     from arctrue.instrument import Instrument
     from arctrue.measurement import Capture, MeasurementSet, Reference, Table
     from arctrue.workbench.effects.base import Effect
@@ -104,7 +104,7 @@ def api_page() -> str:
         _described(kind, kind.__name__) for kind in (MeasurementSet, Table, Capture, Reference)
     ]
     parts.append("\n## Own effects, readers and the instrument\n")
-    for kind in (Effect, Recording, Instrument):
+    for kind in (Effect, FileContent, Instrument):
         parts.append(_described(kind, f"{kind.__module__}.{kind.__name__}"))
     return "".join(parts)
 

@@ -18,7 +18,7 @@ from typing import Any
 from arctrue.measurement import MeasurementSet, read_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
-from arctrue.workbench.compare.comparison import Comparison as _Comparison
+from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.comparison import compare as _compare
 from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS
 from arctrue.workbench.diagnose.diagnosis import Diagnosis as _Diagnosis
@@ -207,7 +207,7 @@ class Comparison:
     """Where a model fails: ``data`` has channels and findings; arcseconds."""
 
     data: dict[str, Any]
-    result: _Comparison = field(repr=False)
+    result: ModelComparison = field(repr=False)
     solution: Solution = field(repr=False)
 
     def plot(self) -> Pictures:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextvars import ContextVar
 
-Say = Callable[[str], None]
+ReportStep = Callable[[str], None]
 """Gets one line for people whenever another step begins."""
 
 SHOW_ROWS: ContextVar[Callable[[int, int], None] | None] = ContextVar("SHOW_ROWS", default=None)

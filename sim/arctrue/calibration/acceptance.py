@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
-from arctrue.calibration.comparison import Comparison, extent
+from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
 from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coefficients
 from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 
-def of_comparison(comparison: Comparison | None) -> list[str]:
+def of_comparison(comparison: ReferenceComparison | None) -> list[str]:
     """The set's own reference run: the correction must not make the error larger.
 
     The RMS may rise by what the scatter of the rows explains: √2 standard errors of a mean square,

@@ -11,7 +11,7 @@ import numpy as np
 from arctrue.calibration import acceptance
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns
 from arctrue.calibration.combine import LEAST_LINE_ARCSEC
-from arctrue.calibration.comparison import Comparison, compare
+from arctrue.calibration.comparison import ReferenceComparison, compare
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.fourier import fourier
 from arctrue.calibration.harmonics import as_function_of_reading
@@ -63,7 +63,7 @@ class Calibration:
     verdicts: tuple[Verdict, ...]
     coefficients: Coefficients
     turns: tuple[WholeTurns, ...]
-    comparison: Comparison | None
+    comparison: ReferenceComparison | None
     separations: Mapping[Choice, Separation]
     """α from every source that there is; ``estimate.separation_choice`` says which was used."""
     objections: tuple[str, ...]

@@ -30,7 +30,7 @@ class Extent(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ReferenceComparison:
     """Errors of head 1 at the rows of the reference run, (rows,), arcseconds.
 
     The same constant is taken off both: a₀ cannot be observed, and the mean of what is left after
@@ -52,7 +52,7 @@ def extent(values: Float) -> Extent:
     )
 
 
-def compare(reference: Reference, coefficients: Coefficients) -> Comparison:
+def compare(reference: Reference, coefficients: Coefficients) -> ReferenceComparison:
     """Run the readings of the reference run through the bit-true gateware.
 
     What leaves the gateware is whole counts, so its rounding is part of the error after.
@@ -65,7 +65,7 @@ def compare(reference: Reference, coefficients: Coefficients) -> Comparison:
     correction = (angle - corrected + half) % counts_per_rev - half
     after = reference.error_arcsec - correction * arcsec_per_count(counts_per_rev)
     unobservable = float(after.mean())
-    return Comparison(
+    return ReferenceComparison(
         reference.target_deg,
         reference.direction,
         reference.error_arcsec - unobservable,

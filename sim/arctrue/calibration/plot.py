@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from arctrue.calibration.calibration import Calibration
-from arctrue.calibration.comparison import Comparison, extent
+from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.selection import significance_factor
 from arctrue.whole_file import whole_file
 
@@ -33,7 +33,7 @@ def save_plot(calibration: Calibration, title: str, path: Path) -> None:
         figure.savefig(unfinished, dpi=120)
 
 
-def save_comparison(comparison: Comparison, title: str, path: Path) -> None:
+def save_comparison(comparison: ReferenceComparison, title: str, path: Path) -> None:
     """Write the errors of a reference run before and after the gateware, as PNG."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     FigureCanvasAgg(figure)
@@ -78,7 +78,7 @@ def _curve(axis, calibration: Calibration) -> None:  # type: ignore[no-untyped-d
     _head(axis, "Error of head 1")
 
 
-def _after(axis, comparison: Comparison) -> None:  # type: ignore[no-untyped-def]
+def _after(axis, comparison: ReferenceComparison) -> None:  # type: ignore[no-untyped-def]
     place = np.remainder(comparison.target_deg, 360.0)
     direction = comparison.direction
     for sign, name, marker in ((1, "up", "^"), (-1, "down", "v")):

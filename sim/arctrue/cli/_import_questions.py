@@ -10,9 +10,9 @@ from arctrue.cli._terminal import note
 from arctrue.importing import (
     Ambiguous,
     Choices,
+    FileContent,
     Imported,
     ReadSettings,
-    Recording,
     Settings,
     import_recordings,
     read_recording,
@@ -33,7 +33,7 @@ class Import:
     reader: str
     reading: ReadSettings
     settings: Settings
-    recordings: list[Recording] | None = field(default=None)
+    recordings: list[FileContent] | None = field(default=None)
 
     def run(self, choices: Choices) -> Imported:
         """The set. Raises MeasurementError, AmbiguousError, ValueError, OSError."""
@@ -43,7 +43,7 @@ class Import:
         self.recordings = None
         return imported
 
-    def _read(self, choices: Choices) -> list[Recording]:
+    def _read(self, choices: Choices) -> list[FileContent]:
         return [read_recording(path, self.reader, self.reading, choices) for path in self.files]
 
     def _try(self, choices: Choices) -> Imported:
@@ -96,7 +96,7 @@ class Asker:
         return self.ask(asked)
 
 
-def _first_rows(recording: Recording) -> list[str]:
+def _first_rows(recording: FileContent) -> list[str]:
     names = list(recording.columns)[:SHOWN_COLUMNS]
     cells = [[f"{number} {name}" for number, name in enumerate(names, start=1)]]
     for row in range(min(SHOWN_ROWS, recording.rows)):

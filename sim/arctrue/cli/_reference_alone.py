@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from arctrue.calibration import acceptance
-from arctrue.calibration.comparison import Comparison, compare
+from arctrue.calibration.comparison import ReferenceComparison, compare
 from arctrue.cli._figures import figure
 from arctrue.cli._tables import number, table
 from arctrue.cli._terminal import Console
@@ -27,7 +27,7 @@ class ReferenceCalibration:
     """Coefficients from a reference run, judged by the same run."""
 
     coefficients: Coefficients
-    comparison: Comparison
+    comparison: ReferenceComparison
     rows: int
     targets: int
     most_order: int
@@ -56,7 +56,7 @@ class ReferenceCalibration:
         for text in self.left_out:
             console.print(f"not applied: {text}", soft_wrap=True)
 
-    def figures(self, extents: Callable[[Comparison], dict[str, Any]]) -> dict[str, Any]:
+    def figures(self, extents: Callable[[ReferenceComparison], dict[str, Any]]) -> dict[str, Any]:
         """For JSON, with the keys of a calibration from two heads where they mean something."""
         return {
             "method": "reference",

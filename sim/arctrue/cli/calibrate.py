@@ -16,7 +16,7 @@ from click.core import ParameterSource
 from arctrue.calibration import calibration as calibration_module
 from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSettings
 from arctrue.calibration.capture_check import CaptureRefusedError
-from arctrue.calibration.comparison import Comparison, Extent, extent
+from arctrue.calibration.comparison import Extent, ReferenceComparison, extent
 from arctrue.calibration.head_separation import Separation
 from arctrue.calibration.selection import GAIN_LIMIT_DEFAULT
 from arctrue.cli._figures import figure
@@ -231,7 +231,7 @@ def _stop_if_refused(objections: Sequence[str], out: Path, *, force: bool) -> No
     out.mkdir(parents=True, exist_ok=True)
 
 
-def _before_and_after(comparison: Comparison | None) -> dict[str, Any]:
+def _before_and_after(comparison: ReferenceComparison | None) -> dict[str, Any]:
     if comparison is None:
         return {"before_arcsec": None, "after_arcsec": None}
     return {
@@ -321,7 +321,7 @@ def _print_orders(console: Console, calibration: Calibration) -> None:
     console.print(orders)
 
 
-def _print_comparison(console: Console, comparison: Comparison) -> None:
+def _print_comparison(console: Console, comparison: ReferenceComparison) -> None:
     extents = table(
         "Error against the reference run, through the gateware, ″",
         words(),

@@ -19,7 +19,7 @@ from arctrue.cli._workbench import (
     set_argument,
     write_json,
 )
-from arctrue.workbench.compare.comparison import Comparison
+from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.comparison import compare as compare_model
 from arctrue.workbench.compare.findings import SIGNIFICANCE
 from arctrue.workbench.compare.maps import ResidualMap
@@ -102,7 +102,7 @@ def _map_data(item: ResidualMap) -> dict[str, Any]:
     return {key: value for key, value in vars(item).items() if key not in ("group", "bins")}
 
 
-def _print(result: Comparison, names: list[str], *, fitted_here: bool) -> None:
+def _print(result: ModelComparison, names: list[str], *, fitted_here: bool) -> None:
     how = "fitted to this set" if fitted_here else "as stored"
     console.print(f"Model: {', '.join(names)}, {how}")
     left = table(

@@ -15,7 +15,7 @@ from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import console, for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.report.demo_page import write_demo_page
 from arctrue.report.second_act_page import write_second_act_page
 from arctrue.source_tree import ROOT, lack_of_source_tree
@@ -99,7 +99,7 @@ def demo(out: Path, lanes: int, act: str) -> None:
         sys.exit(2 if cannot else 1)
 
 
-def _say(prefix: str) -> Say:
+def _say(prefix: str) -> ReportStep:
     def tell(text: str) -> None:
         for line in text.splitlines():
             say(prefix + line)

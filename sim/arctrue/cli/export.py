@@ -10,7 +10,7 @@ import click
 
 from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
-from arctrue.calibration.comparison import Comparison
+from arctrue.calibration.comparison import ReferenceComparison
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._options import lanes_option
@@ -358,7 +358,7 @@ def _table_objections(bench: Workbench, correction: Correction) -> list[str]:
     before = reference.error_arcsec
     after = before - correction.error_arcsec(readings, reference.direction)
     return of_comparison(
-        Comparison(
+        ReferenceComparison(
             reference.target_deg,
             reference.direction,
             before - float(before.mean()),

@@ -14,7 +14,7 @@ from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
-from arctrue.device.console import Console, ConsoleError, Turn
+from arctrue.device.console import Console, ConsoleError, TelemetryLine
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import write_measurement_set
 
@@ -118,7 +118,7 @@ _COLUMNS = (
 _HEAD = live_head(_COLUMNS)
 
 
-def _row(turn: Turn) -> str:
+def _row(turn: TelemetryLine) -> str:
     fields = turn.fields
     harmonics = fields.get("harmonics", [])
     line = live_row(

@@ -16,11 +16,11 @@ from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.monte_carlo.page import page as page_of
 from arctrue.studies.monte_carlo.page import where_off
-from arctrue.studies.monte_carlo.plan import Plan
+from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.studies.monte_carlo.score import scored
 from arctrue.whole_file import write_whole_text
 
-USUAL = Plan(400, 1)
+USUAL = TrialPlan(400, 1)
 
 
 @click.command("monte-carlo", short_help="How often the stated uncertainty covers the truth.")
@@ -89,7 +89,7 @@ def monte_carlo(
 
     Results go to FOLDER; the same command goes on where it stopped, and prints what is there.
     """
-    campaign = Plan(trials, seed, turns, runs, samples, method).campaign(folder)
+    campaign = TrialPlan(trials, seed, turns, runs, samples, method).campaign(folder)
     with CampaignBar("trials") as bar:
         campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
     results = [(item.task, item.result) for item in read_results([folder])]

@@ -16,7 +16,7 @@ from arctrue.cli._terminal import tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
-    from arctrue.studies.scenario import ScenarioResult, Turn
+    from arctrue.studies.scenario import ScenarioResult, ScenarioTurn
 
 FULL_LINES = 16384
 
@@ -87,7 +87,7 @@ def _print(result: ScenarioResult) -> None:
     )
 
 
-def _error_cells(turn: Turn) -> list[str]:
+def _error_cells(turn: ScenarioTurn) -> list[str]:
     before, after = turn.uncorrected, turn.corrected
     values: list[float | None] = [None] * 4
     if after is not None:
@@ -105,7 +105,7 @@ def _error_cells(turn: Turn) -> list[str]:
     ]
 
 
-def _order_cells(turn: Turn, orders: tuple[int, ...], *, by_reference: bool) -> list[str]:
+def _order_cells(turn: ScenarioTurn, orders: tuple[int, ...], *, by_reference: bool) -> list[str]:
     after = turn.corrected
     values: list[float | None] = [None] * (1 + len(orders))
     if after is not None:
@@ -118,7 +118,7 @@ def _order_cells(turn: Turn, orders: tuple[int, ...], *, by_reference: bool) -> 
     return [str(turn.number), *(figure(value, 3) for value in values)]
 
 
-def _said(turn: Turn) -> list[str]:
+def _said(turn: ScenarioTurn) -> list[str]:
     """What happened, one thing a line."""
     lines = list(turn.events)
     for told in turn.told:

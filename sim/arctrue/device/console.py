@@ -49,7 +49,7 @@ class _Told(Struct):
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class TelemetryLine:
     """One line of telemetry; ``fields`` has all of it."""
 
     fields: dict[str, Any]
@@ -77,7 +77,7 @@ class Console:
             raise _in_use(port, users)
         keep_others_out(self._serial)
         self.port = port
-        self._turns: list[Turn] = []
+        self._turns: list[TelemetryLine] = []
         self._in_step = False
         self._markers = 0
 
@@ -146,7 +146,7 @@ class Console:
             f"device, at {BAUD} baud?"
         )
 
-    def turn(self, seconds: float) -> Turn | None:
+    def turn(self, seconds: float) -> TelemetryLine | None:
         """The next line of telemetry, None where there is none within ``seconds``."""
         end = time.monotonic() + seconds
         while not self._turns and time.monotonic() < end:
@@ -222,7 +222,7 @@ class Console:
         try:
             fields = json.loads(text)
             typed(fields, _Told)
-            self._turns.append(Turn(fields))
+            self._turns.append(TelemetryLine(fields))
         except ValueError:
             # A line that was spoiled on the way is one turn less, no more.
             return None

@@ -6,7 +6,7 @@ import json
 import sqlite3
 from pathlib import Path
 
-from arctrue.device.console import Turn
+from arctrue.device.console import TelemetryLine
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS turn (
@@ -63,7 +63,7 @@ class Recorder:
             with self._connection:
                 self._connection.execute("ALTER TABLE turn ADD COLUMN temperature_c REAL")
 
-    def add(self, turn: Turn) -> None:
+    def add(self, turn: TelemetryLine) -> None:
         """One turn, on the disk when this returns."""
         fields = turn.fields
         values = [fields["turn"], *(fields.get(name) for name in _COLUMNS)]

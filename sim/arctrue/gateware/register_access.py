@@ -68,7 +68,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True, slots=True)
-class Capture:
+class CaptureBank:
     """A capture bank: ``samples`` (n, 2) int32 turn positions of head 1 and 2 in counts."""
 
     start_time: int
@@ -176,13 +176,13 @@ class RegisterMap:
                 values[name] = await self.read(register.path)
         return Snapshot(**values)
 
-    async def read_capture(self) -> Capture:
+    async def read_capture(self) -> CaptureBank:
         """The ready bank. Give it back with ``command("capture_release")``."""
         count = await self.read("capture_header.sample_count")
         flags = await self.read_fields("capture_header.flags")
         words = await self._read_words(self._base + registers.CAPTURE_ADDRESS, 2 * count)
         samples = np.array(words, dtype=np.uint32).view(np.int32).reshape(count, 2)
-        return Capture(
+        return CaptureBank(
             start_time=await self.read("capture_header.start_time"),
             sequence_number=await self.read("capture_header.sequence_number"),
             flags={name: bool(value) for name, value in flags.items()},

@@ -57,7 +57,7 @@ class SamplerInputs:
 
 
 @dataclass(frozen=True)
-class Capture:
+class SampledBank:
     """One bank handed to the processor."""
 
     clock: int
@@ -80,7 +80,7 @@ class SamplerTrace:
     Element t is the output during clock t; the last one follows the last input.
     """
 
-    captures: list[Capture]
+    captures: list[SampledBank]
     capture_ready: NDArray[np.bool_]
     capture_overrun: NDArray[np.bool_]
     capture_busy: NDArray[np.bool_]
@@ -96,14 +96,14 @@ class _Filling:
 
     def __init__(self, depth: int) -> None:
         self.depth = depth
-        self.captures: list[Capture] = []
+        self.captures: list[SampledBank] = []
         self.restart()
 
     def restart(self) -> None:
         """The state after a reset."""
         self.filling_bank = self.ready_bank = self.handed_over = self.overrun_count = 0
         self.owned = self.overrun = False
-        self.handing_over: Capture | None = None
+        self.handing_over: SampledBank | None = None
         self.ready_pulse = self.overrun_pulse = False
         self.drop()
 
@@ -146,7 +146,7 @@ class _Filling:
             self.overrun_count = (self.overrun_count + 1) % 2**16
         else:
             rows = np.array(self.rows, dtype=np.int64)
-            self.handing_over = Capture(
+            self.handing_over = SampledBank(
                 clock=clock + 3,
                 bank=self.filling_bank,
                 start_time=self.start_time,

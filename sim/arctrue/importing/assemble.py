@@ -13,9 +13,9 @@ from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
 from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused
 from arctrue.importing.errors_and_signs import error_of_readings, one_zero, signed_error
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.file_rows import FileRows, rows_of
 from arctrue.importing.motion import Pass, cycles, passes
-from arctrue.importing.recording import Recording
 from arctrue.importing.row_order import in_order
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
@@ -66,7 +66,7 @@ class Imported:
 
 
 def import_recordings(
-    recordings: Sequence[Recording], settings: Settings, choices: Choices
+    recordings: Sequence[FileContent], settings: Settings, choices: Choices
 ) -> Imported:
     """The measurement set of ``recordings``.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.known_names import UNLOCKS, quantity_meant
 from arctrue.importing.quantities import (
     QUANTITIES,
@@ -20,7 +21,6 @@ from arctrue.importing.quantities import (
     name_and_unit,
     unit_named,
 )
-from arctrue.importing.recording import Recording
 from arctrue.importing.sexagesimal import OF_DEGREES, is_sexagesimal, sexagesimal
 
 LOOKED_AT = 400
@@ -43,7 +43,7 @@ Mapped = dict[str, Source]
 
 
 def map_columns(
-    recordings: Sequence[Recording],
+    recordings: Sequence[FileContent],
     columns: Mapping[str, str],
     units: Mapping[str, str],
     choices: Choices,
@@ -78,7 +78,7 @@ def map_columns(
     return found
 
 
-def _places(recordings: Sequence[Recording], name: str, source: str) -> list[tuple[int, str]]:
+def _places(recordings: Sequence[FileContent], name: str, source: str) -> list[tuple[int, str]]:
     """The files, with the column's name there, that ``source`` means."""
     number, colon, rest = source.partition(":")
     if colon and number.isdigit() and 1 <= int(number) <= len(recordings):
@@ -100,7 +100,7 @@ def _places(recordings: Sequence[Recording], name: str, source: str) -> list[tup
     return places
 
 
-def _column(recording: Recording, source: str) -> str | None:
+def _column(recording: FileContent, source: str) -> str | None:
     if source in recording.columns:
         return source
     names = list(recording.columns)
@@ -109,12 +109,12 @@ def _column(recording: Recording, source: str) -> str | None:
     return None
 
 
-def _listed(recording: Recording) -> str:
+def _listed(recording: FileContent) -> str:
     return ", ".join(f"{number} {name}" for number, name in enumerate(recording.columns, start=1))
 
 
 def _unit(
-    recording: Recording, name: str, column: str, units: Mapping[str, str], choices: Choices
+    recording: FileContent, name: str, column: str, units: Mapping[str, str], choices: Choices
 ) -> str:
     kind = QUANTITIES.get(name)
     if kind is None or kind == "whole":
@@ -160,7 +160,7 @@ def _surely_degrees(values: NDArray[Any]) -> bool:
 
 
 def _by_own_names(
-    recording: Recording,
+    recording: FileContent,
     found: Mapped,
     columns: Mapping[str, str],
     units: Mapping[str, str],
@@ -178,7 +178,7 @@ def _by_own_names(
 
 
 def _by_common_names(
-    recording: Recording,
+    recording: FileContent,
     found: Mapped,
     columns: Mapping[str, str],
     units: Mapping[str, str],
@@ -201,7 +201,7 @@ def _by_common_names(
             found[name] = Source(alike[0], unit, "a common name")
 
 
-def _may_be(recording: Recording, name: str, column: str, others: set[str]) -> bool:
+def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:
     """False where the values, or what else is there, show that the name means something else."""
     values, kind = recording.columns[column], QUANTITIES[name]
     if kind == "whole":
@@ -217,7 +217,7 @@ def _may_be(recording: Recording, name: str, column: str, others: set[str]) -> b
 
 
 def tell_unused(
-    recordings: Sequence[Recording],
+    recordings: Sequence[FileContent],
     found: Sequence[Mapped],
     columns: Mapping[str, str],
     choices: Choices,
@@ -245,7 +245,7 @@ def tell_unused(
 
 
 def _ask_for_what_is_needed(
-    recordings: Sequence[Recording],
+    recordings: Sequence[FileContent],
     found: list[Mapped],
     columns: Mapping[str, str],
     units: Mapping[str, str],
@@ -296,7 +296,7 @@ def _ask_for_what_is_needed(
             ask("time", "the time", may_lack=False)
 
 
-def numbers(recording: Recording, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
+def numbers(recording: FileContent, source: Source) -> NDArray[np.int64] | NDArray[np.float64]:
     """The column as numbers, finite or NaN. Raises MeasurementError for the first other field."""
     values = recording.columns[source.column]
     if values.dtype.kind in "iu":
@@ -336,7 +336,7 @@ def _number(text: str, *, sixty: bool) -> float | None:
 DAY_S = 86400.0
 
 
-def seconds(recording: Recording, source: Source) -> NDArray[np.float64]:
+def seconds(recording: FileContent, source: Source) -> NDArray[np.float64]:
     """Time in seconds since 1970, or since the log's own start or midnight; NaN: it is missing."""
     values = recording.columns[source.column]
     if source.unit != "iso":

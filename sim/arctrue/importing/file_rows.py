@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
 from arctrue.importing.columns import Mapped, kind_of, numbers, seconds
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.motion import without_jumps
 from arctrue.importing.quantities import UNITS
-from arctrue.importing.recording import Recording
 from arctrue.units import ARCSEC_PER_TURN
 
 Integer = NDArray[np.int64]
@@ -27,7 +27,7 @@ FAHRENHEIT_AT_0 = 32.0
 class FileRows:
     """Arrays (rows,) by quantity. ``exact``: heads that the file has in whole counts."""
 
-    recording: Recording
+    recording: FileContent
     sources: Mapped
     kept: Integer
     angles: Mapping[str, Float]
@@ -102,7 +102,7 @@ class FileRows:
 
 
 def rows_of(
-    recording: Recording,
+    recording: FileContent,
     sources: Mapped,
     counts_per_rev: int | None,
     missing: str,

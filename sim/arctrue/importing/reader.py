@@ -16,8 +16,8 @@ from typing import Protocol
 import numpy as np
 
 from arctrue.importing.choices import Ambiguous, AmbiguousError, Choices
+from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.gzip_file import is_gzip, unpacked
-from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
 GROUP = "arctrue.readers"
@@ -45,7 +45,7 @@ class Reader(Protocol):
         """True if the file is of this format; ``head``: its first bytes."""
         ...
 
-    def read(self, path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+    def read(self, path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         """The columns. Raises MeasurementError with row and column, OSError, AmbiguousError."""
         ...
 
@@ -76,7 +76,7 @@ FALLBACK = "text"
 """Takes every file that is text; asked last."""
 
 
-def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
     """The file read by the reader ``name``; by the one that recognises it where name is "".
 
     Raises MeasurementError, OSError, AmbiguousError, ValueError for a name that no reader has.
@@ -93,7 +93,9 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     )
 
 
-def _unpacked_or_read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+def _unpacked_or_read(
+    path: Path, name: str, settings: ReadSettings, choices: Choices
+) -> FileContent:
     """A file that gzip packed is unpacked first, into a folder that is gone afterwards."""
     if path.is_dir() or not is_gzip(path):
         return _read(path, name, settings, choices)
@@ -110,7 +112,7 @@ def _unpacked_or_read(path: Path, name: str, settings: ReadSettings, choices: Ch
     return replace(recording, path=path, notes=(told, *recording.notes))
 
 
-def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> Recording:
+def _read(path: Path, name: str, settings: ReadSettings, choices: Choices) -> FileContent:
     known = readers()
     if name:
         if name not in known:

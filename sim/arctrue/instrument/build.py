@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.generated.registers import CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.source_tree import ROOT, lack_of_source_tree
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
     run_tool([*command, "--Mdir", str(folder), str(netlist)], log, f"Verilating {top}")
 
 
-def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: Say) -> Path:
+def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: ReportStep) -> Path:
     """The folder of the compiled core: objects, headers and the netlist that they are made of."""
     tools, versions = netlist_tools(), tool_versions()
     values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
@@ -254,7 +254,7 @@ def build(
     capture_depth: int = CAPTURE_DEPTH_DEFAULT,
     *,
     generics: Mapping[str, int] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> Path:
     """The shared library of an instrument, built unless it is there already.
 

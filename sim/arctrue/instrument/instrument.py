@@ -14,7 +14,7 @@ from typing import Any, Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.gateware.register_access import Capture, CoefficientSet, RegisterMap, Snapshot
+from arctrue.gateware.register_access import CaptureBank, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import build
 from arctrue.instrument.curves import Curve, Curves, TableCurves
@@ -23,7 +23,7 @@ from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
 from arctrue.instrument.recording import EdgeTrack, Recording
 from arctrue.printable import time_left
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))
@@ -161,7 +161,7 @@ class Instrument:
         generics: Mapping[str, int] | None = None,
         progress: Callable[[RunProgress], None] | None = None,
         progress_every_s: float = 5.0,
-        say: Say | None = None,
+        say: ReportStep | None = None,
     ) -> None:
         """``generics``: further ones of arctrue_core. Raises InstrumentError."""
         self.library = load(build(lanes, capture_depth, generics=generics, say=say))
@@ -453,7 +453,7 @@ class Instrument:
         """Both heads and the corrected output of one clock."""
         return _now(self.registers.snapshot())
 
-    def read_capture(self) -> Capture:
+    def read_capture(self) -> CaptureBank:
         """The bank that is ready, over the bus; ``command("capture_release")`` gives it back."""
         return _now(self.registers.read_capture())
 

@@ -23,7 +23,7 @@ from arctrue.instrument.instrument import Instrument, RunProgress, clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import Recording
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     DiscEccentricity,
@@ -250,7 +250,7 @@ def run_revolution(
     settings: RevolutionSettings,
     *,
     progress: Callable[[RunProgress], None] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> RevolutionResult:
     """Run it; raises InstrumentError where the firmware does not come to a swap."""
     say = say or (lambda _: None)

@@ -13,7 +13,7 @@ from arctrue.page.app import make_page
 from arctrue.page.settings import MEGABYTE, PageSettings
 from arctrue.page.start_pages import open_set_of
 from arctrue.printable import one_line
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _THREADS = 8
@@ -24,7 +24,7 @@ class AddressError(OSError):
     """The page cannot be served at the address that was asked for."""
 
 
-def serve(settings: PageSettings, host: str, port: int, say: Say) -> None:
+def serve(settings: PageSettings, host: str, port: int, say: ReportStep) -> None:
     """Serve at ``host``:``port`` (0: a free one); tells its address first.
 
     Only names of this machine are answered at a loopback address; anything else needs a token.

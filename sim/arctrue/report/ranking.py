@@ -13,7 +13,7 @@ from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare as compare_with_reference
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.report.examined import Examined
 from arctrue.report.finding import Finding, Shown, finding_of
 from arctrue.workbench.compare.comparison import compare
@@ -31,7 +31,7 @@ SEED = 1
 
 def ranked(
     examined: Examined,
-    progress: Say = lambda text: None,
+    progress: ReportStep = lambda text: None,
     partly: Callable[[Ranking], None] = lambda found: None,
     *,
     seed: int = SEED,

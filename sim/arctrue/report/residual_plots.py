@@ -17,7 +17,7 @@ from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.report.charts.spectrum import all_spectra
 from arctrue.report.charts.whitened import whitened
 from arctrue.report.png import CHANNEL_COLOUR, QUIET, plain_axes, png_figure, save_png
-from arctrue.workbench.compare.comparison import Comparison
+from arctrue.workbench.compare.comparison import ModelComparison
 from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
 from arctrue.workbench.compare.maps import ResidualMap
 from arctrue.workbench.inference.residuals import Residuals
@@ -33,7 +33,7 @@ WAVES = ("angle", "electrical phase of head 1", "electrical phase of head 2")
 SYMBOLS = {"deg": "°", "deg/s": "°/s"}
 
 
-def plot_comparison(solution: Solution, comparison: Comparison, folder: Path) -> list[Path]:
+def plot_comparison(solution: Solution, comparison: ModelComparison, folder: Path) -> list[Path]:
     """Branches by run and direction against the angle, all maps, lines, whitened; PNG files."""
     noise_arcsec = {name: item.noise_arcsec for name, item in comparison.channels.items()}
     return [

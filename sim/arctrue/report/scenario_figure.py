@@ -12,7 +12,7 @@ from arctrue.instrument.turn_score import BINS, TurnScore
 from arctrue.report.log_scale import set_log_y
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import AFTER, BEFORE, LIMIT, MUTED, house_style
-from arctrue.studies.scenario.result import ScenarioResult, Turn
+from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def plot_scenario(result: ScenarioResult, file: Path) -> None:
@@ -67,7 +67,7 @@ def _by_turn(axes: Axes, result: ScenarioResult) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
-def _said(turn: Turn) -> str:
+def _said(turn: ScenarioTurn) -> str:
     refused = [
         f"refused: {t['reason'].replace('_', ' ')}" for t in turn.told if t["result"] == "refused"
     ]
@@ -99,5 +99,5 @@ def _shape(axes: Axes, result: ScenarioResult) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
-def _ends(turns: list[Turn]) -> list[Turn]:
+def _ends(turns: list[ScenarioTurn]) -> list[ScenarioTurn]:
     return turns if len(turns) < 2 else [turns[0], turns[-1]]

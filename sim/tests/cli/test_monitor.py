@@ -25,7 +25,7 @@ from sim.tests.firmware.test_estimates import counts_of
 
 from arctrue.cli import main
 from arctrue.device import console
-from arctrue.device.console import Turn
+from arctrue.device.console import TelemetryLine
 from arctrue.device.recorder import Recorder
 from arctrue.measurement import read_measurement_set
 from arctrue.metrology import trend
@@ -147,7 +147,9 @@ def test_a_record_of_an_older_version_is_continued(tmp_path: Path) -> None:
     with sqlite3.connect(file) as database:
         database.execute("ALTER TABLE turn DROP COLUMN temperature_c")
     recorder = Recorder(file)
-    recorder.add(Turn({"turn": 1, "result": "kept", "reason": "none", "temperature_c": 51.5}))
+    recorder.add(
+        TelemetryLine({"turn": 1, "result": "kept", "reason": "none", "temperature_c": 51.5})
+    )
     recorder.close()
     with sqlite3.connect(file) as database:
         assert database.execute("SELECT temperature_c FROM turn").fetchall() == [(51.5,)]

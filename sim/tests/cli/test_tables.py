@@ -265,9 +265,9 @@ def test_tables_of_the_instrument(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_lines_of_the_monitor_are_short() -> None:
     from arctrue.cli.monitor import _HEAD, _row
-    from arctrue.device.console import Turn
+    from arctrue.device.console import TelemetryLine
 
-    turn = Turn(
+    turn = TelemetryLine(
         {
             "turn": 99999,
             "result": "refused",

@@ -8,7 +8,7 @@ from arctrue.gateware.sampler import (
     FLAG_NAMES,
     FULL_BEFORE_TURN,
     OVERRUN,
-    Capture,
+    SampledBank,
     SamplerInputs,
     SamplerTrace,
     sampler,
@@ -30,7 +30,7 @@ def turned(columns: dict[str, np.ndarray], clocks: np.ndarray) -> np.ndarray:
 
 
 def check_capture(
-    scenario: Scenario, columns: dict[str, np.ndarray], trace: SamplerTrace, capture: Capture
+    scenario: Scenario, columns: dict[str, np.ndarray], trace: SamplerTrace, capture: SampledBank
 ) -> None:
     clocks = capture.sample_clocks
     inside = slice(clocks[0], clocks[-1] + 1)

@@ -16,7 +16,7 @@ from arctrue.importing import (
     import_recordings,
     read_recording,
 )
-from arctrue.importing.recording import Recording
+from arctrue.importing.file_content import FileContent
 from arctrue.measurement import MeasurementError, Reference
 from arctrue.units import ARCSEC_PER_TURN
 
@@ -27,7 +27,7 @@ HEADER = (
 SCALE, DECLINATION_DEG, RATE_PX_S = 2.66, 22.6, 5.0
 
 
-def read(path: Path, name: str = "", **settings: object) -> Recording:
+def read(path: Path, name: str = "", **settings: object) -> FileContent:
     return read_recording(path, name, ReadSettings(**settings), Choices())  # type: ignore[arg-type]
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from arctrue.instrument.curves import TableCurves
 from arctrue.studies.hidden_effect.settings import HiddenSettings
-from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import Experiment, full, lean
+from arctrue.studies.simulate.measured_table import MeasuredTable
 from arctrue.table import Cause, Motion, RotaryTable, causes, count_edges, two_heads
 from arctrue.table.cause import (
     CAPTURE,
@@ -54,9 +54,9 @@ def hidden_effect(*effects: Cause) -> None:
     TableCurves(settings.table(effects), MOTION, 1e6)
 
 
-def bench(one: RotaryTable) -> Bench:
+def bench(one: RotaryTable) -> MeasuredTable:
     random = np.random.default_rng(1)
-    return Bench(one, reference_noise_arcsec=0.1, index_scatter_counts=0, random=random)
+    return MeasuredTable(one, reference_noise_arcsec=0.1, index_scatter_counts=0, random=random)
 
 
 def measured(experiment: Experiment, *effects: Cause) -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.importing.recording import Recording
+from arctrue.importing.file_content import FileContent
 from arctrue.measurement import MeasurementError
 
 
-def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> Recording:
+def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]]) -> FileContent:
     """A recording of equally long columns; a matrix is a column a number (``name.1``).
 
     Raises MeasurementError for arrays of unequal length, of more than two dimensions, or none.
@@ -41,7 +41,7 @@ def recording_of(path: Path, format_name: str, arrays: Mapping[str, NDArray[Any]
         listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
         raise MeasurementError("format", path, f"its columns are not equally long: {listed}")
     told = f"{path.name}: {max(sizes.values())} rows of {len(columns)} columns ({format_name})"
-    return Recording(path, format_name, columns, notes=(told,))
+    return FileContent(path, format_name, columns, notes=(told,))
 
 
 def _plain(path: Path, name: str, array: NDArray[Any]) -> NDArray[Any]:

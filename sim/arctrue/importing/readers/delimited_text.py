@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.quantities import any_unit
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.text_columns import TextColumns
 from arctrue.importing.readers.text_form import COMMENT, RowShape, form_of, row_shape
 from arctrue.importing.readers.text_lines import TextLines, encoding_of
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 LOOKED_AT = 400
@@ -35,7 +35,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return b"\0" not in head
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Columns with the names of the header; ``1``, ``2`` … where there is none.
 
     Lines that begin with #, % or // are comments; the last one before the rows is the header if it
@@ -64,7 +64,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     if form.decimal == "comma":
         said += ", decimal comma"
     notes = [said, encoding.told, *told, *rows.told]
-    return Recording(path, "text", columns, places, notes=tuple(filter(None, notes)))
+    return FileContent(path, "text", columns, places, notes=tuple(filter(None, notes)))
 
 
 def _is_row(text: str, shape: RowShape) -> bool:

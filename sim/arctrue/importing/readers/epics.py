@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.unpacked_size import refuse_many_fields
-from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
 _LINE = re.compile(r"(\S+)\s+(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d:\d\d(?:\.\d+)?)\s+(\S+)(.*)\Z")
@@ -25,7 +25,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(_LINE.match(line) for line in text.splitlines()[:3])
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """One column a variable, at the times of one of them; the others are interpolated linearly.
 
     A variable is posted when it changes, each at its own times. ``settings.group`` names the one
@@ -76,7 +76,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
             f"{path.name}: {int((~inside).sum())} rows outside the others' times and {gone} lines "
             "without a value are left out"
         )
-    return Recording(
+    return FileContent(
         path,
         "epics",
         columns,

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 
@@ -20,7 +20,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(b"\x89HDF\r\n\x1a\n")
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """The datasets of one group as columns; a table (compound or two-dimensional) by itself.
 
     ``settings.group`` names the group or the dataset; asked where several hold data. Raises

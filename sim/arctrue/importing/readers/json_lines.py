@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.unpacked_size import refuse_many_fields
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 
@@ -27,7 +27,7 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """A column a key, or ``1``, ``2`` … of lists; a key that a line lacks is missing there.
 
     Raises MeasurementError naming the row.
@@ -48,7 +48,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     names = list(dict.fromkeys(name for row in rows for name in row))
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
     told = f"{path.name}: {len(rows)} lines of JSON with {len(names)} keys"
-    return Recording(path, "json", columns, np.array(places), notes=(told,))
+    return FileContent(path, "json", columns, np.array(places), notes=(told,))
 
 
 def _row(path: Path, number: int, text: str) -> dict[str, Any]:

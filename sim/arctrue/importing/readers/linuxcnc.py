@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.unpacked_size import refuse_many_fields
-from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
 
@@ -22,7 +22,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(line.strip() == b"overrun" for line in head.splitlines())
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Columns ``1``, ``2`` … and ``time_s``, the sample's number times the thread's period.
 
     Without numbers of the samples, nobody knows how many an overrun lost: such a file is refused.
@@ -78,7 +78,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     if tagged:
         lost = int((steps - 1.0).sum())
         told.append(f"{path.name}: column 1 is the number of the sample; {lost} samples are lost")
-    return Recording(
+    return FileContent(
         path,
         "linuxcnc",
         columns,

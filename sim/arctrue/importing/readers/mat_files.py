@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
 from arctrue.importing.readers.mat_sizes import unpacked_bytes
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 LEVEL_5, LEVEL_73 = b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"
@@ -43,7 +43,7 @@ def recognises(path: Path, head: bytes) -> bool:
     )
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """The vectors of the file as columns, or those of a struct (``settings.group``).
 
     A vector of another length, a text, a cell is left out and said. Asked where several structs
@@ -72,7 +72,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     if left_out:
         notes.append(f"{path.name}: left out: {', '.join(left_out)}")
     recording = recording_of(path, "mat", arrays)
-    return Recording(path, "mat", recording.columns, notes=(*recording.notes, *notes))
+    return FileContent(path, "mat", recording.columns, notes=(*recording.notes, *notes))
 
 
 def _leaves(tree: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:

@@ -10,10 +10,10 @@ from typing import IO
 import numpy as np
 
 from arctrue.importing.choices import Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 MAGIC = np.lib.format.MAGIC_PREFIX
@@ -26,7 +26,7 @@ def recognises(path: Path, head: bytes) -> bool:
     )
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """Columns of an array (rows, columns), of a structured array, or the arrays of an archive.
 
     Raises MeasurementError for a damaged file, pickled objects (never unpickled) and arrays that

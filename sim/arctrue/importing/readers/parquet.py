@@ -9,10 +9,10 @@ import pyarrow as pa  # type: ignore[import-untyped]
 import pyarrow.parquet as pa_parquet  # type: ignore[import-untyped]
 
 from arctrue.importing.choices import Choices
+from arctrue.importing.file_content import FileContent
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.arrays import recording_of
 from arctrue.importing.readers.unpacked_size import refuse_above_limit
-from arctrue.importing.recording import Recording
 from arctrue.measurement import MeasurementError
 
 
@@ -21,7 +21,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.startswith(b"PAR1")
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """The columns of the table.
 
     Raises MeasurementError for a damaged file or one above the limit.

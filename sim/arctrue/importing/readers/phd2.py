@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.importing.choices import Choices
+from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.unpacked_size import refuse_many_fields
-from arctrue.importing.recording import Known, Recording
 from arctrue.measurement import MeasurementError
 
 SIDEREAL_DAY_S = 86164.0905
@@ -48,7 +48,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head.lstrip(b"\xef\xbb\xbf").startswith(b"PHD2 version")
 
 
-def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
+def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
     """``error_arcsec`` over ``target_deg``, the axis's sidereal rotation since guiding began.
 
     A run for each stretch of guiding; a dither or another lock position begins a new one, whose
@@ -76,7 +76,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> Recording:
     )
     if dropped:
         told.append(f"{path.name}: {dropped} dropped frames are left out")
-    return Recording(
+    return FileContent(
         path,
         "phd2",
         {name: np.concatenate(parts) for name, parts in columns.items()},

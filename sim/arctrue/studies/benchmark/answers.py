@@ -12,11 +12,11 @@ from msgspec import Struct
 
 from arctrue.measurement import write_measurement_set
 from arctrue.printable import one_line
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.benchmark.digests import folder_digest, set_name
 from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
-from arctrue.studies.benchmark.plan import FILE, TIERS, Plan, read_plan
+from arctrue.studies.benchmark.plan import FILE, TIERS, TierPlan, read_plan
 from arctrue.studies.benchmark.score import judged, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS
@@ -45,7 +45,7 @@ class AnswersError(ValueError):
     """A file of answers that cannot be read."""
 
 
-def write_sets(plan: Plan, out: Path, first: int | None, say: Say) -> dict[str, str]:
+def write_sets(plan: TierPlan, out: Path, first: int | None, say: ReportStep) -> dict[str, str]:
     """Write the sets of a plan into folders of their names; the digest of each by its name.
 
     A digest is the same on every machine whose sines and cosines are: one that differs may be a
@@ -147,7 +147,7 @@ def _check_frozen(folder: Path, results: Mapping[str, Result]) -> None:
         )
 
 
-def _check_plan(folder: Path, plan: Plan, subject: str) -> dict[str, Any]:
+def _check_plan(folder: Path, plan: TierPlan, subject: str) -> dict[str, Any]:
     """The header of a subject's results. Raises AnswersError where they are of another plan."""
     header = read_header(folder / subject)
     if header.get("plan") != asdict(plan):

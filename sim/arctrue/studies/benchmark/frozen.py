@@ -9,7 +9,7 @@ from pathlib import Path
 
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.digests import folder_digest
-from arctrue.studies.benchmark.plan import TIERS, Plan
+from arctrue.studies.benchmark.plan import TIERS, TierPlan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.campaign import Task
 from arctrue.whole_file import write_whole_text
@@ -44,7 +44,7 @@ def freeze(digests: Mapping[str, str]) -> None:
     write_whole_text(FILE, json.dumps(content, indent=1, sort_keys=True) + "\n")
 
 
-def is_public(plan: Plan) -> bool:
+def is_public(plan: TierPlan) -> bool:
     """Whether a plan's sets are the public ones."""
     tier = TIERS[TIER]
     return (plan.tier, plan.sets, plan.samples, plan.seed) == (

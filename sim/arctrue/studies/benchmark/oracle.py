@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.simulate.bench import TrueNoise
+from arctrue.studies.simulate.measured_table import TrueNoise
 from arctrue.table.noise import Noise
 from arctrue.table.registry import REGISTRY
 from arctrue.units import ARCSEC_PER_RAD

@@ -61,7 +61,7 @@ class PlanError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class TierPlan:
     """A tier with its seed, and the digests of what was fixed before the seed was drawn."""
 
     tier: str
@@ -121,7 +121,7 @@ def files_digest(names: tuple[str, ...]) -> str:
     return whole.hexdigest()[:16]
 
 
-def make_plan(tier: str, folder: Path) -> Plan:
+def make_plan(tier: str, folder: Path) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
     Raises PlanError where the folder has another plan.
@@ -129,7 +129,7 @@ def make_plan(tier: str, folder: Path) -> Plan:
     chosen = TIERS[tier]
     generator, scoring = files_digest(GENERATOR), files_digest(SCORING)
     seed = secrets.randbits(64) if chosen.seed is None else chosen.seed
-    plan = Plan(tier, chosen.sets, chosen.samples, seed, generator, scoring)
+    plan = TierPlan(tier, chosen.sets, chosen.samples, seed, generator, scoring)
     path = folder / FILE
     if path.exists() and (chosen.seed is None or read_plan(folder) != plan):
         raise PlanError(f"{path} is there already; take a new folder")
@@ -138,11 +138,11 @@ def make_plan(tier: str, folder: Path) -> Plan:
     return plan
 
 
-def read_plan(folder: Path) -> Plan:
+def read_plan(folder: Path) -> TierPlan:
     """The plan of a folder. Raises PlanError where there is none."""
     path = folder / FILE
     try:
-        return read_json(path, Plan)
+        return read_json(path, TierPlan)
     except FileNotFoundError:
         raise PlanError(f"{path} is not there: first arctrue benchmark make {folder}") from None
     except ContentError as error:

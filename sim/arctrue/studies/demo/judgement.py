@@ -18,7 +18,7 @@ class RecordingError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class OutputRecording:
     """What left the output pins, decoded; arrays ``(n,)``."""
 
     clock: NDArray[np.int64]
@@ -28,7 +28,7 @@ class Recording:
     """Which edges raise Z, shape ``(k,)``."""
 
 
-def decode_recording(output: PinEvents) -> Recording:
+def decode_recording(output: PinEvents) -> OutputRecording:
     """Decode A, B and Z of the recorded output.
 
     Raises RecordingError where A and B change together.
@@ -42,10 +42,12 @@ def decode_recording(output: PinEvents) -> Recording:
     at_index = (output.levels >> 2 & 1).astype(np.int8)
     rises = np.diff(at_index, prepend=np.int8(output.first_levels >> 2 & 1)) == 1
     moved = step != 0
-    return Recording(output.clock[moved], np.cumsum(step)[moved], np.flatnonzero(rises[moved]))
+    return OutputRecording(
+        output.clock[moved], np.cumsum(step)[moved], np.flatnonzero(rises[moved])
+    )
 
 
-def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: Recording) -> int:
+def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: OutputRecording) -> int:
     """Clocks from an edge at the pins of head 1 to the same edge at the output pins.
 
     Measured on the uncorrected run-up before the first index, where every input edge is followed
@@ -70,7 +72,7 @@ def pin_to_pin_latency(scene: Scene, settings: DemoSettings, output: Recording) 
 def output_score(
     scene: Scene,
     settings: DemoSettings,
-    output: Recording,
+    output: OutputRecording,
     first_clock: int,
     latency_clocks: int,
 ) -> TurnScore:
@@ -97,7 +99,7 @@ def output_score(
 
 
 def index_offset_counts(
-    scene: Scene, settings: DemoSettings, output: Recording, latency_clocks: int
+    scene: Scene, settings: DemoSettings, output: OutputRecording, latency_clocks: int
 ) -> float:
     """How far the last Z of the output lies from the zero of the corrected angle, counts.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from arctrue.instrument.turn_score import MOST_ORDER, TurnScore
 from arctrue.printable import time_left
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.source_tree import ROOT
 from arctrue.studies.demo.bench_stage import BenchStage
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
@@ -41,7 +41,7 @@ PAPER_LATENCY_CLOCKS = {
 _PROGRESS_EVERY_S = 5.0
 
 
-def run_demo(settings: DemoSettings, folder: Path, say: Say) -> DemoResult:
+def run_demo(settings: DemoSettings, folder: Path, say: ReportStep) -> DemoResult:
     """Run everything, intermediate files in ``folder``; ``say`` takes the lines for people.
 
     Raises DemoError where the demo cannot run, and RecordingError where the output of the
@@ -128,7 +128,7 @@ def _finish(process: subprocess.Popen[bytes], part: str, files: DemoFiles) -> No
 
 
 def _follow(
-    process: subprocess.Popen[bytes], files: DemoFiles, settings: DemoSettings, say: Say
+    process: subprocess.Popen[bytes], files: DemoFiles, settings: DemoSettings, say: ReportStep
 ) -> None:
     # Stand-in for the end, which the firmware decides: the run-in, two turns and the read-out.
     expected = int(2.5 * settings.counts_per_rev * settings.clocks_per_count)

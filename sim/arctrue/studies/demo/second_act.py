@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
@@ -38,7 +38,7 @@ class SecondAct:
         return not self.faults
 
 
-def run_second_act(settings: HiddenSettings, folder: Path, say: Say) -> SecondAct:
+def run_second_act(settings: HiddenSettings, folder: Path, say: ReportStep) -> SecondAct:
     """Run it, intermediate files and ``result.json`` in ``folder``.
 
     Raises InstrumentError where the instrument cannot run.

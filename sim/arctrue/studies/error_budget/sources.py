@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.calibration.transfer_function import noise_gain, separation_slope
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.error_budget import DRAWS
 from arctrue.studies.error_budget.chain import (
     CENTRE_M_PER_K,
@@ -63,7 +63,9 @@ SOURCES = (
 )  # fmt: skip
 
 
-def error_budget(draws: int = DRAWS, seed: int = 1, progress: Say | None = None) -> dict[str, Any]:
+def error_budget(
+    draws: int = DRAWS, seed: int = 1, progress: ReportStep | None = None
+) -> dict[str, Any]:
     """The budget as plain values; ``draws`` of each random source and of the whole.
 
     Raises ValueError for fewer than two draws.

@@ -15,7 +15,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording, RunProgress
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
 from arctrue.studies.hidden_effect.drive import over_stations, turning
 from arctrue.studies.hidden_effect.measured import seal, write_set
@@ -130,7 +130,7 @@ def run_hidden(
     folder: Path,
     *,
     progress: Callable[[RunProgress], None] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> HiddenResult:
     """Run it; files go into ``folder``.
 
@@ -150,7 +150,7 @@ class _Run:
         settings: HiddenSettings,
         folder: Path,
         instrument: Instrument,
-        say: Say,
+        say: ReportStep,
     ) -> None:
         self.case, self.settings, self.folder, self.say = case, settings, folder, say
         self.causes = case.build(settings)

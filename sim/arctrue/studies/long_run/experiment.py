@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from arctrue.instrument import RunProgress
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
@@ -63,7 +63,7 @@ def run_long(
     *,
     strategies: Sequence[str] = tuple(STRATEGIES),
     progress: Callable[[RunProgress], None] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> dict[str, Any]:
     """Run it once for each strategy; everything as plain values.
 

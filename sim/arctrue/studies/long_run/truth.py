@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
-from arctrue.studies.scenario import Scenario, Turn
+from arctrue.studies.scenario import Scenario, ScenarioTurn
 from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 Float = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Truth:
         """Reading less true angle in turn ``number`` (first: 1), its mean removed, (PLACES,)."""
         return self._turn(number)[1]
 
-    def left_arcsec(self, turn: Turn) -> float:
+    def left_arcsec(self, turn: ScenarioTurn) -> float:
         """RMS of what the coefficients at the end of a turn leave of that turn's error."""
         reading, error = self._turn(turn.number)
         if turn.bank is not None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from arctrue.instrument.turn_score import TurnScore
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.methods.equal_division import equal_division
 from arctrue.studies.methods.free_spin import FREE_SPIN
 from arctrue.studies.methods.head_places import (
@@ -77,7 +77,9 @@ def methods(sets: tuple[Places, ...]) -> tuple[Method, ...]:
     )
 
 
-def compare_methods(settings: MethodsSettings, progress: Say | None = None) -> dict[str, Any]:
+def compare_methods(
+    settings: MethodsSettings, progress: ReportStep | None = None
+) -> dict[str, Any]:
     """Run every method with the bearing that moves and with one that does not; plain values.
 
     Raises ValueError for a time of measurement that is too short for a method.

@@ -15,7 +15,7 @@ BATCH = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class TrialPlan:
     """How many trials of every case, and what each measures."""
 
     trials: int

@@ -16,8 +16,8 @@ from arctrue.calibration.estimate import Estimate
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.studies.monte_carlo.inputs import Values, drawn, ellipse_m
-from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import SLOW_RAD_S, CaptureRun, Experiment
+from arctrue.studies.simulate.measured_table import MeasuredTable
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
     Cause,
@@ -62,7 +62,7 @@ def run_trial(task: Mapping[str, Any]) -> dict[str, Any]:
     table = drawn_table(task["seed"], values)
     counts = round(values["index_counts"])
     experiment = _experiment(task, values)
-    bench = Bench(
+    bench = MeasuredTable(
         table,
         reference_noise_arcsec=0.0,
         index_scatter_counts=counts,

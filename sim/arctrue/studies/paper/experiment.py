@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import EdgeTrack
 from arctrue.instrument.revolution import RevolutionSettings, set_up, settled
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED, Published
@@ -111,7 +111,7 @@ def run_experiment(
     *,
     published: Published = PUBLISHED,
     progress: Callable[[RunProgress], None] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> ExperimentResult:
     """Run it.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arctrue.studies.scenario.result import ScenarioResult, Turn
+from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 
 
 def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def broken_limits(result: ScenarioResult) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _errors_of(turn: Turn, result: ScenarioResult) -> list[str]:
+def _errors_of(turn: ScenarioTurn, result: ScenarioResult) -> list[str]:
     limits = result.scenario.limits
     if turn.corrected is None:
         wanted = (limits.corrected_rms_arcsec, limits.corrected_reach_arcsec)
@@ -57,7 +57,7 @@ def _errors_of(turn: Turn, result: ScenarioResult) -> list[str]:
     return found
 
 
-def _worse(turn: Turn, by_arcsec: float | None) -> list[str]:
+def _worse(turn: ScenarioTurn, by_arcsec: float | None) -> list[str]:
     if by_arcsec is None or turn.corrected is None or turn.uncorrected is None:
         return []
     worse = turn.corrected.rms_arcsec - turn.uncorrected.rms_arcsec

@@ -11,7 +11,7 @@ from arctrue.studies.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class ScenarioTurn:
     """One turn of travel."""
 
     number: int
@@ -55,7 +55,7 @@ class ScenarioResult:
     """All turns, and which limits were broken."""
 
     scenario: Scenario
-    turns: tuple[Turn, ...]
+    turns: tuple[ScenarioTurn, ...]
     illegal: int
     """Clocks in which A and B of the output changed together."""
     clocks: int

@@ -13,10 +13,10 @@ from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, PinFault, RunProgress
 from arctrue.instrument.turn_score import score_turns
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
-from arctrue.studies.scenario.result import ScenarioResult, Turn
+from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn
 from arctrue.studies.scenario.scenario import FLAGS, Scenario
 from arctrue.studies.scenario.seen import seen_by_reference
 
@@ -156,7 +156,7 @@ def run_scenario(
     scenario: Scenario,
     *,
     progress: Callable[[RunProgress], None] | None = None,
-    say: Say | None = None,
+    say: ReportStep | None = None,
 ) -> ScenarioResult:
     """Run it.
 
@@ -201,7 +201,7 @@ def run_scenario(
         )
         temperature_c = course.temperature_c(middle_s)
         turns = tuple(
-            Turn(
+            ScenarioTurn(
                 number=n + 1,
                 temperature_c=float(temperature_c[n]),
                 uncorrected=errors["head1"][n],

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet
 from arctrue.similar import did_you_mean
-from arctrue.studies.simulate.bench import Bench, TrueNoise
 from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
+from arctrue.studies.simulate.measured_table import MeasuredTable, TrueNoise
 from arctrue.table.cause import Cause
 from arctrue.table.causes.belt_half_order import BeltPull
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
@@ -149,7 +149,7 @@ def simulate_set(
         # After the causes were drawn: they stay those of the experiment itself.
         experiment = with_further(experiment, kind)
     teeth = next((cause.teeth for cause in causes if isinstance(cause, GearMesh)), None)
-    bench = Bench(
+    bench = MeasuredTable(
         table,
         reference_noise_arcsec=reference_noise_arcsec,
         index_scatter_counts=index_scatter_counts,

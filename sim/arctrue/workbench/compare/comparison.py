@@ -34,7 +34,7 @@ class ChannelComparison:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ModelComparison:
     """Both channels, the maps and the findings: the largest share first, then its shadows."""
 
     channels: dict[str, ChannelComparison]
@@ -44,7 +44,7 @@ class Comparison:
     """By channel: white and coloured part, and the tests of the whitened residuals."""
 
 
-def compare(solution: Solution, seed: int) -> Comparison:
+def compare(solution: Solution, seed: int) -> ModelComparison:
     """Residuals of a fitted (or stored) model against every condition of the set."""
     residuals = Residuals(solution)
     channels: dict[str, ChannelComparison] = {}
@@ -65,4 +65,4 @@ def compare(solution: Solution, seed: int) -> Comparison:
     }
     whitened = (residuals.capture_whitened, residuals.reference_whitened)
     findings = ranked_findings(residuals, maps, excess)
-    return Comparison(channels, maps, findings, noise_data(solution.noise, whitened))
+    return ModelComparison(channels, maps, findings, noise_data(solution.noise, whitened))

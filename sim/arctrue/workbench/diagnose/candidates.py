@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.base import Effect
@@ -22,7 +22,7 @@ from arctrue.workbench.observations import Observations
 
 
 def tried_effects(
-    residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, progress: Say
+    residuals: Residuals, effects: Mapping[str, type[Effect]], tests: int, progress: ReportStep
 ) -> tuple[list[Candidate], dict[str, list[str]]]:
     """A candidate of every effect that the set can test, and what it lacks for the others.
 

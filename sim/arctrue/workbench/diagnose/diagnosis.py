@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
@@ -106,7 +106,7 @@ def diagnose(
     effects: Mapping[str, type[Effect]],
     *,
     matters_counts: float = MATTERS_COUNTS,
-    progress: Say = lambda text: None,
+    progress: ReportStep = lambda text: None,
 ) -> Diagnosis:
     """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result."""
     faults = data_faults(observations)
@@ -137,7 +137,7 @@ def diagnose(
 
 
 def _case_of(
-    base: Solution, effects: Mapping[str, type[Effect]], matters_counts: float, progress: Say
+    base: Solution, effects: Mapping[str, type[Effect]], matters_counts: float, progress: ReportStep
 ) -> Case:
     """Candidates with their evidence, and what the rules ask of them."""
     count = base.observations.count_arcsec

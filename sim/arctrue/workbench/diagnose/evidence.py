@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from arctrue.progress import Say
+from arctrue.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.candidates import looked_for, tried_effects, tried_products
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
@@ -57,7 +57,7 @@ def survey(
     residuals: Residuals,
     effects: Mapping[str, type[Effect]],
     matters_arcsec: float,
-    progress: Say,
+    progress: ReportStep,
     *,
     negligible: bool = True,
     looks: int = 1,
@@ -91,7 +91,7 @@ def survey(
     return weighed(tried, progress, negligible=negligible)
 
 
-def weighed(tried: Survey, progress: Say, *, negligible: bool) -> Survey:
+def weighed(tried: Survey, progress: ReportStep, *, negligible: bool) -> Survey:
     """The survey with evidence, the noise free on both sides, of whatever may be named.
 
     That is the catalogue's candidates, best first, until those that follow have no chance to come
@@ -243,7 +243,7 @@ def _with_noise_of(items: Sequence[Candidate], real: Candidate) -> list[Candidat
 
 
 def _judged(
-    item: Candidate, tried: Survey, null: float, candidates: int, progress: Say
+    item: Candidate, tried: Survey, null: float, candidates: int, progress: ReportStep
 ) -> Candidate:
     """With its evidence, and with rows that the fit never saw if it is significant and matters."""
     residuals = tried.residuals
@@ -290,7 +290,7 @@ def _in_less_noise(
 
 
 def _judged_product(
-    item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: Say
+    item: Candidate, real: Candidate | None, tried: Survey, null: float, progress: ReportStep
 ) -> Candidate:
     """A product of parts with its evidence, where it is near to a description."""
     ahead = real is None or _bic_beside(item, real) > -FAR_BEHIND

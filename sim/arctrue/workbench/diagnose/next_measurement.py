@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.planned import PLANS, Plan
+from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
 from arctrue.workbench.effects.base import Nonlinear
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import Term, channel_sums, term_widths
@@ -109,7 +109,7 @@ def next_measurement(best: Candidate, rivals: Sequence[Candidate]) -> NextMeasur
     observations = best.solution.observations
     if not rivals or observations.rows > MOST_ROWS:
         return own
-    partly: tuple[Plan, float, Candidate] | None = None
+    partly: tuple[PlannedMeasurement, float, Candidate] | None = None
     for plan in PLANS:
         there = plan.with_it(observations)
         if there is None:

@@ -35,7 +35,7 @@ MOVING_STATIONS = 360
 
 
 @dataclass(frozen=True)
-class Plan:
+class PlannedMeasurement:
     """A measurement: its name for programs, its words for people, the rows with it."""
 
     kind: str
@@ -266,43 +266,47 @@ def _moving_reference(observations: Observations) -> Observations | None:
 
 
 PLANS = (
-    Plan(
+    PlannedMeasurement(
         "speed", "one more run at three times the speed", lambda o: _further_run(o, faster=FASTER)
     ),
-    Plan("direction", "one more run in the other direction", lambda o: _further_run(o, back=True)),
-    Plan(
+    PlannedMeasurement(
+        "direction", "one more run in the other direction", lambda o: _further_run(o, back=True)
+    ),
+    PlannedMeasurement(
         "again",
         "the same run once more, after the table has stood still for ten minutes",
         _further_run,
     ),
-    Plan(
+    PlannedMeasurement(
         "warm",
         "one more run with the table 4 K warmer",
         lambda o: _further_run(o, warmer_k=WARMER_K),
     ),
-    Plan(
+    PlannedMeasurement(
         "turns",
         f"one run of {MORE_TURNS} turns or more",
         lambda o: _further_run(o, turns=float(MORE_TURNS)),
     ),
-    Plan(
+    PlannedMeasurement(
         "samples",
         f"one run with {MORE_SAMPLES} times as many samples a turn",
         lambda o: _further_run(o, finer=float(MORE_SAMPLES)),
     ),
-    Plan(
+    PlannedMeasurement(
         "reference",
         "a reference run: a polygon of 24 faces, in both directions",
         _reference,
     ),
-    Plan("reference_back", "the reference run in the other direction too", _reference_back),
-    Plan(
+    PlannedMeasurement(
+        "reference_back", "the reference run in the other direction too", _reference_back
+    ),
+    PlannedMeasurement(
         "polygon_turned",
         "the reference run once more, the polygon turned on the table by a third of a face "
         "(as a second run in reference.csv)",
         _polygon_turned,
     ),
-    Plan(
+    PlannedMeasurement(
         "moving_reference",
         "a reference that is read on the move, both ways and at two speeds",
         _moving_reference,

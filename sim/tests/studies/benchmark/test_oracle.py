@@ -14,8 +14,8 @@ from arctrue.studies.benchmark.oracle import (
     look,
     needed_noncentrality,
 )
-from arctrue.studies.simulate.bench import TrueNoise
 from arctrue.studies.simulate.experiment import full
+from arctrue.studies.simulate.measured_table import TrueNoise
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table.noise import Noise, together
 from arctrue.table.registry import NOISES, REGISTRY

@@ -20,7 +20,7 @@ from arctrue.studies.benchmark.frozen import frozen_digests
 from arctrue.studies.benchmark.page import PEERS_TOLD, page
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
 from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
-from arctrue.studies.benchmark.plan import Plan, make_plan, read_plan, sources_of
+from arctrue.studies.benchmark.plan import TierPlan, make_plan, read_plan, sources_of
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.campaign.code_state import import_closure
 from arctrue.studies.campaign.store import Store
@@ -137,7 +137,7 @@ def test_command_writes_the_page_and_the_picture_that_it_shows(tmp_path: Path) -
         assert (place / "images" / "blind.svg").is_file() is shown
 
 
-def header_of(plan: Plan, subject: str, **code: str) -> dict[str, Any]:
+def header_of(plan: TierPlan, subject: str, **code: str) -> dict[str, Any]:
     libraries = {"numpy": "2", "scipy": "1", "pyarrow": "9"}
     return {
         "plan": asdict(plan),

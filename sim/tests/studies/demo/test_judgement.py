@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.studies.demo.judgement import (
-    Recording,
+    OutputRecording,
     RecordingError,
     decode_recording,
     faults,
@@ -119,6 +119,6 @@ def test_uneven_delay_and_dead_output_are_refused(scene: Scene) -> None:
     with pytest.raises(RecordingError, match="varies from 37 to 38"):
         pin_to_pin_latency(scene, SETTINGS, replace(recording, clock=late))
     none = np.zeros(0, dtype=np.int64)
-    empty = Recording(none, none, none)
+    empty = OutputRecording(none, none, none)
     with pytest.raises(RecordingError, match="is the output enabled"):
         pin_to_pin_latency(scene, SETTINGS, empty)

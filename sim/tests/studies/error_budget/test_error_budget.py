@@ -32,7 +32,7 @@ from arctrue.studies.error_budget.experiment import closure_budget
 from arctrue.studies.error_budget.sources import SOURCES
 from arctrue.studies.methods.polygon_closure import Closure, closure, spread_shifts
 from arctrue.studies.monte_carlo.inputs import CASES
-from arctrue.studies.monte_carlo.plan import Plan
+from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.table import DiscEccentricity, RotaryTable, TableState, two_heads
 from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
@@ -246,7 +246,7 @@ def test_drawn_calibrations_hold_where_the_covariance_knows_the_input() -> None:
 
 def test_monte_carlo_s_folder_is_read_and_an_empty_one_refused(tmp_path: Path) -> None:
     folder = tmp_path / "mc"
-    Plan(1, 1, runs=1, samples=200).campaign(folder).run(workers=1)
+    TrialPlan(1, 1, runs=1, samples=200).campaign(folder).run(workers=1)
     found = drawn_calibrations(folder)
     assert found["plan"]["samples"] == 200
     assert [one["case"] for one in found["cases"]] == list(CASES)

@@ -18,7 +18,7 @@ from arctrue.studies.campaign.code_state import import_closure
 from arctrue.studies.monte_carlo import trial as trial_module
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS, QUIET, drawn
 from arctrue.studies.monte_carlo.page import page, where_off
-from arctrue.studies.monte_carlo.plan import Plan
+from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.studies.monte_carlo.score import Covered, scored
 from arctrue.studies.monte_carlo.trial import (
     ORDERS,
@@ -37,7 +37,7 @@ def task(case: str, seed: int = 3, **more: Any) -> dict[str, Any]:
 
 
 def test_state_of_a_result_holds_all_that_a_trial_loads(tmp_path: Path) -> None:
-    sources = Plan(1, 1).campaign(tmp_path).sources
+    sources = TrialPlan(1, 1).campaign(tmp_path).sources
     files = set(import_closure(sources.modules))
     assert loaded_by(*sources.modules) <= files
     assert not any("workbench" in file.parts for file in files)
@@ -169,7 +169,7 @@ def test_command_shards_resumes_and_writes_the_page(tmp_path: Path) -> None:
 
 
 def test_every_trial_has_a_seed_of_its_own() -> None:
-    tasks = Plan(50, 1).tasks()
+    tasks = TrialPlan(50, 1).tasks()
     assert len({item["seed"] for item in tasks}) == 50
     assert len(tasks) == 50 * len(CASES)
 

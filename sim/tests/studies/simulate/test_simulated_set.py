@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, read_measurement_set, write_measurement_set
-from arctrue.studies.simulate.bench import Bench
 from arctrue.studies.simulate.experiment import (
     EXPERIMENTS,
     CaptureRun,
@@ -17,6 +16,7 @@ from arctrue.studies.simulate.experiment import (
     full,
     lean,
 )
+from arctrue.studies.simulate.measured_table import MeasuredTable
 from arctrue.studies.simulate.simulated_set import LARGEST_SIZE, Wanted, simulate_set
 from arctrue.table import RotaryTable, two_heads
 from arctrue.table.cause import UnhonouredCauseError
@@ -285,7 +285,7 @@ def test_a_run_with_a_pause_and_a_reversal() -> None:
     heads = []
     for causes in ((), (ShaftWindUp(1e-4, 0.05),)):
         table = RotaryTable(two_heads(), causes)
-        bench = Bench(
+        bench = MeasuredTable(
             table,
             reference_noise_arcsec=0.1,
             index_scatter_counts=0,

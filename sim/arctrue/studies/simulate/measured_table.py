@@ -62,7 +62,7 @@ class Measured:
     """Of R₂ − R₁ from run to run."""
 
 
-class Bench:
+class MeasuredTable:
     """A table, its causes and the random numbers of one measurement."""
 
     def __init__(

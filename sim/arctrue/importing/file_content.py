@@ -22,7 +22,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Recording:
+class FileContent:
     """One file.
 
     ``columns``: arrays (rows,), of int64, float64 or text. ``lines``: the line of each row in the
@@ -44,7 +44,7 @@ class Recording:
         """How many rows it has."""
         return next((column.size for column in self.columns.values()), 0)
 
-    def first(self, rows: int) -> Recording:
+    def first(self, rows: int) -> FileContent:
         """The same with only the first ``rows`` rows."""
         lines = None if self.lines is None else self.lines[:rows]
         columns = {name: column[:rows] for name, column in self.columns.items()}
