@@ -45,8 +45,9 @@ WHOLE_PACKAGE = Sources()
 def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path]:
     """Files of the package that these modules import, directly or not, and their own; sorted.
 
-    Read from the import statements wherever they stand in a file; a module that is imported by a
-    name in a string is not seen. Raises ModuleNotFoundError for a module that is not there.
+    Read from the import statements wherever they stand in a file; of a package whose ``__path__``
+    a file reads, every module counts. A module that is imported by a name in a string is not seen.
+    Raises ModuleNotFoundError for a module that is not there.
     """
     waiting, found = list(modules), set[Path]()
     for name in waiting:
@@ -60,7 +61,7 @@ def import_closure(modules: Iterable[str], package: Path = PACKAGE) -> list[Path
         found.add(file)
         # Python runs the __init__ of every package on the way first.
         waiting.append(name.rpartition(".")[0])
-        waiting += _imports(file, package.name)
+        waiting += _imports(file, package)
     return sorted(found)
 
 
@@ -73,15 +74,21 @@ def _file(module: str, package: Path) -> Path | None:
     )
 
 
-def _imports(file: Path, root: str) -> list[str]:
-    found = []
+def _imports(file: Path, package: Path) -> list[str]:
+    found, listed = [], set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found += [item.name for item in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             # A name that is imported from a package may be a module of it.
             found += [node.module, *(f"{node.module}.{item.name}" for item in node.names)]
-    return [name for name in found if name.split(".")[0] == root]
+        elif isinstance(node, ast.Attribute) and node.attr == "__path__":
+            listed.add(ast.unparse(node.value))
+    for name in [name for name in found if name.rpartition(".")[2] in listed]:
+        place = _file(name, package)
+        if place is not None:
+            found += [f"{name}.{module.stem}" for module in place.parent.glob("*.py")]
+    return [name for name in found if name.split(".")[0] == package.name]
 
 
 def commit(package: Path = PACKAGE) -> str | None:
