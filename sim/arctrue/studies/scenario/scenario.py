@@ -23,6 +23,7 @@ from arctrue.table import (
     RotaryTable,
     two_heads,
 )
+from arctrue.table.instruments.polygon import FACES
 from arctrue.table.temperature import TemperatureCourse
 from arctrue.typed_content import NotNegative, Number
 from arctrue.units import RAD_PER_ARCSEC
@@ -218,7 +219,7 @@ class Scenario:
     limits: Limits = field(default_factory=Limits)
     orders: tuple[int, ...] = (1, 2, 3)
     """Shown for each turn."""
-    faces: int = 24
+    faces: int = FACES
     """Of the polygon, where a cause concerns the reference."""
 
     @property
