@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from arctrue.instrument.revolution import RevolutionSettings
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.table import RotaryTable
 from arctrue.table.cause import Cause
 from arctrue.table.instruments.polygon import FACES

@@ -9,15 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.instrument.revolution import (
+from arctrue.instrument.turn_score import TurnScore
+from arctrue.studies.paper.published import PUBLISHED
+from arctrue.studies.revolution import (
     ECCENTRICITY_DIRECTION_RAD,
     ECCENTRICITY_M,
     GRADUATION_ARCSEC,
     GRADUATION_ORDERS,
     GRADUATION_PHASES_RAD,
 )
-from arctrue.instrument.turn_score import TurnScore
-from arctrue.studies.paper.published import PUBLISHED
 from arctrue.table import (
     DISC_RADIUS_M,
     Cause,

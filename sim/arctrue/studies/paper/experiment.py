@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import EdgeTrack
-from arctrue.instrument.revolution import RevolutionSettings, set_up, settled
 from arctrue.progress import Say
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.published import PUBLISHED, Published
 from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors
+from arctrue.studies.revolution import RevolutionSettings, set_up, settled
 from arctrue.table import Motion
 
 Float = NDArray[np.float64]

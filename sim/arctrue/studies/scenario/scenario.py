@@ -13,7 +13,7 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import ARCSEC_A_TURN
-from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
+from arctrue.studies.revolution import DEPTH_STEP, RevolutionSettings
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.table import (
     HEAD_SEPARATION_RAD,

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument.revolution import RevolutionSettings
 from arctrue.studies.paper.published import PUBLISHED
 from arctrue.studies.paper.station_error import StationErrors, station_errors
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.studies.stop_and_go.servo import (
     Axis,
     Controller,
