@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def lack_of_source_tree() -> str:
     """What to do when this program was installed without its source tree; otherwise empty."""
-    if all((ROOT / name).exists() for name in ("rtl", "firmware", "tb/demo", "scripts/netlist.py")):
+    if all((ROOT / name).exists() for name in ("rtl", "firmware", "tb/demo")):
         return ""
     return (
         "this needs the VHDL and the firmware, which an installed package does not hold: "

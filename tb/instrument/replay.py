@@ -21,13 +21,13 @@ from arctrue.instrument.build import (
     VERILATOR_FLAGS,
     building,
     digest,
-    netlist_tools,
     run_tool,
     runtime,
     tool_versions,
     verilate,
     verilator_include,
 )
+from arctrue.netlist import sources_of, write_netlist
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"
@@ -160,16 +160,15 @@ def compiled(
     change: Callable[[str], str] | None = None,
 ) -> Replay:
     """``entity`` as a compiled netlist; ``change`` breaks the netlist's text on purpose."""
-    tools = netlist_tools()
     texts = [f"{name}={value}" for name, value in generics.items()]
     texts += [*tool_versions().values(), *VERILATOR_FLAGS, OPTIMISE, PROGRAM]
     texts += [change(f"of {entity}") if change else ""]
-    key = digest(texts, tools.sources_of(entity))
+    key = digest(texts, sources_of(entity))
     target = BUILT / f"{entity}-{key}"
     log = target.with_suffix(".log")
     with building(target, log) as folder:
         if folder is not None:
-            netlist = tools.write_netlist(entity, folder / "netlist", generics=generics)
+            netlist = write_netlist(entity, folder / "netlist", generics=generics)
             if change:
                 netlist.write_text(change(netlist.read_text(encoding="utf-8")), encoding="utf-8")
             # The wide memories of the initial values are not what is tested here.

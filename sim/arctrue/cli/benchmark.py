@@ -26,8 +26,6 @@ from arctrue.studies.benchmark.cases import keep, kept_reasons
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, freeze, is_public, task_digest
 from arctrue.studies.benchmark.intervals import Rate
-from arctrue.studies.benchmark.page import page as page_of
-from arctrue.studies.benchmark.page import reason_words, said_words
 from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
 from arctrue.studies.benchmark.score import SURE, is_failure, scored
 from arctrue.studies.benchmark.sets import make_set
@@ -118,6 +116,8 @@ def score(
     names them. An answer is an object with `verdict` and, where it has them, `named`, `class`,
     `parts`, `beside`, `probability` and `held_out_arcsec`, as in the JSON of `arctrue diagnose`.
     """
+    from arctrue.report.benchmark_page import reason_words, said_words
+
     if kept and answers is not None:
         raise ValueError("--keep takes the answers of a run, not those of --answers")
     sets = judged_sets(folders, subject, answers)
@@ -153,6 +153,7 @@ def page(
     folders: tuple[Path, ...], subject: str, peers: Path | None, path: Path, out: Path | None
 ) -> None:
     """Write what came out as a page."""
+    from arctrue.report.benchmark_page import benchmark_page
     from arctrue.report.benchmark_picture import plot_benchmark
 
     found = score_folders(folders, subject, None)
@@ -161,7 +162,7 @@ def page(
     picture = None
     if out is not None:
         picture = Path(relpath(plot_benchmark(found, out), path.parent)).as_posix()
-    write_whole_text(path, page_of(header, found, beside, kept_reasons(), picture))
+    write_whole_text(path, benchmark_page(header, found, beside, kept_reasons(), picture))
     console.print(f"wrote {path}")
 
 

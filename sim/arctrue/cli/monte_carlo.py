@@ -14,8 +14,6 @@ from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import read_header
-from arctrue.studies.monte_carlo.page import page as page_of
-from arctrue.studies.monte_carlo.page import where_off
 from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.studies.monte_carlo.score import scored
 from arctrue.whole_file import write_whole_text
@@ -89,6 +87,8 @@ def monte_carlo(
 
     Results go to FOLDER; the same command goes on where it stopped, and prints what is there.
     """
+    from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
+
     campaign = TrialPlan(trials, seed, turns, runs, samples, method).campaign(folder)
     with CampaignBar("trials") as bar:
         campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
@@ -112,5 +112,5 @@ def monte_carlo(
         console.print(line, soft_wrap=True, markup=False)
     write_json(json_file, found)
     if page_file is not None:
-        write_whole_text(page_file, page_of(read_header(folder), found))
+        write_whole_text(page_file, monte_carlo_page(read_header(folder), found))
         console.print(f"wrote {page_file}", soft_wrap=True)

@@ -107,8 +107,8 @@ def paper(
 
 
 def _run(cycles: int, interpolation: int, lanes: int, seed: int) -> dict[str, Any]:
-    from arctrue.instrument.revolution import RevolutionSettings
     from arctrue.studies.paper.experiment import ExperimentSettings, run_experiment
+    from arctrue.studies.revolution import RevolutionSettings
 
     settings = ExperimentSettings(
         revolution=RevolutionSettings(

@@ -17,7 +17,7 @@ from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import console, for_people, write_json
 
 if TYPE_CHECKING:
-    from arctrue.instrument.revolution import RevolutionResult
+    from arctrue.studies.revolution import RevolutionResult
 
 FULL_LINES = 16384
 LEAST_LINES = 64
@@ -59,7 +59,7 @@ def revolution(
     compared with the true angle. Ends with exit code 1 when the corrected output is outside its
     limit, and 2 when the instrument cannot run.
     """
-    from arctrue.instrument.revolution import RevolutionSettings, run_revolution
+    from arctrue.studies.revolution import RevolutionSettings, run_revolution
 
     settings = RevolutionSettings(lines=lines, lanes=lanes, samples=samples, seed=seed)
     with on_the_instrument() as shown:
@@ -79,7 +79,7 @@ def revolution(
 
 
 def _print(result: RevolutionResult) -> None:
-    from arctrue.instrument.revolution import PAPER_AFTER_ARCSEC, PAPER_BEFORE_ARCSEC
+    from arctrue.studies.revolution import PAPER_AFTER_ARCSEC, PAPER_BEFORE_ARCSEC
 
     settings = result.settings
     console.print(

@@ -25,7 +25,6 @@ from arctrue.instrument.instrument import (
 )
 from arctrue.instrument.noise import ReadingNoise
 from arctrue.instrument.recording import EdgeTrack, Recording
-from arctrue.instrument.revolution import RevolutionResult, RevolutionSettings, run_revolution
 
 __all__ = [
     "COMPARE_OUT",
@@ -47,11 +46,8 @@ __all__ = [
     "PinFault",
     "ReadingNoise",
     "Recording",
-    "RevolutionResult",
-    "RevolutionSettings",
     "RunProgress",
     "TableCurves",
     "build",
     "clock_hz_for",
-    "run_revolution",
 ]

@@ -11,23 +11,19 @@ import hashlib
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.generated.registers import CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
+from arctrue.netlist import ToolError, find_ghdl, sources_of, write_netlist
 from arctrue.progress import ReportStep
 from arctrue.source_tree import ROOT, lack_of_source_tree
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 NATIVE = Path(__file__).resolve().parent / "native"
 BUILT = ROOT / "build" / "instrument"
@@ -51,20 +47,6 @@ C_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra"
 LINK_FLAGS = ("-shared", "-Wl,-Bsymbolic", "-lm", "-lpthread", "-latomic")
 
 
-def netlist_tools() -> ModuleType:
-    """scripts/netlist.py, which the synthesis uses too.
-
-    Raises InstrumentError outside a source tree.
-    """
-    if lack := lack_of_source_tree():
-        raise InstrumentError(lack)
-    if str(ROOT) not in sys.path:
-        sys.path.append(str(ROOT))
-    from scripts import netlist
-
-    return netlist
-
-
 def _version(command: str) -> str:
     try:
         done = subprocess.run([command, "--version"], capture_output=True, text=True, check=False)
@@ -79,11 +61,12 @@ def tool_versions() -> dict[str, str]:
 
     Raises InstrumentError that names everything that is missing at once.
     """
-    netlist = netlist_tools()
+    if lack := lack_of_source_tree():
+        raise InstrumentError(lack)
     missing, versions = [], {}
     try:
-        versions["ghdl"] = netlist.find_ghdl()[1]
-    except netlist.ToolError as error:
+        versions["ghdl"] = find_ghdl()[1]
+    except ToolError as error:
         missing.append(str(error))
     found = re.match(r"Verilator (\d+)\.", _version("verilator"))
     if found and int(found[1]) >= OLDEST_VERILATOR:
@@ -207,11 +190,11 @@ def verilate(netlist: Path, folder: Path, log: Path) -> None:
 
 def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: ReportStep) -> Path:
     """The folder of the compiled core: objects, headers and the netlist that they are made of."""
-    tools, versions = netlist_tools(), tool_versions()
+    versions = tool_versions()
     values = {"LANES": lanes, "CAPTURE_DEPTH": capture_depth, **generics}
     try:
-        sources = tools.sources_of("arctrue_core")
-    except tools.ToolError as error:
+        sources = sources_of("arctrue_core")
+    except ToolError as error:
         raise InstrumentError(str(error)) from error
     texts = [*(f"{name}={value}" for name, value in sorted(values.items())), *versions.values()]
     key = digest([*texts, *VERILATOR_FLAGS, *CXX_FLAGS, *SLOW_CXX_FLAGS], sources)
@@ -222,8 +205,8 @@ def _model(lanes: int, capture_depth: int, generics: Mapping[str, int], say: Rep
             return target
         say(f"Instrument: netlist of the core with {lanes} lanes ({versions['ghdl']})")
         try:
-            netlist = tools.write_netlist("arctrue_core", folder / "netlist", generics=values)
-        except tools.ToolError as error:
+            netlist = write_netlist("arctrue_core", folder / "netlist", generics=values)
+        except ToolError as error:
             raise InstrumentError(str(error)) from error
         verilate(netlist, folder / "verilated", log)
         generated = sorted((folder / "verilated").glob("*.cpp"))

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from arctrue.instrument.revolution import (
+from arctrue.report.picture_file import save_picture
+from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
+from arctrue.studies.revolution import (
     PAPER_AFTER_ARCSEC,
     PAPER_BEFORE_ARCSEC,
     RevolutionResult,
 )
-from arctrue.report.picture_file import save_picture
-from arctrue.report.svg import AFTER, BEFORE, LIMIT, house_style
 
 
 def plot_revolution(result: RevolutionResult, file: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arctrue.instrument.revolution import RevolutionSettings
+from arctrue.studies.revolution import RevolutionSettings
 
 LANES = 4
 SAMPLES = 1200

@@ -10,8 +10,8 @@ from sim.tests.instrument.sizes import DEPTH, LANES, SAMPLES
 
 from arctrue.gateware.register_access import coefficient_words
 from arctrue.generated.registers import COEFFICIENTS_ADDRESS
-from arctrue.instrument import BusError, Instrument, InstrumentError, RevolutionSettings
-from arctrue.instrument.revolution import set_up
+from arctrue.instrument import BusError, Instrument, InstrumentError
+from arctrue.studies.revolution import RevolutionSettings, set_up
 
 SETTINGS = RevolutionSettings(lines=64, lanes=LANES, samples=SAMPLES, orders=8, noise_arcsec=0.0)
 

@@ -7,7 +7,7 @@ import tomllib
 from itertools import chain, pairwise
 from pathlib import Path
 
-from scripts.netlist import ROOT
+from arctrue.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
 # Packages whose parts have rows of their own.

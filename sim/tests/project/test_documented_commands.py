@@ -29,7 +29,7 @@ INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
     "arctrue flash": ("needs a device", "sim/tests/cli/test_flash.py"),
-    "arctrue revolution": (INSTRUMENT, "sim/tests/instrument/test_revolution.py"),
+    "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
     "arctrue error-sources": (

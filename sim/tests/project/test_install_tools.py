@@ -7,7 +7,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scripts.netlist import ROOT
+
+from arctrue.source_tree import ROOT
 
 # More than a pipe holds: who reads only the first line of it must not take that for a failure.
 TALKATIVE = """#!/bin/sh

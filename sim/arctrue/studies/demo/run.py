@@ -112,7 +112,7 @@ def run_demo(settings: DemoSettings, folder: Path, say: ReportStep) -> DemoResul
 def _start(part: str, files: DemoFiles) -> subprocess.Popen[bytes]:
     with (files.folder / f"{part}.log").open("wb") as log:
         return subprocess.Popen(
-            [sys.executable, "-m", "arctrue.studies.demo.simulator", part, str(files.folder)],
+            [sys.executable, "-m", "tb.demo.simulator", part, str(files.folder)],
             cwd=ROOT,
             env=child_environment(),
             stdout=log,

@@ -26,7 +26,7 @@ from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.gateware.latency import pin_to_pin_clocks
 from arctrue.generated.number_formats import CLOCK_HZ, COSINE_FRACTION, PHASE_WIDTH
 from arctrue.generated.registers import REGISTERS
-from arctrue.instrument.revolution import (
+from arctrue.studies.revolution import (
     ECCENTRICITY_DIRECTION_RAD,
     ECCENTRICITY_M,
     GRADUATION_ARCSEC,

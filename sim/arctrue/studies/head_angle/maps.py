@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from arctrue.calibration.head_separation import U_NOMINAL_RAD
 from arctrue.calibration.transfer_function import noise_gain
-from arctrue.instrument.revolution import GRADUATION_ARCSEC, GRADUATION_ORDERS
+from arctrue.studies.revolution import GRADUATION_ARCSEC, GRADUATION_ORDERS
 from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]

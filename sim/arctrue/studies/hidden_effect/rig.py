@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording
-from arctrue.instrument.revolution import set_up
 from arctrue.instrument.turn_score import BINS
 from arctrue.studies.hidden_effect.drive import TURN_RAD
 from arctrue.studies.hidden_effect.settings import HiddenSettings
+from arctrue.studies.revolution import set_up
 from arctrue.table import Motion, RotaryTable
 
 SPARE_TURNS = 0.06

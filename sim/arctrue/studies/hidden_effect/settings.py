@@ -6,9 +6,10 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from arctrue.instrument.revolution import RevolutionSettings
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.table import RotaryTable
 from arctrue.table.cause import Cause
+from arctrue.table.instruments.polygon import FACES
 
 KEPT_A_SIGNAL_PERIOD = 64
 """Edges kept of each period of the grating, at least."""
@@ -25,7 +26,7 @@ class HiddenSettings:
     )
     stations: int = 360
     """Marks of the rotary reference in a turn."""
-    faces: int = 24
+    faces: int = FACES
     """Of the polygon, where the table has to stand still."""
     cycles: int = 2
     """Of the polygon."""

@@ -9,16 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.instrument.revolution import (
+from arctrue.instrument.turn_score import TurnScore
+from arctrue.studies.paper.published import PUBLISHED
+from arctrue.studies.revolution import (
     ECCENTRICITY_DIRECTION_RAD,
     ECCENTRICITY_M,
     GRADUATION_ARCSEC,
     GRADUATION_ORDERS,
     GRADUATION_PHASES_RAD,
 )
-from arctrue.instrument.turn_score import TurnScore
-from arctrue.studies.paper.polygon import Autocollimator, Polygon
-from arctrue.studies.paper.published import PUBLISHED
 from arctrue.table import (
     DISC_RADIUS_M,
     Cause,
@@ -30,6 +29,7 @@ from arctrue.table import (
     TableState,
 )
 from arctrue.table.causes.radial_motion import RadialMotion
+from arctrue.table.instruments import Autocollimator, Polygon
 from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
@@ -178,8 +178,8 @@ class World:
         """The polygon and the autocollimator of the paper's Table 3."""
         random = np.random.default_rng([self.settings.seed, 24])
         return (
-            Polygon.drawn(PUBLISHED, random),
-            Autocollimator.drawn(PUBLISHED, self.settings.scatter_arcsec, random),
+            PUBLISHED.drawn_polygon(random),
+            PUBLISHED.drawn_autocollimator(self.settings.scatter_arcsec, random),
         )
 
     def stations(self, shifts: Sequence[int]) -> tuple[Float, Float, NDArray[np.int64]]:

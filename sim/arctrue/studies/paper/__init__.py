@@ -6,14 +6,11 @@ from arctrue.studies.paper.budget import (
     mounting_eccentricity_rad,
     tower_difference_rad,
 )
-from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED, Published
 from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors
 
 __all__ = [
     "PUBLISHED",
-    "Autocollimator",
-    "Polygon",
     "Published",
     "StationErrors",
     "UncertaintyBudget",

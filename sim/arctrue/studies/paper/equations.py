@@ -25,14 +25,14 @@ from arctrue.generated.number_formats import (
     PHASE_WIDTH,
     PIPELINE_LATENCY,
 )
-from arctrue.instrument.revolution import (
+from arctrue.studies.paper.appendix import approximation_bound, rounding_bound
+from arctrue.studies.paper.budget import mounting_eccentricity_rad, tower_difference_rad
+from arctrue.studies.paper.published import PUBLISHED
+from arctrue.studies.revolution import (
     ECCENTRICITY_DIRECTION_RAD,
     ECCENTRICITY_M,
     RevolutionSettings,
 )
-from arctrue.studies.paper.appendix import approximation_bound, rounding_bound
-from arctrue.studies.paper.budget import mounting_eccentricity_rad, tower_difference_rad
-from arctrue.studies.paper.published import PUBLISHED
 from arctrue.table import (
     DISC_RADIUS_M,
     HEAD_SEPARATION_RAD,

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import EdgeTrack
-from arctrue.instrument.revolution import RevolutionSettings, set_up, settled
 from arctrue.progress import ReportStep
 from arctrue.studies.paper.budget import UncertaintyBudget
-from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED, Published
 from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors
+from arctrue.studies.revolution import RevolutionSettings, set_up, settled
 from arctrue.table import Motion
 
 Float = NDArray[np.float64]
@@ -123,8 +122,8 @@ def run_experiment(
         raise ValueError(f"a deviation needs two cycles or more, found {settings.cycles}")
     table = settings.revolution
     random = np.random.default_rng(settings.seed)
-    polygon = Polygon.drawn(published, random)
-    autocollimator = Autocollimator.drawn(published, settings.scatter_arcsec, random)
+    polygon = published.drawn_polygon(random)
+    autocollimator = published.drawn_autocollimator(settings.scatter_arcsec, random)
     with Instrument(
         table.lanes, table.capture_depth, clock_hz=table.clock_hz, progress=progress, say=say
     ) as instrument:

@@ -4,27 +4,53 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from arctrue.studies.paper.budget import UncertaintyBudget
+from arctrue.table.instruments import Autocollimator, Polygon, polygon
+from arctrue.units import ARCSEC_PER_RAD
 
 
 @dataclass(frozen=True)
 class Published:
     """Figures in arcsec unless the name says otherwise."""
 
-    faces: int = 24
+    faces: int = polygon.FACES
     cycles: int = 10
     before_arcsec: tuple[float, float] = (-150.0, 137.9)
     after_arcsec: tuple[float, float] = (-1.3, 1.6)
     largest_deviation_arcsec: float = 0.2
-    mounting_offset_m: float = 1e-6
-    flatness_m: float = 0.03e-6
-    face_width_m: float = 10e-3
+    mounting_offset_m: float = polygon.MOUNTING_OFFSET_M
+    flatness_m: float = polygon.FLATNESS_M
+    face_width_m: float = polygon.FACE_WIDTH_M
     tilt_arcsec: float = 8.0
     budget: UncertaintyBudget = field(
         default_factory=lambda: UncertaintyBudget(0.1, 0.05, 0.2, 0.0005, 0.0001)
     )
     combined_arcsec: float = 0.23
     expanded_arcsec: float = 0.46
+
+    def drawn_polygon(self, random: np.random.Generator) -> Polygon:
+        """One of the polygons that these uncertainties allow."""
+        certificate_rad = self.budget.polygon_arcsec / ARCSEC_PER_RAD
+        tilt_rad = self.tilt_arcsec / ARCSEC_PER_RAD
+        return Polygon(
+            normal_rad=random.normal(0.0, certificate_rad, self.faces),
+            tilt_rad=random.uniform(-tilt_rad, tilt_rad, self.faces),
+            flatness_m=self.flatness_m,
+            width_m=self.face_width_m,
+            offset_m=self.mounting_offset_m,
+            offset_phase_rad=float(random.uniform(0.0, 2.0 * np.pi)),
+        )
+
+    def drawn_autocollimator(
+        self, scatter_arcsec: float, random: np.random.Generator
+    ) -> Autocollimator:
+        """One of the autocollimators that this uncertainty allows, with the scatter given."""
+        error_rad = self.budget.autocollimator_arcsec / ARCSEC_PER_RAD
+        return Autocollimator(
+            random.normal(0.0, error_rad, self.faces), scatter_arcsec / ARCSEC_PER_RAD
+        )
 
 
 PUBLISHED = Published()

@@ -33,6 +33,7 @@ from arctrue.studies.scenario.scenario import (
     TemperaturePoint,
 )
 from arctrue.table.cause import SIGNALS, acts_on
+from arctrue.table.instruments.polygon import FACES
 from arctrue.table.registry import CAUSES
 from arctrue.toml_file import TomlContentError, read_toml
 from arctrue.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
@@ -194,7 +195,7 @@ class _Firmware(_Parameters, forbid_unknown_fields=True):
 
 class _Record(Struct, forbid_unknown_fields=True):
     orders: Annotated[tuple[Number, ...], Meta(min_length=1)] = (1.0, 2.0, 3.0)
-    faces: Annotated[int, Meta(ge=2, le=360)] = 24
+    faces: Annotated[int, Meta(ge=2, le=360)] = FACES
 
     def __post_init__(self) -> None:
         if any(order != int(order) or not 1 <= order <= 64 for order in self.orders):

@@ -12,7 +12,7 @@ from msgspec import Meta, Struct, structs
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
-from arctrue.instrument.revolution import DEPTH_STEP, RevolutionSettings
+from arctrue.studies.revolution import DEPTH_STEP, RevolutionSettings
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
@@ -22,6 +22,7 @@ from arctrue.table import (
     RotaryTable,
     two_heads,
 )
+from arctrue.table.instruments.polygon import FACES
 from arctrue.table.temperature import TemperatureCourse
 from arctrue.typed_content import NotNegative, Number
 from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
@@ -217,7 +218,7 @@ class Scenario:
     limits: Limits = field(default_factory=Limits)
     orders: tuple[int, ...] = (1, 2, 3)
     """Shown for each turn."""
-    faces: int = 24
+    faces: int = FACES
     """Of the polygon, where a cause concerns the reference."""
 
     @property

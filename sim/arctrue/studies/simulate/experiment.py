@@ -9,6 +9,7 @@ import numpy as np
 from arctrue.table.cause import CAPTURE, REFERENCE, acts_on
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
 from arctrue.table.declaration import Occasion, Recipe
+from arctrue.table.instruments.polygon import FACES
 from arctrue.table.motion import Motion
 from arctrue.table.registry import CAUSES
 from arctrue.table.temperature import TemperatureCourse
@@ -55,7 +56,7 @@ class MovingReference:
 class ReferencePlan:
     """Cycles over all faces, up and back."""
 
-    faces: int = 24
+    faces: int = FACES
     cycles: int = 10
     station_s: float = 4.0
     moving: MovingReference | None = None

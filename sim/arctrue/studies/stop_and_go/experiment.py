@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.instrument.revolution import RevolutionSettings
-from arctrue.studies.paper.polygon import Autocollimator, Polygon
 from arctrue.studies.paper.published import PUBLISHED
 from arctrue.studies.paper.station_error import StationErrors, station_errors
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.studies.stop_and_go.servo import (
     Axis,
     Controller,
@@ -63,8 +62,8 @@ def run_stop_and_go(settings: StopAndGoSettings | None = None) -> dict[str, Any]
         noise_rad=settings.noise_arcsec * RAD_PER_ARCSEC,
     )
     coefficients = calibrated(table, random)
-    polygon = Polygon.drawn(PUBLISHED, random)
-    autocollimator = Autocollimator.drawn(PUBLISHED, settings.scatter_arcsec, random)
+    polygon = PUBLISHED.drawn_polygon(random)
+    autocollimator = PUBLISHED.drawn_autocollimator(settings.scatter_arcsec, random)
     found: dict[str, Any] = {
         "schema": 1,
         "settings": dataclasses.asdict(settings),

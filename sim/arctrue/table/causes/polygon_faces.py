@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
+from arctrue.table.instruments.polygon import FACES
 from arctrue.typed_content import Number
 from arctrue.units import RAD_PER_ARCSEC
-
-POLYGON_FACES = 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +41,7 @@ class Values(Given, frozen=True):
 
 def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     """Draw the cause for a size in the recipe's unit."""
-    errors = random.normal(0.0, size * RAD_PER_ARCSEC, POLYGON_FACES)
+    errors = random.normal(0.0, size * RAD_PER_ARCSEC, FACES)
     return [PolygonFaces(tuple((errors - errors.mean()).tolist()))]
 
 

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import angle
+from arctrue.table.instruments.polygon import (
+    FACE_WIDTH_M,
+    FLATNESS_M,
+    MOUNTING_OFFSET_M,
+    hollow_slope,
+)
 from arctrue.typed_content import Number, Positive
 from arctrue.units import RAD_PER_ARCSEC
 
-POLYGON_OFFSET_M = 1e-6
-POLYGON_FLATNESS_M = 0.03e-6
-POLYGON_FACE_WIDTH_M = 10e-3
 AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 
 
@@ -46,7 +49,7 @@ class PolygonMounting(Cause):
         """What the autocollimator reads too much, shape ``(n,)``."""
         own_angle = stations.conditions.angle_rad - stations.turned_rad + self.phase_rad
         sideways_m = self.offset_m * np.cos(own_angle)
-        slope = 8.0 * self.flatness_m * sideways_m / self.width_m**2
+        slope = hollow_slope(self.flatness_m, sideways_m, self.width_m)
         nod = -self.tilt_rad * np.sin(own_angle)
         across = deviation_rad + slope
         return np.asarray(
@@ -81,9 +84,9 @@ def draw(size: float, random: Random, _: Occasion) -> list[Cause]:
     tilt = size * RAD_PER_ARCSEC / np.sin(AUTOCOLLIMATOR_ROLL_RAD)
     return [
         PolygonMounting(
-            POLYGON_OFFSET_M,
-            POLYGON_FLATNESS_M,
-            POLYGON_FACE_WIDTH_M,
+            MOUNTING_OFFSET_M,
+            FLATNESS_M,
+            FACE_WIDTH_M,
             float(tilt),
             AUTOCOLLIMATOR_ROLL_RAD,
             angle(random),

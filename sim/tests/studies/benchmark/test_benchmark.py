@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
+from arctrue.report.benchmark_page import INDEPENDENCE, MOST_FAILURES, benchmark_page
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
 from arctrue.studies.benchmark.cases import (
@@ -35,7 +36,6 @@ from arctrue.studies.benchmark.intervals import (
     reliability,
 )
 from arctrue.studies.benchmark.outcome import GOOD, OUTCOMES, Judged
-from arctrue.studies.benchmark.page import INDEPENDENCE, MOST_FAILURES, page
 from arctrue.studies.benchmark.plan import (
     CASES,
     SCORING,
@@ -199,7 +199,7 @@ def test_rates_count_what_they_say() -> None:
     assert whole["confusion"]["latency"] == {"latency": 1, "vibration": 1, "adequate": 1}
     told = "--world white --content one --seed 5 --samples 1500"
     assert all(told in item["command"] for item in whole["failures"])
-    text = page(header_of(sets=9), whole)
+    text = benchmark_page(header_of(sets=9), whole)
     assert "**7 of its 9 sets** (the run was not finished)" in text
     assert "Commit `1234567890`, source `a`" in text
     assert f"scored by `{files_digest(SCORING)}`; numpy 2." in text
@@ -213,7 +213,7 @@ def test_rates_count_what_they_say() -> None:
     assert "met: unknown, of visible products of parts (100.0 %, goal ≥ 90). Missed: " in text
     assert "Missed: false name (14.3 %, goal ≤ 1); " in text
     assert all(item["command"] in text for item in whole["failures"])
-    told = page({**header_of(sets=7), "commit": None}, whole)
+    told = benchmark_page({**header_of(sets=7), "commit": None}, whole)
     assert "7 sets, 6 with something" in told
     assert "No commit known, source `a`" in told
 
@@ -222,19 +222,21 @@ def test_page_tells_goals_of_probabilities_and_the_words_of_an_error() -> None:
     stated = {"latency": 0.9, "none": 0.1}
     right = judged("named", effect("latency"), named="latency", probability=stated)
     failed = judged("error", effect("latency"), error="RuntimeError: no such matrix")
-    text = page(header_of(sets=2), scored([right, failed]))
+    text = benchmark_page(header_of(sets=2), scored([right, failed]))
     assert "0.900 of all that the oracle sees, 0.900 of that in the catalogue (goal ≥ 0.470" in text
     assert "is stated: **0.100** (goal ≤ 0.03)" in text
     assert "(0.900, goal ≥ 0.470)" in text.split("Missed:")[0]
     assert "expected calibration error (0.100, goal ≤ 0.03)" in text.split("Missed:")[1]
     assert "error (error: RuntimeError: no such matrix). `arctrue benchmark set FOLDER" in text
     stranger = judged("unknown", effect("flat_track", "stranger"), probability={"unknown": 1.0})
-    assert "1.000 of all that the oracle sees. " in page(header_of(sets=1), scored([stranger]))
+    assert "1.000 of all that the oracle sees. " in benchmark_page(
+        header_of(sets=1), scored([stranger])
+    )
 
 
 def test_every_failure_is_listed_up_to_a_number_that_is_told() -> None:
     sets = [judged("adequate", effect("latency")) for _ in range(MOST_FAILURES + 1)]
-    text = page(header_of(sets=len(sets)), scored(sets))
+    text = benchmark_page(header_of(sets=len(sets)), scored(sets))
     assert text.count("--world white --content one") == MOST_FAILURES
     assert f"{MOST_FAILURES} of {MOST_FAILURES + 1} sets whose" in text
     assert "`arctrue benchmark score FOLDER` lists all" in text
@@ -304,7 +306,7 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
     # A later run adds cases and leaves the reasons as they are.
     assert keep([failed, later], None, file) == 1
     found = scored([failed, later, replace(failed, answer={"verdict": "adequate"})])
-    text = page(header_of(sets=3), found, reasons=kept_reasons(file))
+    text = benchmark_page(header_of(sets=3), found, reasons=kept_reasons(file))
     command = "--seed 5 --samples 1500` "
     assert (
         f"and beside it vibration). `{failed.command()}` *Why: A line is left by the lag.*" in text

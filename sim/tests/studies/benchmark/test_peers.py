@@ -14,10 +14,10 @@ from sim.tests.studies.campaign.loaded import loaded_by
 
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
+from arctrue.report.benchmark_page import PEERS_TOLD, benchmark_page
 from arctrue.studies.benchmark.answers import AnswersError, Verdict, score_beside
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import frozen_digests
-from arctrue.studies.benchmark.page import PEERS_TOLD, page
 from arctrue.studies.benchmark.peers.stepwise_bic import _gains
 from arctrue.studies.benchmark.peers.textbook import Fit, problem, waves
 from arctrue.studies.benchmark.plan import TierPlan, make_plan, read_plan, sources_of
@@ -117,7 +117,7 @@ def test_peers_are_scored_over_the_sets_that_all_have(tmp_path: Path) -> None:
     found = score_beside(tmp_path)
     rates = {name: scores["rates"]["false name"]["all"] for name, scores in found.items()}
     assert [(rate["hits"], rate["of"]) for rate in rates.values()] == [(0, 2), (2, 2)]
-    text = page(header_of(plan, "arctrue"), found["arctrue"], found)
+    text = benchmark_page(header_of(plan, "arctrue"), found["arctrue"], found)
     assert "The same 2 of the 60 sets of the tier *quick*: 0 with something" in text
     assert "Commit `of step`, source `step`" in text
     assert "another state of the code" not in text
@@ -207,7 +207,7 @@ def test_page_says_that_its_own_column_is_of_another_state(tmp_path: Path) -> No
     plan = make_plan("quick", tmp_path)
     answered(tmp_path, "arctrue", header_of(plan, "arctrue", arctrue="old"))
     beside = score_beside(tmp_path)
-    text = page(header_of(plan, "arctrue"), beside["arctrue"], beside)
+    text = benchmark_page(header_of(plan, "arctrue"), beside["arctrue"], beside)
     assert "answers of `arctrue` in this table are of another state of the code" in text
 
 

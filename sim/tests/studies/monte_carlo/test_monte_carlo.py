@@ -14,10 +14,10 @@ from sim.tests.studies.campaign.loaded import loaded_by
 
 from arctrue.cli import main
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
 from arctrue.studies.campaign.code_state import import_closure
 from arctrue.studies.monte_carlo import trial as trial_module
 from arctrue.studies.monte_carlo.inputs import CASES, INPUTS, QUIET, drawn
-from arctrue.studies.monte_carlo.page import page, where_off
 from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.studies.monte_carlo.score import Covered, scored
 from arctrue.studies.monte_carlo.trial import (
@@ -137,7 +137,7 @@ def test_the_page_says_where_it_is_off_and_where_nothing_is() -> None:
         "plan": {"trials": 200, "seed": 1, "runs": 2, "turns": 1, "samples": 10, "method": "x"},
         "code": {"arctrue": "a", "numpy": "2"},
     }
-    text = page(header, found)
+    text = monte_carlo_page(header, found)
     assert told in text
     assert "**0.0 (3e+03; 1e+03)**" in text
 

@@ -7,9 +7,9 @@ import pytest
 from sim.tests.instrument.sizes import DEPTH, LANES, SAMPLES
 
 from arctrue.instrument import InstrumentError, build
-from arctrue.instrument.revolution import RevolutionSettings
 from arctrue.studies.paper import PUBLISHED
 from arctrue.studies.paper.experiment import ExperimentSettings, run_experiment
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.table import DiscEccentricity
 from arctrue.table.rotary_table import DISC_RADIUS_M
 

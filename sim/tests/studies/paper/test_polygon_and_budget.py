@@ -9,8 +9,6 @@ import pytest
 
 from arctrue.studies.paper import (
     PUBLISHED,
-    Autocollimator,
-    Polygon,
     UncertaintyBudget,
     bessel_deviation,
     mounting_eccentricity_rad,
@@ -18,6 +16,7 @@ from arctrue.studies.paper import (
     station_errors,
     tower_difference_rad,
 )
+from arctrue.table.instruments import Polygon
 from arctrue.units import ARCSEC_PER_RAD
 
 FACES = np.arange(PUBLISHED.faces)
@@ -80,11 +79,11 @@ def test_drawn_instruments_keep_to_table_3() -> None:
     """Scatter of 2,400 drawn faces: sample deviation within 4 of its own standard deviations."""
     random = np.random.default_rng(8)
     drawn = [
-        ARCSEC_PER_RAD * Polygon.drawn(PUBLISHED, random).direction_rad(FACES, np.zeros(24))
+        ARCSEC_PER_RAD * PUBLISHED.drawn_polygon(random).direction_rad(FACES, np.zeros(24))
         for _ in range(100)
     ]
     errors = [
-        ARCSEC_PER_RAD * Autocollimator.drawn(PUBLISHED, 0.0, random).error_rad for _ in range(100)
+        ARCSEC_PER_RAD * PUBLISHED.drawn_autocollimator(0.0, random).error_rad for _ in range(100)
     ]
     tolerance = 4.0 / np.sqrt(2.0 * 2400)
     assert np.std(drawn) == pytest.approx(PUBLISHED.budget.polygon_arcsec, rel=tolerance)

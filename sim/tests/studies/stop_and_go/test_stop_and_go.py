@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arctrue.instrument.revolution import RevolutionSettings
 from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
+from arctrue.studies.revolution import RevolutionSettings
 from arctrue.studies.stop_and_go.experiment import StopAndGoSettings, run_stop_and_go
 from arctrue.studies.stop_and_go.servo import Axis, Controller, Moves, drive
 from arctrue.table import TableState

@@ -43,7 +43,7 @@ act in all other cases too.
 """
 
 
-def page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+def monte_carlo_page(header: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     """The page as Markdown, from the campaign's header and what was scored."""
     plan, code = header["plan"], header["code"]
     libraries = ", ".join(f"{name} {code[name]}" for name in sorted(code) if name != "arctrue")

@@ -184,7 +184,7 @@ PEERS_TOLD = {
 }
 
 
-def page(
+def benchmark_page(
     header: Mapping[str, Any],
     found: Mapping[str, Any],
     peers: Mapping[str, Mapping[str, Any]] | None = None,

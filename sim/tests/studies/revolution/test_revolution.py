@@ -11,7 +11,8 @@ from click.testing import CliRunner
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.cli import main
-from arctrue.instrument.revolution import (
+from arctrue.instrument.turn_score import BINS
+from arctrue.studies.revolution import (
     GRADUATION_ARCSEC,
     GRADUATION_ORDERS,
     PAPER_BEFORE_ARCSEC,
@@ -19,7 +20,6 @@ from arctrue.instrument.revolution import (
     RevolutionSettings,
     run_revolution,
 )
-from arctrue.instrument.turn_score import BINS
 from arctrue.table import TableState
 
 

@@ -1,4 +1,4 @@
-"""A polygon on the table and an autocollimator that looks at its faces, as geometry."""
+"""A polygon on the table as geometry: in which direction a ray sees each of its faces."""
 
 from __future__ import annotations
 
@@ -7,10 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.studies.paper.published import Published
-from arctrue.units import ARCSEC_PER_RAD
-
 Float = NDArray[np.float64]
+
+FACES = 24
+MOUNTING_OFFSET_M = 1e-6
+FLATNESS_M = 0.03e-6
+FACE_WIDTH_M = 10e-3
+"""The polygon of the paper's section 4 and how far off the axis it is mounted."""
+
+
+def hollow_slope(flatness_m: float, sideways_m: Float, width_m: float) -> Float:
+    """Slope in radians of a hollow face ``sideways_m`` off its centre, same shape.
+
+    The face is a parabola of depth ``flatness_m`` over ``width_m``: 8·offset·flatness/width²,
+    equation (14) of the paper.
+    """
+    return np.asarray(8.0 * flatness_m * sideways_m / width_m**2)
 
 
 @dataclass(frozen=True)
@@ -30,20 +42,6 @@ class Polygon:
     offset_m: float
     offset_phase_rad: float
 
-    @classmethod
-    def drawn(cls, published: Published, random: np.random.Generator) -> Polygon:
-        """One of the polygons that the paper's uncertainties allow."""
-        certificate_rad = published.budget.polygon_arcsec / ARCSEC_PER_RAD
-        tilt_rad = published.tilt_arcsec / ARCSEC_PER_RAD
-        return cls(
-            normal_rad=random.normal(0.0, certificate_rad, published.faces),
-            tilt_rad=random.uniform(-tilt_rad, tilt_rad, published.faces),
-            flatness_m=published.flatness_m,
-            width_m=published.face_width_m,
-            offset_m=published.mounting_offset_m,
-            offset_phase_rad=float(random.uniform(0.0, 2.0 * np.pi)),
-        )
-
     @property
     def faces(self) -> int:
         """How many there are."""
@@ -59,7 +57,7 @@ class Polygon:
         """
         angle = 2.0 * np.pi * face / self.faces
         sideways_m = self.offset_m * np.sin(angle + self.offset_phase_rad)
-        slope = 8.0 * self.flatness_m * sideways_m / self.width_m**2
+        slope = hollow_slope(self.flatness_m, sideways_m, self.width_m)
         upright = deviation_rad + self.normal_rad[face] + slope
         tilt = self.tilt_rad[face]
         normal = np.stack(
@@ -68,26 +66,3 @@ class Polygon:
         ray = np.array([-1.0, 0.0, 0.0])[:, np.newaxis]
         reflected = ray - 2.0 * np.sum(ray * normal, axis=0) * normal
         return np.asarray(np.arctan2(reflected[1], reflected[0]) / 2.0)
-
-
-@dataclass(frozen=True)
-class Autocollimator:
-    """What it leaves of its own: an error at each face's place in its field, and scatter."""
-
-    error_rad: Float
-    scatter_rad: float
-
-    @classmethod
-    def drawn(
-        cls, published: Published, scatter_arcsec: float, random: np.random.Generator
-    ) -> Autocollimator:
-        """One of those that the paper's uncertainty allows."""
-        error_rad = published.budget.autocollimator_arcsec / ARCSEC_PER_RAD
-        return cls(random.normal(0.0, error_rad, published.faces), scatter_arcsec / ARCSEC_PER_RAD)
-
-    def reading_rad(
-        self, face: NDArray[np.intp], direction_rad: Float, random: np.random.Generator
-    ) -> Float:
-        """Readings of directions, shape ``(n,)``."""
-        scatter = random.normal(0.0, self.scatter_rad, direction_rad.shape)
-        return np.asarray(direction_rad + self.error_rad[face] + scatter)

@@ -1,4 +1,4 @@
-"""Runs one simulation of the demo: ``python -m arctrue.studies.demo.simulator PART FOLDER``."""
+"""Runs one simulation of the demo: ``python -m tb.demo.simulator PART FOLDER``."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from pathlib import Path
 
 from arctrue.studies.demo.files import DemoFiles
 from arctrue.studies.demo.settings import DemoSettings
+from tb.support.simulation import simulate
 
 
 def run_core(files: DemoFiles) -> None:
     """The whole core with the played edges."""
-    from tb.support.simulation import simulate
-
     settings = DemoSettings.read(files.settings)
     simulate(
         "demo_harness",
@@ -30,8 +29,6 @@ def run_core(files: DemoFiles) -> None:
 
 def run_latency(files: DemoFiles) -> None:
     """A step through each unit of the compensation."""
-    from tb.support.simulation import simulate
-
     simulate(
         "latency_harness",
         "tb.demo.latency_bench",

@@ -1,0 +1,195 @@
+"""One revolution at the paper's size: capture, calibrate with the firmware, swap, and score.
+
+The table has the paper's kind of error (section 4: [−150.0″, 137.9″]). Its first turn is captured
+by the gateware and calibrated by the firmware's C; the second, compensated, is judged edge by
+edge against the true angle, which nothing but the judge knows.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from arctrue.instrument.errors import InstrumentError
+from arctrue.instrument.firmware import Firmware
+from arctrue.instrument.instrument import Instrument, RunProgress
+from arctrue.instrument.recording import Recording
+from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
+from arctrue.progress import ReportStep
+from arctrue.studies.revolution.settings import (
+    GRADUATION_ARCSEC,
+    PAPER_AFTER_ARCSEC,
+    PAPER_BEFORE_ARCSEC,
+    PAPER_COUNT_ARCSEC,
+    TURN_RAD,
+    RevolutionSettings,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class RevolutionResult:
+    """What came of it."""
+
+    settings: RevolutionSettings
+    before: TurnScore
+    after: TurnScore
+    telemetry: dict[str, Any]
+    """What the firmware told of the captured turn."""
+    applied_orders: int
+    latency_clocks: float
+    clocks: int
+    """Clocks of the gateware in all."""
+    wall_s: float
+    faults: tuple[str, ...]
+
+    @property
+    def limit_arcsec(self) -> float:
+        """Allowed error of a bin: that of the settings at the paper's size.
+
+        The output is within half a count of what it should be; larger counts add what they are
+        larger by. Orders of the table for which there is no lane stay.
+        """
+        half_count = self.settings.arcsec_per_count / 2 - PAPER_COUNT_ARCSEC / 2
+        without_lane = sum(GRADUATION_ARCSEC[self.settings.lanes - 1 :])
+        return self.settings.limit_arcsec + half_count + without_lane
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as plain values."""
+        return {
+            "settings": asdict(self.settings),
+            "counts_per_rev": self.settings.counts_per_rev,
+            "paper": {"before_arcsec": PAPER_BEFORE_ARCSEC, "after_arcsec": PAPER_AFTER_ARCSEC},
+            "before": {**self.before.as_json(), **self.before.curve_as_json()},
+            "after": {**self.after.as_json(), **self.after.curve_as_json()},
+            "limit_arcsec": self.limit_arcsec,
+            "telemetry": self.telemetry,
+            "applied_orders": self.applied_orders,
+            "latency_clocks": self.latency_clocks,
+            "clocks": self.clocks,
+            "wall_s": self.wall_s,
+            "clocks_per_s": self.clocks / self.wall_s,
+            "faults": list(self.faults),
+        }
+
+
+def run_revolution(
+    settings: RevolutionSettings,
+    *,
+    progress: Callable[[RunProgress], None] | None = None,
+    say: ReportStep | None = None,
+) -> RevolutionResult:
+    """Run it; raises InstrumentError where the firmware does not come to a swap."""
+    say = say or (lambda _: None)
+    with Instrument(
+        settings.lanes,
+        settings.capture_depth,
+        clock_hz=settings.clock_hz,
+        progress=progress,
+        say=say,
+    ) as instrument:
+        started = time.monotonic()
+        instrument.attach(settings.table(), settings.motion())
+        firmware = set_up(instrument.firmware, settings)
+        poll = settings.poll_clocks
+        firmware.run(
+            until=lambda f: f.phase == "capture",
+            stage="to the index of both heads",
+            poll_clocks=poll,
+        )
+
+        before = _recorded_turn(instrument, settings, "first turn: captured, not corrected")
+        firmware.run(
+            until=lambda f: bool(f.telemetry) and settled(instrument, f),
+            stage="calibration, swap and ramp",
+            poll_clocks=poll,
+        )
+        told = firmware.telemetry[0]
+        firmware.send("freeze on")
+
+        after = _recorded_turn(instrument, settings, "second turn: corrected")
+        coefficients = firmware.coefficients
+        result = RevolutionResult(
+            settings=settings,
+            before=score_turn(before.output),
+            after=score_turn(after.output),
+            telemetry=told,
+            applied_orders=0
+            if coefficients is None
+            else int(np.count_nonzero(coefficients.amplitudes)),
+            latency_clocks=instrument.latency_clocks,
+            clocks=instrument.clock,
+            wall_s=time.monotonic() - started,
+            faults=(),
+        )
+        return _with_faults(result, instrument, after.illegal)
+
+
+def _recorded_turn(instrument: Instrument, settings: RevolutionSettings, stage: str) -> Recording:
+    """Every edge of the next whole turn."""
+    instrument.record(bins=FINE_BINS, turns=1.0)
+    end = instrument.true_angle_rad + TURN_RAD
+    instrument.firmware.run(
+        until=lambda _: instrument.true_angle_rad >= end,
+        stage=stage,
+        poll_clocks=settings.poll_clocks,
+    )
+    return instrument.recording()
+
+
+def set_up(firmware: Firmware, settings: RevolutionSettings) -> Firmware:
+    """Tell the firmware of the table and start it."""
+    for name, value in (
+        ("counts_per_rev", settings.counts_per_rev),
+        ("sample_period", settings.sample_period_clocks),
+        *settings.ramp_parameters.items(),
+        ("output_spacing", 1),
+        ("orders", settings.orders),
+    ):
+        firmware.set(name, value)
+    firmware.calculation_clocks = round(settings.calculation_s * settings.clock_hz)
+    firmware.start()
+    return firmware
+
+
+def settled(instrument: Instrument, firmware: Firmware) -> bool:
+    """Is the first turn's calibration applied, and its ramp over?
+
+    Raises InstrumentError where the firmware did not apply it.
+    """
+    if firmware.telemetry[0]["result"] != "applied":
+        told = firmware.telemetry[0]
+        raise InstrumentError(
+            f"the firmware did not apply the first turn: {told['result']}, {told['reason']}"
+        )
+    if firmware.phase != "capture":
+        return False
+    status = instrument.read_fields("status")
+    return bool(status["compensating"] and not status["ramp_busy"])
+
+
+def _with_faults(
+    result: RevolutionResult, instrument: Instrument, illegal: int
+) -> RevolutionResult:
+    found = []
+    reach = result.after.reach_arcsec
+    if not reach <= result.limit_arcsec:
+        found.append(
+            f"the corrected error reaches {reach:.3f}″, the limit is {result.limit_arcsec:.3f}″"
+        )
+    if illegal:
+        found.append(f"A and B of the output changed together in {illegal} clocks")
+    for head in ("head1", "head2"):
+        flags = instrument.read_fields(f"{head}.flags")
+        raised = [name for name in ("index_error", "illegal", "overspeed") if flags[name]]
+        if raised:
+            found.append(f"{head}: {', '.join(raised)}")
+    if instrument.read("status.cannot_keep_up"):
+        found.append("the output could not keep up")
+    return RevolutionResult(
+        **{name: getattr(result, name) for name in result.__slots__ if name != "faults"},
+        faults=tuple(found),
+    )

@@ -1,0 +1,25 @@
+"""An autocollimator that looks at the faces of a polygon."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Autocollimator:
+    """What it leaves of its own: an error at each face's place in its field, and scatter."""
+
+    error_rad: Float
+    scatter_rad: float
+
+    def reading_rad(
+        self, face: NDArray[np.intp], direction_rad: Float, random: np.random.Generator
+    ) -> Float:
+        """Readings of directions, shape ``(n,)``."""
+        scatter = random.normal(0.0, self.scatter_rad, direction_rad.shape)
+        return np.asarray(direction_rad + self.error_rad[face] + scatter)
