@@ -20,7 +20,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "release_without_an_end",
         "a release by anything but the output's own fault cannot be ended",
-        "firmware/application/application.c",
+        "firmware/application/release.c",
         "!before.cannot_keep_up && before.release_causes == 0",
         "!before.cannot_keep_up",
         f"{_TESTS}/test_released.py",
@@ -28,7 +28,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "flags_of_a_head_hold_the_release",
         "the command clears the release and not the flags of the head behind it",
-        "firmware/application/application.c",
+        "firmware/application/release.c",
         "core_clear_output(&application->core, before.release_present);",
         "core_clear_output(&application->core, 0U);",
         f"{_TESTS}/test_released.py",
@@ -36,7 +36,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "angle_of_the_first_sample",
         "the angle at which a capture begins is off by the travel since then",
-        "firmware/application/application.c",
+        "firmware/application/bank.c",
         "(int64_t)position->head1_angle - travel;",
         "(int64_t)position->head1_angle + travel;",
         f"{_TESTS}/test_wrapped_position.py",
@@ -181,7 +181,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "waiting_coefficients_are_not_saved",
         "a save before the first turn drops the coefficients that wait for it",
-        "firmware/application/application.c",
+        "firmware/application/saving.c",
         "    if (!of_this_table) {\n",
         "    if (!of_this_table || !application->has_active) {\n",
         f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
@@ -238,7 +238,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "turn_is_told_twice",
         "an alarm between two turns tells the turn before once more",
-        "firmware/application/application.c",
+        "firmware/application/alarms.c",
         "report->between_turns = report->between_turns || !report->fresh;",
         "report->between_turns = report->between_turns && !report->fresh;",
         f"{_TESTS}/test_application.py::test_a_stuck_capture_ends_in_the_safe_state",
@@ -254,7 +254,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "no_edge_is_a_stuck_capture",
         "where no edge of sync_in comes the correction is taken away",
-        "firmware/application/application.c",
+        "firmware/application/bank.c",
         "    if (application_capture(application) == CAPTURE_BY_SYNC) {\n        return;\n    }\n",
         "",
         f"{_TESTS}/test_pins.py::test_samples_at_the_edges_of_sync_in",
@@ -350,9 +350,9 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_save_shrinks",
         "a save after a re-arm writes no coefficients",
-        "firmware/application/application.c",
-        "    if (known) {\n        save_known(application, saved);\n    }\n",
-        "    if (application->has_active) {\n        save_known(application, saved);\n    }\n",
+        "firmware/application/saving.c",
+        "    if (known) {\n        saving_take_known(application, saved);\n    }\n",
+        "    if (application->has_active) {\n        saving_take_known(application, saved);\n    }\n",
         f"{_TESTS}/test_save.py::test_a_save_after_a_re_arm_keeps_the_coefficients",
     ),
     Mutation(

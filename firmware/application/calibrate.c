@@ -108,10 +108,6 @@ static bool has_dropped_orders(const struct coefficients *active,
     return false;
 }
 
-static const struct coefficients *active_of(const struct application *application) {
-    return application->has_active ? &application->active : NULL;
-}
-
 /* Variances of a component from which on a change is none of the noise. */
 #define CHANGED 18.0
 
@@ -119,7 +115,7 @@ static const struct coefficients *active_of(const struct application *applicatio
    says, of those that follow the temperature what they are made to follow. */
 static double change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     const struct load *load = &application->load;
     const struct coefficients *loaded = load_at_work(load);
     double most = 0.0;
@@ -210,7 +206,7 @@ static enum refusal make_candidate(struct application *application) {
         return reason;
     }
     combine(application, &own);
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    const struct coefficients *active = state_active(application);
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
     reason = gate_judge(&application->report.prediction);
     add_loaded(application);
@@ -230,7 +226,7 @@ static enum refusal make_candidate(struct application *application) {
 
 /* What is told of a turn whose candidate is no calibration's. */
 static void take_as_candidate(struct application *application, enum candidate_origin origin) {
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    const struct coefficients *active = state_active(application);
     application->candidate_origin = origin;
     application->estimate = application->measured;
     application->report.prediction =
@@ -241,7 +237,7 @@ static void take_as_candidate(struct application *application, enum candidate_or
 static void judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
     const struct judge judge = judge_of(application, turn);
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
     load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
                  application->middle_celsius, active != NULL ? active : &saved->own, lanes,
@@ -263,7 +259,7 @@ static void judge_saved(struct application *application, const struct turn *turn
 static void judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     const struct judge judge = judge_of(application, turn);
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     struct coefficients own;
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
         load_refuse(load, LOAD_ANOTHER_TABLE);
@@ -286,7 +282,7 @@ static void judge_pending(struct application *application, const struct turn *tu
     struct load *load = &application->load;
     const struct judge judge = judge_of(application, turn);
     const struct thermal *thermal = application_thermal(application, &load->thermal);
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
