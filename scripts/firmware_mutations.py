@@ -149,8 +149,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_flash_that_falls_silent_reads_as_empty",
         "the flash is not asked for its ID again after its records were read",
         "firmware/application/save.c",
-        "open(save) && read_all(save) && open(save);",
-        "open(save) && read_all(save);",
+        "save_open_flash(save) && save_read_all(save) && save_open_flash(save);",
+        "save_open_flash(save) && save_read_all(save);",
         f"{_TESTS}/test_save.py::test_a_start_at_which_the_flash_is_silent_costs_no_record",
     ),
     Mutation(
@@ -173,9 +173,9 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "saved_is_not_judged",
         "saved coefficients are applied whatever the captured turn says",
         "firmware/application/calibrate.c",
-        "    if (found == JUDGED_RIGHT) {\n        take_as_candidate(application, OF_SAVED);",
+        "    if (found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
         "    if (found == JUDGED_RIGHT || fits) {\n"
-        "        take_as_candidate(application, OF_SAVED);",
+        "        calibrate_take_candidate(application, OF_SAVED);",
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
     Mutation(
@@ -215,8 +215,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "golden_is_written_again",
         "the golden image may be written although it is whole",
         "firmware/application/image_store.c",
-        "return touches && golden_is_whole(store) ?",
-        "return touches && first == 1U && golden_is_whole(store) ?",
+        "return touches && image_golden_is_whole(store) ?",
+        "return touches && first == 1U && image_golden_is_whole(store) ?",
         f"{_TESTS}/test_image_store.py::test_the_golden_image_and_what_is_saved_cannot_be_written",
     ),
     Mutation(
