@@ -18,6 +18,14 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_application.py",
     ),
     Mutation(
+        "a_state_that_must_never_be_is_worked_with",
+        "a step does not assert what is true between any two calls",
+        "firmware/application/application.c",
+        "    state_assert(application);\n",
+        "",
+        f"{_TESTS}/test_assertions.py",
+    ),
+    Mutation(
         "release_without_an_end",
         "a release by anything but the output's own fault cannot be ended",
         "firmware/application/release.c",
@@ -173,8 +181,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "saved_is_not_judged",
         "saved coefficients are applied whatever the captured turn says",
         "firmware/application/calibrate.c",
-        "    if (found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
-        "    if (found == JUDGED_RIGHT || fits) {\n"
+        "found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
+        "found == JUDGED_RIGHT || fits) {\n"
         "        calibrate_take_candidate(application, OF_SAVED);",
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
@@ -351,8 +359,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_save_shrinks",
         "a save after a re-arm writes no coefficients",
         "firmware/application/saving.c",
-        "    if (known) {\n        saving_take_known(application, saved);\n    }\n",
-        "    if (application->has_active) {\n        saving_take_known(application, saved);\n    }\n",
+        "    if (known) {\n        saving_take_known(",
+        "    if (application->has_active) {\n        saving_take_known(",
         f"{_TESTS}/test_save.py::test_a_save_after_a_re_arm_keeps_the_coefficients",
     ),
     Mutation(

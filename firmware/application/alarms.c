@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "assertion.h"
 #include "units.h"
 
 const char *alarm_name(uint32_t bit) {
@@ -43,6 +44,7 @@ const char *alarm_name(uint32_t bit) {
 }
 
 void alarm_between_turns(struct application *application, uint32_t alarm) {
+    ASSERT(alarm_name(alarm) != NULL);
     struct turn_report *report = &application->report;
     report->alarms |= alarm;
     report->between_turns = report->between_turns || !report->fresh;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alarms.h"
+#include "assertion.h"
 #include "bank.h"
 #include "control.h"
 #include "follow_temperature.h"
@@ -96,6 +97,7 @@ bool application_busy(const struct application *application) {
 }
 
 void application_step(struct application *application) {
+    state_assert(application);
     if (application->save != NULL) {
         save_step(application->save);
     }

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "alarms.h"
+#include "assertion.h"
 #include "control.h"
 #include "follow_temperature.h"
 #include "restart.h"
@@ -50,6 +51,7 @@ void bank_take(struct application *application) {
     uint32_t turn = (uint32_t)application->parameters.counts_per_rev;
     uint32_t depth = application->configuration.capture_depth;
     uint32_t samples = header.samples < depth ? header.samples : depth;
+    ASSERT(turn > 0);
     application->header = header;
     follow_middle_of_turn(application);
     application->position_at_bank = position.head1_position;
@@ -71,6 +73,7 @@ void bank_take(struct application *application) {
 void bank_copy(struct application *application) {
     struct capture_copy *copy = application->copy;
     double celsius;
+    ASSERT(copy != NULL);
     if (!capture_copy_take(copy, &application->capture)) {
         application->dump = DUMP_NOT_COPIED;
         return;

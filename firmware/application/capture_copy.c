@@ -2,6 +2,8 @@
 
 #include "capture_copy.h"
 
+#include "assertion.h"
+
 static bool capture_copy_fits(int64_t value) {
     return value >= INT16_MIN && value <= INT16_MAX;
 }
@@ -57,6 +59,7 @@ bool capture_copy_take(struct capture_copy *copy, const struct capture *capture)
 
 /* Steps add up: what comes after the sample before is found at once. */
 struct capture_counts capture_copy_counts(struct capture_copy *copy, uint32_t sample) {
+    ASSERT(sample < CAPTURE_COPY_SAMPLES);
     if (copy->whole) {
         return (struct capture_counts){
             copy->first.head1 + copy->kept.since[sample][0],

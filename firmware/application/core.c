@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "arctrue_registers.h"
+#include "assertion.h"
 
 #define AT(register) ((uint32_t)offsetof(arctrue_registers_t, register))
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
@@ -15,7 +16,7 @@
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
-enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2 };
 /* Of a turn: the table may move so far between a look at it and what follows from it. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
@@ -162,6 +163,7 @@ struct core_probe core_probe(const struct core_access *core) {
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards) {
     int64_t margin = places->counts_per_rev / COMPARE_MARGIN + 1;
+    ASSERT(places->counts_per_rev > 0);
     int64_t period = places->interval != 0 ? places->interval : places->counts_per_rev;
     (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position = core_read(core, AT(snapshot.corrected_position));
@@ -200,6 +202,7 @@ int32_t core_zero_slip(const struct core_access *core) {
 
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
+    ASSERT(head < HEADS && counts_per_rev > 0);
     /* The low word of the time latches the whole group. */
     (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position =
@@ -245,6 +248,7 @@ bool core_indices_seen(const struct core_access *core) {
 }
 
 bool core_head_index_error(const struct core_access *core, uint32_t head) {
+    ASSERT(head < HEADS);
     return (core_read(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;
 }
 
@@ -309,6 +313,7 @@ static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
 
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
         core_lane_words(coefficients, lane, words);
@@ -322,6 +327,7 @@ void core_write_coefficients(const struct core_access *core,
 
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
         core_lane_words(coefficients, lane, words);
@@ -347,6 +353,7 @@ uint32_t core_overrun_count(const struct core_access *core) {
 }
 
 void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]) {
+    ASSERT(head < HEADS);
     uint32_t faults = core_read(core, head ? AT(head2.faults) : AT(head1.faults));
     counters[0] = faults & 0xFFFFU;
     counters[1] = faults >> 16;

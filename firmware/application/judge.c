@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "assertion.h"
 #include "transfer_function.h"
 #include "units.h"
 
@@ -48,6 +49,7 @@ static double judge_by_change(const struct judge *judge, uint32_t order) {
 }
 
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied) {
+    ASSERT(judge->estimate->orders <= ORDERS_MAX);
     struct sight sight =
         order <= judge->estimate->orders
             ? judge_fitted_sight(&judge->estimate->harmonic[order - 1], judge->gain_limit)
@@ -89,6 +91,7 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate) {
     const struct coefficients *set = &load->received;
+    ASSERT(set->lanes <= LANES_LIMIT && set->counts_per_rev > 0);
     double half_count_arcsec = NOTHING_COUNTS * ARCSEC_PER_TURN / set->counts_per_rev;
     enum load_answer answer = LOAD_TAKEN;
     judge_look(judge, set);
@@ -130,6 +133,7 @@ static bool judge_is_unjudged(const struct coefficients *set, uint64_t unjudged,
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec,
                            struct coefficients *candidate) {
+    ASSERT(set->lanes <= LANES_LIMIT && candidate->lanes <= LANES_LIMIT);
     double all = 0.0;
     bool any = false;
     bool blurred = false;

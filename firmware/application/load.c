@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "crc32.h"
 #include "units.h"
 
@@ -71,6 +72,15 @@ static void load_settle(struct load *load) {
     }
 }
 
+void load_assert(const struct load *load) {
+    ASSERT((unsigned)load->state <= LOAD_REFUSED);
+    ASSERT((unsigned)load->loaded_state <= LOADED_REJECTED);
+    ASSERT(load->received.lanes <= LANES_LIMIT && load->loaded.lanes <= LANES_LIMIT);
+    ASSERT(load->received_thermal.lanes <= THERMAL_LANES_MAX);
+    ASSERT(load->thermal.lanes <= THERMAL_LANES_MAX);
+    ASSERT(!load->whole || load->state == LOAD_WAITING);
+}
+
 void load_abort(struct load *load) {
     load_settle(load);
 }
@@ -82,6 +92,7 @@ const struct coefficients *load_at_work(const struct load *load) {
 /* What is coming at the same time goes on. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, uint64_t unjudged) {
+    ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
@@ -285,6 +296,7 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
 
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own) {
+    ASSERT(active == NULL || active->lanes <= LANES_LIMIT);
     *own = (struct coefficients){.counts_per_rev =
                                      active != NULL ? active->counts_per_rev : 0};
     for (uint32_t lane = 0; active != NULL && lane < active->lanes; lane++) {
@@ -300,6 +312,8 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
     uint32_t of_set = set != NULL ? set->lanes : 0;
     uint32_t of_own = own != NULL ? own->lanes : 0;
     const struct coefficients *either = set != NULL ? set : own;
+    ASSERT(lanes <= LANES_LIMIT && of_set <= LANES_LIMIT && of_own <= LANES_LIMIT);
+    ASSERT(candidate != set && candidate != own);
     *candidate = (struct coefficients){
         .lanes = lanes,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,

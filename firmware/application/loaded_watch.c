@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "assertion.h"
+
 /* Share of a turn in the running variance; and the most that a turn counts, so that a jump of the
    order itself is not taken for scatter. */
 #define SHARE 0.1
@@ -31,6 +33,7 @@ static double watch_follow_variance(struct watched_lane *lane, bool shown, struc
 
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied) {
+    ASSERT(place < LANES_LIMIT);
     uint64_t bit = 1ULL << place;
     struct vector left = vector_difference(sight->value, applied);
     double square = vector_square(left);
@@ -50,6 +53,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
 }
 
 double watch_left(const struct loaded_watch *watch, uint32_t place) {
+    ASSERT(place < LANES_LIMIT);
     const struct watched_lane *lane = &watch->lane[place];
     const struct vector left = {lane->cosine, lane->sine};
     bool shown = (watch->shown >> place & 1U) != 0;

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "assertion.h"
+
 enum { WORD_BYTES = 4, SECTORS_LEAST = 2, SECTORS_MOST = 32 };
 /* Sectors that one save tries: an erase that fails may take 3 s, and somebody waits. */
 enum { TRIES_MOST = 4 };
@@ -34,11 +36,13 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
 }
 
 static uint32_t save_sectors(const struct save *save) {
+    ASSERT(save->sector_bytes > 0);
     uint32_t sectors = save->bytes / save->sector_bytes;
     return sectors < SECTORS_MOST ? sectors : SECTORS_MOST;
 }
 
 static uint32_t save_sector_address(const struct save *save, uint32_t sector) {
+    ASSERT(sector < SECTORS_MOST);
     return save->address + sector * save->sector_bytes;
 }
 
@@ -170,6 +174,7 @@ static enum save_answer save_erase_sector(struct save *save) {
 }
 
 enum save_answer save_begin(struct save *save, uint32_t least) {
+    ASSERT(save->state == SAVE_IDLE);
     if (saved_lanes(&save->content) < least) {
         return SAVE_FEWER;
     }
@@ -265,6 +270,8 @@ static void save_read_back(struct save *save) {
 }
 
 void save_step(struct save *save) {
+    ASSERT((unsigned)save->state <= SAVE_READING_BACK);
+    ASSERT(save->number <= SAVED_WORDS_MOST && save->place <= save->number);
     if (save->state == SAVE_IDLE) {
         return;
     }

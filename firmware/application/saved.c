@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "crc32.h"
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
@@ -37,6 +38,7 @@ const char *saved_answer_name(enum saved_answer answer) {
 }
 
 static void saved_put(struct words *words, uint32_t word) {
+    ASSERT(words->place < SAVED_WORDS_MOST);
     words->word[words->place++] = word;
 }
 
@@ -106,6 +108,7 @@ static void saved_put_thermal(struct words *words, const struct thermal *thermal
 }
 
 static uint32_t saved_lanes_used(const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     uint32_t number = 0;
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         number += coefficients->lane[lane].order != 0;
@@ -188,6 +191,7 @@ static bool saved_take_lane(struct source *from, struct saved *saved) {
     if (owner == OF_OPERATOR_UNJUDGED) {
         saved->unjudged |= 1ULL << to->lanes;
     }
+    ASSERT(to->lanes < LANES_LIMIT);
     to->lane[to->lanes++] = lane;
     return true;
 }

@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include "assertion.h"
+
 const char *application_phase_name(enum application_phase phase) {
     static const char *const names[] = {"no_core", "wait_for_index", "capture", "swap",
                                         "held"};
@@ -60,4 +62,20 @@ enum core_capture application_capture(const struct application *application) {
         return CAPTURE_BY_SYNC;
     }
     return application->by_angle ? CAPTURE_BY_ANGLE : CAPTURE_BY_TIME;
+}
+
+void state_assert(const struct application *application) {
+    ASSERT((unsigned)application->phase <= PHASE_HELD);
+    ASSERT((unsigned)application->settings_origin <= SETTINGS_SAVED);
+    ASSERT((unsigned)application->saved_state <= SAVED_NOT_CONFIRMED);
+    ASSERT((unsigned)application->dump <= DUMP_NOT_COPIED);
+    ASSERT((unsigned)application->candidate_origin <= OF_SAVED);
+    /* What is not a core of ours may say anything. */
+    ASSERT(application->phase == PHASE_NO_CORE || application->configuration.lanes <= LANES_LIMIT);
+    ASSERT(application->active.lanes <= LANES_LIMIT);
+    ASSERT(!application->has_active ||
+           application->active.lanes <= application->configuration.lanes);
+    ASSERT(!application->has_active || !application->inherited);
+    ASSERT(application->saved_state == SAVED_NONE || application->save != NULL);
+    load_assert(&application->load);
 }

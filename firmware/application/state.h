@@ -213,6 +213,9 @@ bool application_corrects(const struct application *application);
 /* When the core takes its samples. */
 enum core_capture application_capture(const struct application *application);
 
+/* Asserts what is true between any two calls. */
+void state_assert(const struct application *application);
+
 /* There is a core, and it is worked with. */
 bool state_works(const struct application *application);
 

@@ -3,6 +3,7 @@
 #include "swap.h"
 
 #include "alarms.h"
+#include "assertion.h"
 #include "control.h"
 #include "restart.h"
 
@@ -12,6 +13,10 @@ enum { SWAP_LOOKS_MOST = 1000 };
 
 bool swap_candidate(struct application *application) {
     const struct core_access *core = &application->core;
+    ASSERT(state_works(application));
+    ASSERT(application->candidate.lanes <= application->configuration.lanes);
+    ASSERT(application->candidate.counts_per_rev ==
+           (uint32_t)application->parameters.counts_per_rev);
     core_write_coefficients(core, &application->candidate);
     if (!core_verify_coefficients(core, &application->candidate)) {
         return false;

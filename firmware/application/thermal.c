@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "units.h"
 
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
@@ -41,6 +42,7 @@ bool thermal_has_preset_range(const struct thermal *thermal) {
 }
 
 static const struct thermal_lane *thermal_slope_of(const struct thermal *thermal, uint32_t order) {
+    ASSERT(thermal == NULL || thermal->lanes <= THERMAL_LANES_MAX);
     for (uint32_t place = 0; thermal != NULL && place < thermal->lanes; place++) {
         if (thermal->lane[place].order == order) {
             return &thermal->lane[place];
@@ -113,6 +115,7 @@ struct thermal_extent thermal_extent(const struct thermal *thermal,
 }
 
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second) {
+    ASSERT(first->lanes <= LANES_LIMIT && second->lanes == first->lanes);
     double apart = 0.0;
     for (uint32_t place = 0; place < first->lanes; place++) {
         if (first->lane[place].amplitude == second->lane[place].amplitude &&
@@ -129,6 +132,7 @@ double thermal_apart_counts(const struct coefficients *first, const struct coeff
 
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius) {
+    ASSERT(lanes->lanes <= LANES_LIMIT);
     double change = 0.0;
     for (uint32_t place = 0; place < lanes->lanes; place++) {
         const struct lane from = thermal_lane_at(thermal, &lanes->lane[place], from_celsius);

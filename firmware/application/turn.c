@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "alarms.h"
+#include "assertion.h"
 #include "calibrate.h"
 #include "control.h"
 #include "settings.h"
@@ -71,6 +72,7 @@ static void turn_take_set(struct application *application) {
     } else if (origin == OF_PENDING) {
         load_at_work_again(load);
     } else {
+        ASSERT(origin == OF_SAVED && application->save != NULL);
         const struct saved *saved = &application->save->content;
         application->saved_state = SAVED_CONFIRMED;
         load_take_over(load, &saved->loaded, &saved->thermal, saved->unjudged);
@@ -88,6 +90,7 @@ static void turn_process(struct application *application) {
     bool waited = application->saved_state == SAVED_WAITING;
     turn_take_temperature(application);
     report->reason = calibrate_turn(application);
+    ASSERT((unsigned)report->reason < REFUSALS);
     report->result = turn_result_of(report->reason, application->frozen);
     application->refusals[report->reason] += report->reason != NOT_REFUSED;
     report->alarms = alarms_of_turn(application);
@@ -108,6 +111,7 @@ static void turn_process(struct application *application) {
 }
 
 void turn_finish(struct application *application) {
+    ASSERT(application->phase == PHASE_CAPTURE);
     application->phase = PHASE_CAPTURE;
     turn_process(application);
     bool known = table_temperature_is_known(&application->table);
