@@ -18,9 +18,17 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_application.py",
     ),
     Mutation(
+        "a_state_that_must_never_be_is_worked_with",
+        "a step does not assert what is true between any two calls",
+        "firmware/application/application.c",
+        "    state_assert(application);\n",
+        "",
+        f"{_TESTS}/test_assertions.py",
+    ),
+    Mutation(
         "release_without_an_end",
         "a release by anything but the output's own fault cannot be ended",
-        "firmware/application/application.c",
+        "firmware/application/release.c",
         "!before.cannot_keep_up && before.release_causes == 0",
         "!before.cannot_keep_up",
         f"{_TESTS}/test_released.py",
@@ -28,7 +36,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "flags_of_a_head_hold_the_release",
         "the command clears the release and not the flags of the head behind it",
-        "firmware/application/application.c",
+        "firmware/application/release.c",
         "core_clear_output(&application->core, before.release_present);",
         "core_clear_output(&application->core, 0U);",
         f"{_TESTS}/test_released.py",
@@ -36,7 +44,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "angle_of_the_first_sample",
         "the angle at which a capture begins is off by the travel since then",
-        "firmware/application/application.c",
+        "firmware/application/bank.c",
         "(int64_t)position->head1_angle - travel;",
         "(int64_t)position->head1_angle + travel;",
         f"{_TESTS}/test_wrapped_position.py",
@@ -149,8 +157,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_flash_that_falls_silent_reads_as_empty",
         "the flash is not asked for its ID again after its records were read",
         "firmware/application/save.c",
-        "open(save) && read_all(save) && open(save);",
-        "open(save) && read_all(save);",
+        "save_open_flash(save) && save_read_all(save) && save_open_flash(save);",
+        "save_open_flash(save) && save_read_all(save);",
         f"{_TESTS}/test_save.py::test_a_start_at_which_the_flash_is_silent_costs_no_record",
     ),
     Mutation(
@@ -173,15 +181,15 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "saved_is_not_judged",
         "saved coefficients are applied whatever the captured turn says",
         "firmware/application/calibrate.c",
-        "    if (found == JUDGED_RIGHT) {\n        take_as_candidate(application, OF_SAVED);",
-        "    if (found == JUDGED_RIGHT || fits) {\n"
-        "        take_as_candidate(application, OF_SAVED);",
+        "found == JUDGED_RIGHT) {\n        calibrate_take_candidate(application, OF_SAVED);",
+        "found == JUDGED_RIGHT || fits) {\n"
+        "        calibrate_take_candidate(application, OF_SAVED);",
         f"{_TESTS}/test_save.py::test_another_table_does_not_get_them",
     ),
     Mutation(
         "waiting_coefficients_are_not_saved",
         "a save before the first turn drops the coefficients that wait for it",
-        "firmware/application/application.c",
+        "firmware/application/saving.c",
         "    if (!of_this_table) {\n",
         "    if (!of_this_table || !application->has_active) {\n",
         f"{_TESTS}/test_save.py::test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait",
@@ -215,8 +223,8 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "golden_is_written_again",
         "the golden image may be written although it is whole",
         "firmware/application/image_store.c",
-        "return touches && golden_is_whole(store) ?",
-        "return touches && first == 1U && golden_is_whole(store) ?",
+        "return touches && image_golden_is_whole(store) ?",
+        "return touches && first == 1U && image_golden_is_whole(store) ?",
         f"{_TESTS}/test_image_store.py::test_the_golden_image_and_what_is_saved_cannot_be_written",
     ),
     Mutation(
@@ -238,7 +246,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "turn_is_told_twice",
         "an alarm between two turns tells the turn before once more",
-        "firmware/application/application.c",
+        "firmware/application/alarms.c",
         "report->between_turns = report->between_turns || !report->fresh;",
         "report->between_turns = report->between_turns && !report->fresh;",
         f"{_TESTS}/test_application.py::test_a_stuck_capture_ends_in_the_safe_state",
@@ -254,7 +262,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "no_edge_is_a_stuck_capture",
         "where no edge of sync_in comes the correction is taken away",
-        "firmware/application/application.c",
+        "firmware/application/bank.c",
         "    if (application_capture(application) == CAPTURE_BY_SYNC) {\n        return;\n    }\n",
         "",
         f"{_TESTS}/test_pins.py::test_samples_at_the_edges_of_sync_in",
@@ -350,9 +358,9 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_save_shrinks",
         "a save after a re-arm writes no coefficients",
-        "firmware/application/application.c",
-        "    if (known) {\n        save_known(application, saved);\n    }\n",
-        "    if (application->has_active) {\n        save_known(application, saved);\n    }\n",
+        "firmware/application/saving.c",
+        "    if (known) {\n        saving_take_known(",
+        "    if (application->has_active) {\n        saving_take_known(",
         f"{_TESTS}/test_save.py::test_a_save_after_a_re_arm_keeps_the_coefficients",
     ),
     Mutation(

@@ -6,196 +6,12 @@
 #ifndef ARCTRUE_APPLICATION_H
 #define ARCTRUE_APPLICATION_H
 
-#include "average.h"
-#include "capture_copy.h"
-#include "core.h"
-#include "fourier.h"
-#include "further_orders.h"
-#include "gate.h"
-#include "kept_settings.h"
-#include "least_squares.h"
-#include "load.h"
-#include "parameters.h"
-#include "reading_function.h"
-#include "save.h"
-#include "table_temperature.h"
-
-enum application_phase {
-    PHASE_NO_CORE,
-    PHASE_WAIT_FOR_INDEX,
-    PHASE_CAPTURE,
-    PHASE_SWAP,
-    /* Several faults in a row, or settings that are lost: the core goes on with the coefficients that it
-       has, and nothing is worked on. */
-    PHASE_HELD,
-};
-
-/* Where the operator's settings come from. */
-enum settings_origin {
-    SETTINGS_PRESET,
-    /* After a fault: as they were ordered before it. */
-    SETTINGS_KEPT,
-    /* After a fault that they did not outlive: as they were saved, or presets, and bypass where no
-       correction is at work. */
-    SETTINGS_LOST,
-    /* At power-on: as they were saved. */
-    SETTINGS_SAVED,
-};
-
-/* What has become of the coefficients that were saved. */
-enum saved_state {
-    SAVED_NONE,
-    /* Captured turns have yet to confirm them. */
-    SAVED_WAITING,
-    SAVED_CONFIRMED,
-    /* A turn speaks against them: they wait for the next `rearm`. */
-    SAVED_NOT_CONFIRMED,
-};
-
-/* A capture for the console: asked for, copied, or such that it cannot be. */
-enum dump_state { DUMP_NONE, DUMP_WANTED, DUMP_COPIED, DUMP_NOT_COPIED };
-
-/* Where the candidate comes from. */
-enum candidate_origin { OF_TURN, OF_LOAD, OF_PENDING, OF_SAVED };
-
-enum turn_result { TURN_APPLIED, TURN_KEPT, TURN_REFUSED };
-
-enum alarm {
-    ALARM_NOISE = 1,
-    ALARM_ERROR = 2,
-    ALARM_SEPARATION = 4,
-    ALARM_OUTPUT = 8,
-    ALARM_OVERRUN = 16,
-    ALARM_STUCK_CAPTURE = 32,
-    ALARM_COEFFICIENTS = 64,
-    ALARM_TEMPERATURE = 128,
-    ALARM_ZERO_LOST = 256,
-    ALARM_SWAP = 512,
-    /* The firmware began anew after a fault, not long ago. */
-    ALARM_BEGAN_ANEW = 1024,
-    ALARM_SAVED = 2048,
-    ALARM_THERMOMETER = 4096,
-    ALARM_CORE_RESET = 8192,
-};
-
-/* The latest turn, for the console and for telemetry. */
-struct turn_report {
-    uint32_t number;
-    uint32_t sequence_number;
-    uint64_t start_time;
-    uint32_t samples;
-    enum turn_result result;
-    enum refusal reason;
-    struct capture_fault fault;
-    struct gate_prediction prediction;
-    /* What the loaded orders leave, of both predictions. */
-    double loaded_arcsec;
-    uint32_t alarms;
-    /* A, B and Z stand: the output lay too far behind. */
-    bool output_stands;
-    /* Faults that released the line drivers, of enum core_fault. */
-    uint32_t release_causes;
-    /* Of the die; known or absent, never a number that is none. */
-    bool has_temperature;
-    double temperature_c;
-    /* Not yet told. */
-    bool fresh;
-    /* The turn has been told already: what is fresh is an alarm. */
-    bool between_turns;
-};
-
-union calibration_workspace {
-    struct fourier_workspace fourier;
-    struct least_squares_workspace least_squares;
-    struct reading_workspace reading;
-    struct further_workspace further;
-};
-
-/* What was written to memory is to outlive a new start. */
-typedef void memory_settle(void);
-
-struct application {
-    struct core_access core;
-    /* NULL: there is no sensor. */
-    temperature_read *read_temperature;
-    void *temperature_context;
-    struct core_configuration configuration;
-    struct parameters parameters;
-    enum application_phase phase;
-    /* Commands of the operator. */
-    bool frozen;
-    bool bypassed;
-    bool telemetry;
-    /* NULL: they are not kept. */
-    struct kept_settings *kept;
-    memory_settle *settle;
-    enum settings_origin settings_origin;
-    uint32_t faults_in_a_row;
-    /* It was told that the line drivers are released. */
-    bool release_told;
-    /* The bank that is ready. */
-    struct core_header header;
-    struct capture capture;
-    enum dump_state dump;
-    /* NULL: no capture is copied. */
-    struct capture_copy *copy;
-    int32_t position_at_bank;
-    /* The angle of head 2 at its own index, counts: what it lost since the index that made its
-       zero. The core moves head 1's zero in place of that: how often it has. */
-    int32_t head2_zero;
-    uint32_t zero_moves;
-    /* The angle of head 1 at its index is not 0, and nothing has proven yet that counts were lost; since
-       which position. */
-    bool zero_in_doubt;
-    int32_t position_at_doubt;
-    uint32_t swaps_before;
-    uint32_t swap_looks;
-    /* What the latest turn says, refused or not; and what the latest turn that was taken says. */
-    struct estimate measured;
-    struct estimate estimate;
-    struct average average;
-    enum verdict verdicts[ORDERS_MAX];
-    struct coefficients active;
-    struct coefficients candidate;
-    struct load load;
-    struct table_temperature table;
-    /* Of the table when the bank before was taken, at which time, and in the middle of this turn;
-       as `table` says where nothing is known of before. */
-    double before_celsius;
-    double before_s;
-    double middle_celsius;
-    /* The speed swings: samples are taken at equal angles until the next start or dump. */
-    bool by_angle;
-    /* Of the core's time for the thermometer; 0: as the core says. In the virtual instrument fewer
-       clocks are a second. */
-    double temperature_clock_hz;
-    /* Banks that followed the temperature between two turns. */
-    uint32_t temperature_swaps;
-    /* NULL: there is no flash. */
-    struct save *save;
-    enum saved_state saved_state;
-    enum candidate_origin candidate_origin;
-    /* `active` is at work. Where it is not, it is what was at work before the core began anew. */
-    bool has_active;
-    /* The operator wants nothing kept of what was known. */
-    bool forgotten;
-    /* The correction of before a fault is still at work; its coefficients are not known here. */
-    bool inherited;
-    double usual_noise_arcsec;
-    uint32_t noisy_turns;
-    /* Bookkeeping. */
-    struct turn_report report;
-    uint32_t refusals[REFUSALS];
-    uint32_t turns;
-    uint32_t swaps;
-    uint32_t stuck_captures;
-    uint32_t overruns;
-    /* Interrupts of the core; banks that were found without one since the bank before. */
-    uint32_t interrupts;
-    uint32_t banks_without_interrupt;
-    bool interrupted;
-    union calibration_workspace workspace;
-};
+#include "alarms.h"
+#include "operator.h"
+#include "release.h"
+#include "restart.h"
+#include "saving.h"
+#include "state.h"
 
 /* Parameters at their presets, nothing known. */
 void application_prepare(struct application *application, const struct core_access *core);
@@ -207,14 +23,6 @@ void application_use_temperature(struct application *application, temperature_re
 /* Where the temperature of the table comes from, unless the operator says otherwise. */
 void application_use_thermometer(struct application *application, temperature_read *read,
                                  void *context);
-/* From the host, a source, or none. */
-void application_tell_temperature(struct application *application, double celsius);
-void application_choose_temperature(struct application *application,
-                                    enum temperature_source source);
-/* For lanes that follow the temperature: the table's, or NULL where none is known and they are as
-   they were written. */
-const struct thermal *application_thermal(const struct application *application,
-                                          const struct thermal *thermal);
 
 /* Where the operator's settings are kept; `settle` is called after each write. */
 void application_keep_settings(struct application *application, struct kept_settings *kept,
@@ -226,21 +34,6 @@ void application_use_copy(struct application *application, struct capture_copy *
 /* Where settings and coefficients are saved. */
 void application_use_flash(struct application *application, struct save *save);
 
-/* At power-on the settings are those that were saved. After a fault they are those that were
-   kept; or else, with bypass on, the saved ones. What is not there is preset. Kept from now on. */
-void application_recover(struct application *application, bool after_fault);
-
-/* The first start. After a fault index, coefficients and correction of the core stay. After several
-   faults in a row, and where the settings are lost while a correction is at work, nothing is worked on
-   until application_rearm(), and the core stays as it is. */
-void application_begin(struct application *application);
-
-/* Find the core and set it up; the phase tells whether it is there. */
-void application_start(struct application *application);
-
-/* The operator wants it to begin anew: faults of before are forgotten. */
-void application_rearm(struct application *application);
-
 /* One piece of work; never waits. A calibration is one piece. */
 void application_step(struct application *application);
 
@@ -248,55 +41,7 @@ void application_step(struct application *application);
    look, not what is there; a step without one finds the same, so a lost one costs time only. */
 void application_interrupt(struct application *application);
 
-/* The correction is on, as far as the operator and the coefficients go. */
-bool application_corrects(const struct application *application);
-
 /* There is more to do at once: do not sleep before the next step. */
 bool application_busy(const struct application *application);
-
-/* The operator's commands. */
-void application_freeze(struct application *application, bool frozen);
-void application_bypass(struct application *application, bool bypassed);
-void application_telemetry(struct application *application, bool on);
-/* The next turn is copied for the console, with times: it is captured at equal ones. */
-void application_want_dump(struct application *application);
-enum output_answer {
-    /* It follows again. */
-    OUTPUT_CLEARED,
-    /* It followed all the time, and its line drivers are enabled again. */
-    OUTPUT_DRIVEN,
-    OUTPUT_NO_CORE,
-    OUTPUT_NO_FAULT,
-    OUTPUT_FAULT_AGAIN,
-    /* A fault that releases the line drivers is still present. */
-    OUTPUT_STAYS_RELEASED,
-};
-/* End the fault of the output and the release of its line drivers; nothing else in the firmware does. */
-enum output_answer application_clear_output(struct application *application);
-/* Of enum core_fault: what released the line drivers, 0 where they are driven, and what of it is present. */
-uint32_t application_release_causes(const struct application *application);
-uint32_t application_release_present(const struct application *application);
-/* When the core takes its samples. */
-enum core_capture application_capture(const struct application *application);
-/* Why the output stands now: "none" where it follows. */
-const char *application_output_fault(const struct application *application);
-/* Parameters, switches and what is active, into the flash; what save_begin() says. */
-enum save_answer application_save(struct application *application);
-/* All frames of a set have come; what load_end() says. */
-enum load_answer application_load_end(struct application *application, uint32_t crc);
-/* Correction off and nothing known, of the calibration and of what was loaded. */
-void application_forget(struct application *application);
-/* As parameters_set(), and does what a new value asks for. */
-enum parameter_answer application_set(struct application *application, const char *name,
-                                      double value,
-                                      const struct parameter_description **description);
-
-const char *output_fault_name(bool stands);
-const char *application_phase_name(enum application_phase phase);
-const char *settings_origin_name(enum settings_origin origin);
-const char *saved_state_name(enum saved_state state);
-const char *turn_result_name(enum turn_result result);
-/* NULL for a bit that is no alarm. */
-const char *alarm_name(uint32_t bit);
 
 #endif

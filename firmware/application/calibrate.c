@@ -15,7 +15,7 @@ enum { NOISY_TURNS_MOST = 5 };
 /* Share of a turn in the running mean of the noise. */
 #define NOISE_SHARE 0.2
 
-static struct calibration_settings settings_of(const struct parameters *parameters) {
+static struct calibration_settings calibrate_settings(const struct parameters *parameters) {
     return (struct calibration_settings){
         .nominal_separation_rad = parameters->separation_deg * PI / 180.0,
         .separation = SEPARATION_AUTOMATIC,
@@ -24,8 +24,8 @@ static struct calibration_settings settings_of(const struct parameters *paramete
     };
 }
 
-static enum refusal estimate_turn(struct application *application, struct turn *turn) {
-    struct calibration_settings settings = settings_of(&application->parameters);
+static enum refusal calibrate_estimate(struct application *application, struct turn *turn) {
+    struct calibration_settings settings = calibrate_settings(&application->parameters);
     union calibration_workspace *workspace = &application->workspace;
     double apart_rad = turn_align(turn, settings.nominal_separation_rad);
     if (separation_is_exchanged(settings.nominal_separation_rad, apart_rad)) {
@@ -44,7 +44,7 @@ static enum refusal estimate_turn(struct application *application, struct turn *
     return reason;
 }
 
-static enum refusal judge_noise(struct application *application) {
+static enum refusal calibrate_judge_noise(struct application *application) {
     double noise = application->measured.noise_arcsec;
     double usual = application->usual_noise_arcsec;
     enum refusal reason = gate_judge_noise(noise, usual, application->parameters.noise_limit);
@@ -59,7 +59,7 @@ static enum refusal judge_noise(struct application *application) {
 
 /* Orders that have a loaded lane are none of the calibration's business: for it they are as if they
    were not seen. Their bits, order n in bit n - 1. */
-static uint64_t hide_loaded_orders(const struct coefficients *loaded, struct estimate *estimate) {
+static uint64_t calibrate_hide_loaded(const struct coefficients *loaded, struct estimate *estimate) {
     uint64_t hidden = 0;
     for (uint32_t place = 0; place < estimate->orders; place++) {
         if (estimate->harmonic[place].seen && coefficients_have(loaded, place + 1)) {
@@ -70,8 +70,8 @@ static uint64_t hide_loaded_orders(const struct coefficients *loaded, struct est
     return hidden;
 }
 
-static void show_loaded_orders(uint64_t hidden, struct estimate *estimate,
-                               enum verdict *verdicts) {
+static void calibrate_show_loaded(uint64_t hidden, struct estimate *estimate,
+                                  enum verdict *verdicts) {
     for (uint32_t place = 0; place < estimate->orders; place++) {
         if (hidden >> place & 1U) {
             estimate->harmonic[place].seen = true;
@@ -80,7 +80,7 @@ static void show_loaded_orders(uint64_t hidden, struct estimate *estimate,
     }
 }
 
-static uint32_t lanes_used(const struct coefficients *coefficients) {
+static uint32_t calibrate_lanes_used(const struct coefficients *coefficients) {
     uint32_t used = 0;
     for (uint32_t lane = 0; coefficients != NULL && lane < coefficients->lanes; lane++) {
         used += coefficients->lane[lane].order != 0;
@@ -88,7 +88,7 @@ static uint32_t lanes_used(const struct coefficients *coefficients) {
     return used;
 }
 
-static void combine(struct application *application, const struct coefficients *own) {
+static void calibrate_combine(struct application *application, const struct coefficients *own) {
     const struct load *load = &application->load;
     load_combine(load_at_work(load), application_thermal(application, &load->thermal),
                  application->table.celsius, own, application->configuration.lanes,
@@ -97,8 +97,8 @@ static void combine(struct application *application, const struct coefficients *
 }
 
 /* An order that `orders` no longer has, of the calibration's own. */
-static bool has_dropped_orders(const struct coefficients *active,
-                               const struct coefficients *loaded, uint32_t orders) {
+static bool calibrate_has_dropped(const struct coefficients *active,
+                                  const struct coefficients *loaded, uint32_t orders) {
     for (uint32_t lane = 0; lane < active->lanes; lane++) {
         uint32_t order = active->lane[lane].order;
         if (order > orders && !coefficients_have(loaded, order)) {
@@ -108,18 +108,14 @@ static bool has_dropped_orders(const struct coefficients *active,
     return false;
 }
 
-static const struct coefficients *active_of(const struct application *application) {
-    return application->has_active ? &application->active : NULL;
-}
-
 /* Variances of a component from which on a change is none of the noise. */
 #define CHANGED 18.0
 
 /* The most that an order has changed by since the turn before: of the calibration's own what the turn
    says, of those that follow the temperature what they are made to follow. */
-static double change_arcsec(const struct application *application) {
+static double calibrate_change_arcsec(const struct application *application) {
     const struct estimate *estimate = &application->measured;
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     const struct load *load = &application->load;
     const struct coefficients *loaded = load_at_work(load);
     double most = 0.0;
@@ -143,25 +139,25 @@ static double change_arcsec(const struct application *application) {
     return fmax(sqrt(most), followed);
 }
 
-static struct judge judge_of(struct application *application, const struct turn *turn) {
+static struct judge calibrate_judge(struct application *application, const struct turn *turn) {
     return (struct judge){
         .turn = turn,
         .estimate = &application->measured,
         .workspace = &application->workspace.further,
         .gain_limit = application->parameters.gain_limit,
-        .change_arcsec = change_arcsec(application),
+        .change_arcsec = calibrate_change_arcsec(application),
     };
 }
 
 /* Before the turn is averaged: an average would lag behind an order that changes. */
-static void watch_loaded(struct application *application, const struct turn *turn) {
+static void calibrate_watch_loaded(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
     const struct coefficients *set = load_at_work(load);
     watch_begin(&load->watch);
     if (set == NULL || !application->has_active) {
         return;
     }
-    const struct judge judge = judge_of(application, turn);
+    const struct judge judge = calibrate_judge(application, turn);
     const struct thermal *thermal = application_thermal(application, &load->thermal);
     load_combine(set, thermal, application->middle_celsius, NULL, set->lanes,
                  &application->candidate);
@@ -182,7 +178,7 @@ static void watch_loaded(struct application *application, const struct turn *tur
 }
 
 /* What the loaded orders leave is there with either. */
-static void add_loaded(struct application *application) {
+static void calibrate_add_loaded(struct application *application) {
     struct gate_prediction *prediction = &application->report.prediction;
     double square = application->load.watch.mean_square;
     double active = prediction->active_arcsec;
@@ -192,45 +188,45 @@ static void add_loaded(struct application *application) {
     prediction->candidate_arcsec = sqrt(candidate * candidate + square);
 }
 
-static enum refusal make_candidate(struct application *application) {
+static enum refusal calibrate_make_candidate(struct application *application) {
     const struct parameters *parameters = &application->parameters;
     struct estimate *estimate = &application->measured;
     const struct coefficients *loaded = load_at_work(&application->load);
     uint32_t lanes = application->configuration.lanes;
-    uint32_t own_lanes = lanes - lanes_used(loaded);
+    uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
-    uint64_t hidden = hide_loaded_orders(loaded, estimate);
+    uint64_t hidden = calibrate_hide_loaded(loaded, estimate);
     select_orders(estimate, own_lanes, parameters->gain_limit, verdicts);
     enum refusal reason = coefficients_quantise(
         estimate, verdicts, application->capture.counts_per_rev, own_lanes, &own);
     if (reason != NOT_REFUSED) {
         return reason;
     }
-    combine(application, &own);
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+    calibrate_combine(application, &own);
+    const struct coefficients *active = state_active(application);
     application->report.prediction = gate_predict(estimate, active, &application->candidate);
     reason = gate_judge(&application->report.prediction);
-    add_loaded(application);
+    calibrate_add_loaded(application);
     if (reason != NOT_REFUSED && active != NULL &&
-        has_dropped_orders(active, loaded, estimate->orders)) {
+        calibrate_has_dropped(active, loaded, estimate->orders)) {
         /* `orders` was lowered: what no turn judges any more is not applied any more. */
         own = *active;
         coefficients_drop_orders(&own, estimate->orders);
-        combine(application, &own);
+        calibrate_combine(application, &own);
         reason = NOT_REFUSED;
     }
-    show_loaded_orders(hidden, estimate, verdicts);
+    calibrate_show_loaded(hidden, estimate, verdicts);
     application->estimate = *estimate;
     memcpy(application->verdicts, verdicts, sizeof verdicts);
     return reason;
 }
 
 /* What is told of a turn whose candidate is no calibration's. */
-static void take_as_candidate(struct application *application, enum candidate_origin origin) {
-    const struct coefficients *active = application->has_active ? &application->active : NULL;
+static void calibrate_take_candidate(struct application *application, enum candidate_origin origin) {
+    const struct coefficients *active = state_active(application);
     application->candidate_origin = origin;
     application->estimate = application->measured;
     application->report.prediction =
@@ -238,10 +234,10 @@ static void take_as_candidate(struct application *application, enum candidate_or
 }
 
 /* The saved coefficients; the calibration's own of before where there are none of this start. */
-static void judge_saved(struct application *application, const struct turn *turn) {
+static void calibrate_judge_saved(struct application *application, const struct turn *turn) {
     const struct saved *saved = &application->save->content;
-    const struct judge judge = judge_of(application, turn);
-    const struct coefficients *active = active_of(application);
+    const struct judge judge = calibrate_judge(application, turn);
+    const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
     load_combine(&saved->loaded, application_thermal(application, &saved->thermal),
                  application->middle_celsius, active != NULL ? active : &saved->own, lanes,
@@ -253,17 +249,17 @@ static void judge_saved(struct application *application, const struct turn *turn
                            application->parameters.alarm_error_arcsec, &application->candidate)
              : JUDGED_WRONG;
     if (found == JUDGED_RIGHT) {
-        take_as_candidate(application, OF_SAVED);
+        calibrate_take_candidate(application, OF_SAVED);
     } else if (found == JUDGED_WRONG) {
         application->saved_state = SAVED_NOT_CONFIRMED;
     }
 }
 
 /* What has come is the idle bank's only owner in this turn. */
-static void judge_load(struct application *application, const struct turn *turn) {
+static void calibrate_judge_load(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
-    const struct judge judge = judge_of(application, turn);
-    const struct coefficients *active = active_of(application);
+    const struct judge judge = calibrate_judge(application, turn);
+    const struct coefficients *active = state_active(application);
     struct coefficients own;
     if (load->received.counts_per_rev != application->capture.counts_per_rev) {
         load_refuse(load, LOAD_ANOTHER_TABLE);
@@ -275,18 +271,18 @@ static void judge_load(struct application *application, const struct turn *turn)
                  &application->candidate);
     enum load_answer answer = judge_received(&judge, load, active, &application->candidate);
     if (answer == LOAD_TAKEN) {
-        take_as_candidate(application, OF_LOAD);
+        calibrate_take_candidate(application, OF_LOAD);
     } else if (answer != LOAD_NOT_YET) {
         load_refuse(load, answer);
     }
 }
 
 /* What was loaded before the start: its own orders alone have to show that it is right. */
-static void judge_pending(struct application *application, const struct turn *turn) {
+static void calibrate_judge_pending(struct application *application, const struct turn *turn) {
     struct load *load = &application->load;
-    const struct judge judge = judge_of(application, turn);
+    const struct judge judge = calibrate_judge(application, turn);
     const struct thermal *thermal = application_thermal(application, &load->thermal);
-    const struct coefficients *active = active_of(application);
+    const struct coefficients *active = state_active(application);
     uint32_t lanes = application->configuration.lanes;
     struct coefficients *candidate = &application->candidate;
     load_combine(&load->loaded, thermal, application->middle_celsius, NULL, lanes, candidate);
@@ -296,20 +292,20 @@ static void judge_pending(struct application *application, const struct turn *tu
     } else if (found == JUDGED_RIGHT) {
         load_combine(&load->loaded, thermal, application->middle_celsius, active, lanes,
                      candidate);
-        take_as_candidate(application, OF_PENDING);
+        calibrate_take_candidate(application, OF_PENDING);
     }
 }
 
-static void judge_sets(struct application *application, const struct turn *turn) {
+static void calibrate_judge_sets(struct application *application, const struct turn *turn) {
     const struct load *load = &application->load;
     if (application->saved_state == SAVED_WAITING) {
-        judge_saved(application, turn);
+        calibrate_judge_saved(application, turn);
     }
     if (application->candidate_origin == OF_TURN && load->whole) {
-        judge_load(application, turn);
+        calibrate_judge_load(application, turn);
     }
     if (application->candidate_origin == OF_TURN && load->loaded_state == LOADED_PENDING) {
-        judge_pending(application, turn);
+        calibrate_judge_pending(application, turn);
     }
 }
 
@@ -320,20 +316,20 @@ enum refusal calibrate_turn(struct application *application) {
         capture_verify(&application->capture, (uint32_t)application->parameters.orders, &turn,
                        &application->report.fault);
     if (reason == NOT_REFUSED) {
-        reason = estimate_turn(application, &turn);
+        reason = calibrate_estimate(application, &turn);
     }
     if (reason == NOT_REFUSED) {
-        judge_sets(application, &turn);
+        calibrate_judge_sets(application, &turn);
     }
     if (application->candidate_origin != OF_TURN) {
         return NOT_REFUSED;
     }
     if (reason == NOT_REFUSED) {
-        reason = judge_noise(application);
+        reason = calibrate_judge_noise(application);
     }
     if (reason == NOT_REFUSED) {
-        watch_loaded(application, &turn);
-        reason = make_candidate(application);
+        calibrate_watch_loaded(application, &turn);
+        reason = calibrate_make_candidate(application);
     }
     return reason;
 }

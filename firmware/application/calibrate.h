@@ -3,7 +3,7 @@
 #ifndef ARCTRUE_CALIBRATE_H
 #define ARCTRUE_CALIBRATE_H
 
-#include "application.h"
+#include "state.h"
 
 /* From the ready bank to a candidate: verify, estimate, average, choose, quantise and judge.
    Leaves estimate, verdicts, candidate and the report's prediction. */

@@ -2,15 +2,17 @@
 
 #include "capture_copy.h"
 
-static bool fits(int64_t value) {
+#include "assertion.h"
+
+static bool capture_copy_fits(int64_t value) {
     return value >= INT16_MIN && value <= INT16_MAX;
 }
 
-static int64_t apart(const struct capture_counts *counts) {
+static int64_t capture_copy_apart(const struct capture_counts *counts) {
     return counts->head2 - counts->head1;
 }
 
-static void keep_whole(struct capture_copy *copy, const struct capture *capture) {
+static void capture_copy_whole(struct capture_copy *copy, const struct capture *capture) {
     for (uint32_t sample = 0; sample < capture->samples; sample++) {
         struct capture_counts counts = capture_counts(capture, sample);
         copy->kept.since[sample][0] = (int32_t)(counts.head1 - copy->first.head1);
@@ -18,13 +20,13 @@ static void keep_whole(struct capture_copy *copy, const struct capture *capture)
     }
 }
 
-static bool keep_steps(struct capture_copy *copy, const struct capture *capture) {
+static bool capture_copy_steps(struct capture_copy *copy, const struct capture *capture) {
     struct capture_counts before = copy->first;
     for (uint32_t sample = 0; sample < capture->samples; sample++) {
         struct capture_counts counts = capture_counts(capture, sample);
         int64_t step = counts.head1 - before.head1;
-        int64_t difference = apart(&counts) - apart(&copy->first);
-        if (!fits(step) || !fits(difference)) {
+        int64_t difference = capture_copy_apart(&counts) - capture_copy_apart(&copy->first);
+        if (!capture_copy_fits(step) || !capture_copy_fits(difference)) {
             return false;
         }
         copy->kept.step[sample][0] = (int16_t)step;
@@ -42,8 +44,8 @@ bool capture_copy_take(struct capture_copy *copy, const struct capture *capture)
     copy->first = capture_counts(capture, 0);
     copy->whole = capture->samples <= CAPTURE_COPY_SAMPLES / 2;
     if (copy->whole) {
-        keep_whole(copy, capture);
-    } else if (!keep_steps(copy, capture)) {
+        capture_copy_whole(copy, capture);
+    } else if (!capture_copy_steps(copy, capture)) {
         return false;
     }
     copy->samples = capture->samples;
@@ -57,6 +59,7 @@ bool capture_copy_take(struct capture_copy *copy, const struct capture *capture)
 
 /* Steps add up: what comes after the sample before is found at once. */
 struct capture_counts capture_copy_counts(struct capture_copy *copy, uint32_t sample) {
+    ASSERT(sample < CAPTURE_COPY_SAMPLES);
     if (copy->whole) {
         return (struct capture_counts){
             copy->first.head1 + copy->kept.since[sample][0],
@@ -70,6 +73,6 @@ struct capture_counts capture_copy_counts(struct capture_copy *copy, uint32_t sa
     while (copy->place < sample) {
         copy->at.head1 += copy->kept.step[++copy->place][0];
     }
-    copy->at.head2 = copy->at.head1 + apart(&copy->first) + copy->kept.step[sample][1];
+    copy->at.head2 = copy->at.head1 + capture_copy_apart(&copy->first) + copy->kept.step[sample][1];
     return copy->at;
 }

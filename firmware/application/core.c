@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "arctrue_registers.h"
+#include "assertion.h"
 
 #define AT(register) ((uint32_t)offsetof(arctrue_registers_t, register))
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
@@ -15,7 +16,7 @@
 
 #define CAPTURE_MODE(mode) ((uint32_t)(mode) << ARCTRUE_REGISTERS__CONTROL__CAPTURE_MODE_bp)
 
-enum { WORDS_A_LANE = 4, WORD_BYTES = 4 };
+enum { WORDS_A_LANE = 4, WORD_BYTES = 4, HEADS = 2 };
 /* Of a turn: the table may move so far between a look at it and what follows from it. */
 enum { COMPARE_MARGIN = 1024 };
 /* A re-arm takes 128 clocks of the fabric; a read of a register takes at least one. */
@@ -47,101 +48,101 @@ const char *core_fault_name(uint32_t bit) {
     }
 }
 
-static uint32_t read_at(const struct core_access *core, uint32_t offset) {
+static uint32_t core_read(const struct core_access *core, uint32_t offset) {
     return core->read(core->context, offset);
 }
 
-static void write_at(const struct core_access *core, uint32_t offset, uint32_t word) {
+static void core_write(const struct core_access *core, uint32_t offset, uint32_t word) {
     core->write(core->context, offset, word);
 }
 
 /* The low word latches the high one. */
-static uint64_t read_wide(const struct core_access *core, uint32_t offset) {
-    uint32_t low = read_at(core, offset);
-    return (uint64_t)read_at(core, offset + WORD_BYTES) << 32 | low;
+static uint64_t core_read_wide(const struct core_access *core, uint32_t offset) {
+    uint32_t low = core_read(core, offset);
+    return (uint64_t)core_read(core, offset + WORD_BYTES) << 32 | low;
 }
 
 bool core_identify(const struct core_access *core, struct core_configuration *configuration) {
     if (core->look != NULL) {
         core->look(core->context);
     }
-    if (read_at(core, AT(identification)) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
+    if (core_read(core, AT(identification)) != ARCTRUE_REGISTERS__IDENTIFICATION__VALUE_reset) {
         return false;
     }
-    uint32_t major = FIELD(read_at(core, AT(version)), VERSION__MAJOR);
-    uint32_t built = read_at(core, AT(core_configuration));
+    uint32_t major = FIELD(core_read(core, AT(version)), VERSION__MAJOR);
+    uint32_t built = core_read(core, AT(core_configuration));
     *configuration = (struct core_configuration){
         .lanes = FIELD(built, CORE_CONFIGURATION__LANES),
         .capture_depth = FIELD(built, CORE_CONFIGURATION__CAPTURE_DEPTH),
-        .clock_hz = read_at(core, AT(clock_hz)),
+        .clock_hz = core_read(core, AT(clock_hz)),
     };
     return major == ARCTRUE_REGISTERS__VERSION__MAJOR_reset && configuration->lanes > 0 &&
            configuration->lanes <= LANES_LIMIT && configuration->clock_hz > 0;
 }
 
 struct core_origin core_origin(const struct core_access *core) {
-    uint32_t version = read_at(core, AT(version));
-    uint32_t high = read_at(core, AT(chip_dna_high));
+    uint32_t version = core_read(core, AT(version));
+    uint32_t high = core_read(core, AT(chip_dna_high));
     return (struct core_origin){
         .major = FIELD(version, VERSION__MAJOR),
         .minor = FIELD(version, VERSION__MINOR),
         .patch = FIELD(version, VERSION__PATCH),
-        .fold = FIELD(read_at(core, AT(pipeline)), PIPELINE__FOLD),
+        .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
-        .dna = (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | read_at(core, AT(chip_dna_low)),
+        .dna = (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
     };
 }
 
 /* Anew after a fault, the output is in use: it would lose the counts of the time without it. */
 void core_hold(const struct core_access *core) {
-    bool output = (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
+    bool output = (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
     core_control(core, false, output, CAPTURE_OFF);
 }
 
 void core_set_pins(const struct core_access *core, const struct core_setup *setup) {
-    write_at(core, AT(pulse_widths), setup->pulse_widths);
-    write_at(core, AT(pulse_inputs), setup->pulse_inputs);
+    core_write(core, AT(pulse_widths), setup->pulse_widths);
+    core_write(core, AT(pulse_inputs), setup->pulse_inputs);
 }
 
-static void write_setup(const struct core_access *core, const struct core_setup *setup) {
-    write_at(core, AT(counts_per_rev), setup->counts_per_rev);
-    write_at(core, AT(sample_period), setup->sample_period);
-    write_at(core, AT(angle_step), setup->angle_step);
-    write_at(core, AT(ramp_rate), setup->ramp_rate);
-    write_at(core, AT(ramp_acceleration), setup->ramp_acceleration);
-    write_at(core, AT(output_spacing), setup->output_spacing);
-    write_at(core, AT(filter_length), setup->filter_length);
-    write_at(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
-    write_at(core, AT(index_tolerance), setup->index_tolerance);
-    write_at(core, AT(head1_input), setup->head1_input);
-    write_at(core, AT(head2_input), setup->head2_input);
-    write_at(core, AT(output_pins), setup->output_pins);
-    write_at(core, AT(alarm), setup->alarm);
+static void core_write_setup(const struct core_access *core, const struct core_setup *setup) {
+    core_write(core, AT(counts_per_rev), setup->counts_per_rev);
+    core_write(core, AT(sample_period), setup->sample_period);
+    core_write(core, AT(angle_step), setup->angle_step);
+    core_write(core, AT(ramp_rate), setup->ramp_rate);
+    core_write(core, AT(ramp_acceleration), setup->ramp_acceleration);
+    core_write(core, AT(output_spacing), setup->output_spacing);
+    core_write(core, AT(filter_length), setup->filter_length);
+    core_write(core, AT(minimum_edge_spacing), setup->minimum_edge_spacing);
+    core_write(core, AT(index_tolerance), setup->index_tolerance);
+    core_write(core, AT(head1_input), setup->head1_input);
+    core_write(core, AT(head2_input), setup->head2_input);
+    core_write(core, AT(output_pins), setup->output_pins);
+    core_write(core, AT(alarm), setup->alarm);
     core_set_pins(core, setup);
-    write_at(core, AT(lost_counts),
-             BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
+    core_write(core, AT(lost_counts),
+               BIT(LOST_COUNTS__ZERO_AGAIN) | (setup->heal ? BIT(LOST_COUNTS__HEAL) : 0U));
 }
 
-static void interrupts_on(const struct core_access *core) {
+static void core_interrupts_on(const struct core_access *core) {
     core_acknowledge_interrupt(core);
-    write_at(core, AT(interrupt_enable), INTERRUPTS);
+    core_write(core, AT(interrupt_enable), INTERRUPTS);
 }
 
 bool core_set_up(const struct core_access *core, const struct core_setup *setup) {
     core_hold(core);
-    write_setup(core, setup);
+    core_write_setup(core, setup);
     core_rearm(core);
-    interrupts_on(core);
-    return read_at(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
+    core_interrupts_on(core);
+    return core_read(core, AT(counts_per_rev_active)) == setup->counts_per_rev;
 }
 
 bool core_resume(const struct core_access *core, const struct core_setup *setup) {
-    if (read_at(core, AT(counts_per_rev_active)) != setup->counts_per_rev) {
+    if (core_read(core, AT(counts_per_rev_active)) != setup->counts_per_rev) {
         return false;
     }
-    write_setup(core, setup);
+    core_write_setup(core, setup);
     core_clear_faults(core);
-    interrupts_on(core);
+    core_interrupts_on(core);
     return true;
 }
 
@@ -152,60 +153,62 @@ bool core_compensates(const struct core_access *core) {
 /* The low word of the time latches the whole group. */
 struct core_probe core_probe(const struct core_access *core) {
     struct core_probe probe;
-    probe.time = read_wide(core, AT(probe.time));
-    probe.position = (int32_t)read_at(core, AT(probe.position));
-    probe.angle = read_at(core, AT(probe.angle));
-    probe.edges = read_at(core, AT(probe.edges));
+    probe.time = core_read_wide(core, AT(probe.time));
+    probe.position = (int32_t)core_read(core, AT(probe.position));
+    probe.angle = core_read(core, AT(probe.angle));
+    probe.edges = core_read(core, AT(probe.edges));
     return probe;
 }
 
 void core_arm_compare(const struct core_access *core, const struct core_places *places,
                       bool upwards) {
     int64_t margin = places->counts_per_rev / COMPARE_MARGIN + 1;
+    ASSERT(places->counts_per_rev > 0);
     int64_t period = places->interval != 0 ? places->interval : places->counts_per_rev;
-    (void)read_wide(core, AT(snapshot.time));
-    uint32_t position = read_at(core, AT(snapshot.corrected_position));
-    int64_t away = (int64_t)places->first - read_at(core, AT(snapshot.corrected_angle));
+    (void)core_read_wide(core, AT(snapshot.time));
+    uint32_t position = core_read(core, AT(snapshot.corrected_position));
+    int64_t away = (int64_t)places->first - core_read(core, AT(snapshot.corrected_angle));
     int64_t beyond = ((upwards ? away : -away) - margin) % period;
     int64_t counts = margin + beyond + (beyond < 0 ? period : 0);
-    write_at(core, AT(compare.first), position + (uint32_t)(upwards ? counts : -counts));
-    write_at(core, AT(compare.interval), places->interval);
-    write_at(core, AT(command), BIT(COMMAND__COMPARE_ARM));
+    core_write(core, AT(compare.first), position + (uint32_t)(upwards ? counts : -counts));
+    core_write(core, AT(compare.interval), places->interval);
+    core_write(core, AT(command), BIT(COMMAND__COMPARE_ARM));
 }
 
 void core_disarm_compare(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__COMPARE_DISARM));
+    core_write(core, AT(command), BIT(COMMAND__COMPARE_DISARM));
 }
 
 void core_tell_alive(const struct core_access *core, uint32_t limit_clocks) {
-    write_at(core, AT(processor_limit), limit_clocks);
-    write_at(core, AT(command), BIT(COMMAND__ALIVE));
+    core_write(core, AT(processor_limit), limit_clocks);
+    core_write(core, AT(command), BIT(COMMAND__ALIVE));
 }
 
 void core_rearm(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__REARM));
+    core_write(core, AT(command), BIT(COMMAND__REARM));
     for (uint32_t reads = 0; reads < REARM_READS; reads++) {
-        (void)read_at(core, AT(scratch));
+        (void)core_read(core, AT(scratch));
     }
     core_clear_faults(core);
 }
 
 uint32_t core_zero_moves(const struct core_access *core) {
-    return FIELD(read_at(core, AT(zero)), ZERO__MOVES);
+    return FIELD(core_read(core, AT(zero)), ZERO__MOVES);
 }
 
 int32_t core_zero_slip(const struct core_access *core) {
-    return (int32_t)read_at(core, AT(zero_slip));
+    return (int32_t)core_read(core, AT(zero_slip));
 }
 
 int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
                             uint32_t counts_per_rev) {
+    ASSERT(head < HEADS && counts_per_rev > 0);
     /* The low word of the time latches the whole group. */
-    (void)read_wide(core, AT(snapshot.time));
+    (void)core_read_wide(core, AT(snapshot.time));
     uint32_t position =
-        read_at(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
-    uint32_t angle = read_at(core, head ? AT(snapshot.head2_angle) : AT(snapshot.head1_angle));
-    uint32_t index = read_at(core, head ? AT(head2.index) : AT(head1.index));
+        core_read(core, head ? AT(snapshot.head2_position) : AT(snapshot.head1_position));
+    uint32_t angle = core_read(core, head ? AT(snapshot.head2_angle) : AT(snapshot.head1_angle));
+    uint32_t index = core_read(core, head ? AT(head2.index) : AT(head1.index));
     /* Less than a turn of travel: the difference of the words is right when they wrap. */
     int64_t since = (int32_t)(position - index);
     int64_t turn = counts_per_rev;
@@ -220,15 +223,15 @@ void core_control(const struct core_access *core, bool compensate, bool output,
                     (output ? BIT(CONTROL__OUTPUT_ENABLE) : 0U) |
                     (capture != CAPTURE_OFF ? BIT(CONTROL__CAPTURE_ENABLE) : 0U) |
                     (capture != CAPTURE_OFF ? CAPTURE_MODE(capture - CAPTURE_BY_TIME) : 0U);
-    write_at(core, AT(control), word);
+    core_write(core, AT(control), word);
 }
 
 bool core_output_enabled(const struct core_access *core) {
-    return (read_at(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
+    return (core_read(core, AT(control)) & BIT(CONTROL__OUTPUT_ENABLE)) != 0;
 }
 
 struct core_status core_status(const struct core_access *core) {
-    uint32_t word = read_at(core, AT(status));
+    uint32_t word = core_read(core, AT(status));
     return (struct core_status){
         .compensating = (word & BIT(STATUS__COMPENSATING)) != 0,
         .ramp_busy = (word & BIT(STATUS__RAMP_BUSY)) != 0,
@@ -241,11 +244,12 @@ struct core_status core_status(const struct core_access *core) {
 }
 
 bool core_indices_seen(const struct core_access *core) {
-    return read_at(core, AT(head1.flags)) & read_at(core, AT(head2.flags)) & INDEX_SEEN;
+    return core_read(core, AT(head1.flags)) & core_read(core, AT(head2.flags)) & INDEX_SEEN;
 }
 
 bool core_head_index_error(const struct core_access *core, uint32_t head) {
-    return (read_at(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;
+    ASSERT(head < HEADS);
+    return (core_read(core, head ? AT(head2.flags) : AT(head1.flags)) & INDEX_ERROR) != 0;
 }
 
 bool core_index_error(const struct core_access *core) {
@@ -254,47 +258,47 @@ bool core_index_error(const struct core_access *core) {
 
 struct core_header core_capture_header(const struct core_access *core) {
     return (struct core_header){
-        .start_time = read_wide(core, AT(capture_header.start_time)),
-        .sequence_number = read_at(core, AT(capture_header.sequence_number)),
-        .samples = read_at(core, AT(capture_header.sample_count)),
-        .flags = read_at(core, AT(capture_header.flags)),
+        .start_time = core_read_wide(core, AT(capture_header.start_time)),
+        .sequence_number = core_read(core, AT(capture_header.sequence_number)),
+        .samples = core_read(core, AT(capture_header.sample_count)),
+        .flags = core_read(core, AT(capture_header.flags)),
     };
 }
 
 /* The low word of the time latches the whole group. */
 struct core_position core_position(const struct core_access *core) {
     struct core_position position;
-    position.time = read_wide(core, AT(snapshot.time));
-    position.head1_position = (int32_t)read_at(core, AT(snapshot.head1_position));
-    position.head1_turn_position = (int32_t)read_at(core, AT(snapshot.head1_turn_position));
-    position.head1_angle = read_at(core, AT(snapshot.head1_angle));
-    position.correction = (int32_t)read_at(core, AT(snapshot.correction));
+    position.time = core_read_wide(core, AT(snapshot.time));
+    position.head1_position = (int32_t)core_read(core, AT(snapshot.head1_position));
+    position.head1_turn_position = (int32_t)core_read(core, AT(snapshot.head1_turn_position));
+    position.head1_angle = core_read(core, AT(snapshot.head1_angle));
+    position.correction = (int32_t)core_read(core, AT(snapshot.correction));
     return position;
 }
 
 void core_release_capture(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__CAPTURE_RELEASE));
+    core_write(core, AT(command), BIT(COMMAND__CAPTURE_RELEASE));
 }
 
 void core_acknowledge_interrupt(const struct core_access *core) {
     /* Its bits have the places of interrupt_enable's. */
-    write_at(core, AT(interrupt_status), INTERRUPTS);
+    core_write(core, AT(interrupt_status), INTERRUPTS);
 }
 
 void core_clear_faults(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2));
+    core_write(core, AT(command), BIT(COMMAND__CLEAR_HEAD1) | BIT(COMMAND__CLEAR_HEAD2));
 }
 
 void core_clear_output(const struct core_access *core, uint32_t faults) {
     bool of_head1 = (faults & (CORE_FAULT_HEAD1 | CORE_FAULT_SWALLOWED)) != 0;
     bool of_head2 = (faults & CORE_FAULT_HEAD2) != 0;
-    write_at(core, AT(command),
-             BIT(COMMAND__CLEAR_OUTPUT) | (of_head1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
-                 (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
+    core_write(core, AT(command),
+               BIT(COMMAND__CLEAR_OUTPUT) | (of_head1 ? BIT(COMMAND__CLEAR_HEAD1) : 0U) |
+                   (of_head2 ? BIT(COMMAND__CLEAR_HEAD2) : 0U));
 }
 
-static void lane_words(const struct coefficients *coefficients, uint32_t place,
-                       uint32_t words[WORDS_A_LANE]) {
+static void core_lane_words(const struct coefficients *coefficients, uint32_t place,
+                            uint32_t words[WORDS_A_LANE]) {
     const struct lane *lane = &coefficients->lane[place];
     uint64_t step = coefficients_phase_step(lane->order, coefficients->counts_per_rev);
     words[0] = (uint32_t)step;
@@ -303,52 +307,55 @@ static void lane_words(const struct coefficients *coefficients, uint32_t place,
     words[3] = (uint32_t)lane->amplitude;
 }
 
-static uint32_t lane_offset(uint32_t lane, uint32_t word) {
+static uint32_t core_lane_offset(uint32_t lane, uint32_t word) {
     return AT(coefficients) + (lane * WORDS_A_LANE + word) * WORD_BYTES;
 }
 
 void core_write_coefficients(const struct core_access *core,
                              const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        lane_words(coefficients, lane, words);
+        core_lane_words(coefficients, lane, words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
-            write_at(core, lane_offset(lane, word), words[word]);
+            core_write(core, core_lane_offset(lane, word), words[word]);
         }
     }
     /* The mean of the error cannot be observed. */
-    write_at(core, AT(coefficient_offset), 0);
+    core_write(core, AT(coefficient_offset), 0);
 }
 
 bool core_verify_coefficients(const struct core_access *core,
                               const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         uint32_t words[WORDS_A_LANE];
-        lane_words(coefficients, lane, words);
+        core_lane_words(coefficients, lane, words);
         for (uint32_t word = 0; word < WORDS_A_LANE; word++) {
-            if (read_at(core, lane_offset(lane, word)) != words[word]) {
+            if (core_read(core, core_lane_offset(lane, word)) != words[word]) {
                 return false;
             }
         }
     }
-    return read_at(core, AT(coefficient_offset)) == 0;
+    return core_read(core, AT(coefficient_offset)) == 0;
 }
 
 void core_swap(const struct core_access *core) {
-    write_at(core, AT(command), BIT(COMMAND__SWAP));
+    core_write(core, AT(command), BIT(COMMAND__SWAP));
 }
 
 uint32_t core_swap_count(const struct core_access *core) {
-    return read_at(core, AT(swap_count));
+    return core_read(core, AT(swap_count));
 }
 
 uint32_t core_overrun_count(const struct core_access *core) {
-    return read_at(core, AT(overrun_count));
+    return core_read(core, AT(overrun_count));
 }
 
 void core_fault_counters(const struct core_access *core, uint32_t head, uint32_t counters[3]) {
-    uint32_t faults = read_at(core, head ? AT(head2.faults) : AT(head1.faults));
+    ASSERT(head < HEADS);
+    uint32_t faults = core_read(core, head ? AT(head2.faults) : AT(head1.faults));
     counters[0] = faults & 0xFFFFU;
     counters[1] = faults >> 16;
-    counters[2] = read_at(core, head ? AT(head2.overspeeds) : AT(head1.overspeeds));
+    counters[2] = core_read(core, head ? AT(head2.overspeeds) : AT(head1.overspeeds));
 }

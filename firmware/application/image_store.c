@@ -31,7 +31,7 @@ void image_store_prepare(struct image_store *store, const struct flash_access *f
     *store = (struct image_store){.flash = *flash, .map = *map};
 }
 
-static bool is_header(const uint32_t words[HEADER_WORDS]) {
+static bool image_is_header(const uint32_t words[HEADER_WORDS]) {
     uint32_t sum = 0;
     for (uint32_t place = 0; place + 1 < HEADER_WORDS; place++) {
         sum += words[place];
@@ -40,7 +40,7 @@ static bool is_header(const uint32_t words[HEADER_WORDS]) {
            words[HEADER_WORDS - 1] == ~sum;
 }
 
-static enum image_answer take_flash(struct image_store *store) {
+static enum image_answer image_take_flash(struct image_store *store) {
     if (store->busy) {
         return IMAGE_UNDER_WAY;
     }
@@ -48,29 +48,29 @@ static enum image_answer take_flash(struct image_store *store) {
     return store->sector_bytes != 0 ? IMAGE_DONE : IMAGE_NO_FLASH;
 }
 
-static bool golden_is_whole(const struct image_store *store) {
+static bool image_golden_is_whole(const struct image_store *store) {
     uint32_t words[HEADER_WORDS];
     return store->flash.read(store->flash.context, store->map.golden + HEADER_CHECKED, words,
                              HEADER_WORDS) &&
-           is_header(words);
+           image_is_header(words);
 }
 
 bool image_store_has_golden(struct image_store *store) {
-    return take_flash(store) == IMAGE_DONE && golden_is_whole(store);
+    return image_take_flash(store) == IMAGE_DONE && image_golden_is_whole(store);
 }
 
-static enum image_answer may_change(const struct image_store *store, uint32_t first,
-                                    uint32_t bytes) {
+static enum image_answer image_may_change(const struct image_store *store, uint32_t first,
+                                          uint32_t bytes) {
     const struct image_map *map = &store->map;
     if (first % WORD_BYTES != 0 || first >= map->end || bytes > map->end - first) {
         return IMAGE_PLACE;
     }
     bool touches = first < map->golden + map->golden_bytes && first + bytes > map->golden;
-    return touches && golden_is_whole(store) ? IMAGE_GOLDEN_STAYS : IMAGE_DONE;
+    return touches && image_golden_is_whole(store) ? IMAGE_GOLDEN_STAYS : IMAGE_DONE;
 }
 
-static enum image_answer begun(struct image_store *store, bool answers, uint32_t address,
-                               uint32_t number) {
+static enum image_answer image_begun(struct image_store *store, bool answers, uint32_t address,
+                                     uint32_t number) {
     store->busy = answers;
     store->address = address;
     store->number = number;
@@ -78,23 +78,23 @@ static enum image_answer begun(struct image_store *store, bool answers, uint32_t
 }
 
 enum image_answer image_store_erase(struct image_store *store, uint32_t address) {
-    enum image_answer answer = take_flash(store);
+    enum image_answer answer = image_take_flash(store);
     if (answer != IMAGE_DONE) {
         return answer;
     }
     uint32_t first = address - address % store->sector_bytes;
-    answer = may_change(store, first, store->sector_bytes);
+    answer = image_may_change(store, first, store->sector_bytes);
     if (answer != IMAGE_DONE) {
         return answer;
     }
-    return begun(store, store->flash.erase(store->flash.context, first), first, 0);
+    return image_begun(store, store->flash.erase(store->flash.context, first), first, 0);
 }
 
 enum image_answer image_store_write(struct image_store *store, uint32_t address,
                                     const uint32_t *words, uint32_t number) {
-    enum image_answer answer = take_flash(store);
+    enum image_answer answer = image_take_flash(store);
     if (answer == IMAGE_DONE) {
-        answer = may_change(store, address, number * WORD_BYTES);
+        answer = image_may_change(store, address, number * WORD_BYTES);
     }
     if (answer != IMAGE_DONE) {
         return answer;
@@ -106,13 +106,13 @@ enum image_answer image_store_write(struct image_store *store, uint32_t address,
     for (uint32_t place = 0; place < number; place++) {
         store->words[place] = words[place];
     }
-    return begun(store, store->flash.program(store->flash.context, address, words, number),
-                 address, number);
+    return image_begun(store, store->flash.program(store->flash.context, address, words, number),
+                       address, number);
 }
 
 enum image_answer image_store_check(struct image_store *store, uint32_t address, uint32_t bytes,
                                     uint32_t *crc) {
-    enum image_answer answer = take_flash(store);
+    enum image_answer answer = image_take_flash(store);
     if (answer != IMAGE_DONE) {
         return answer;
     }
@@ -131,7 +131,7 @@ enum image_answer image_store_check(struct image_store *store, uint32_t address,
     return IMAGE_DONE;
 }
 
-static enum image_answer read_back(const struct image_store *store) {
+static enum image_answer image_read_back(const struct image_store *store) {
     uint32_t words[IMAGE_WORDS_MOST];
     if (!store->flash.read(store->flash.context, store->address, words, store->number)) {
         return IMAGE_NO_ANSWER;
@@ -154,5 +154,5 @@ void image_store_step(struct image_store *store) {
     }
     store->busy = false;
     store->fresh = true;
-    store->answer = activity == FLASH_STUCK ? IMAGE_STUCK : read_back(store);
+    store->answer = activity == FLASH_STUCK ? IMAGE_STUCK : image_read_back(store);
 }

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "assertion.h"
 #include "transfer_function.h"
 #include "units.h"
 
@@ -22,7 +23,7 @@ void judge_look(const struct judge *judge, const struct coefficients *set) {
     further_orders_look(judge->workspace, judge->turn, judge->estimate, set);
 }
 
-static struct sight fitted_sight(const struct harmonic *harmonic, double gain_limit) {
+static struct sight judge_fitted_sight(const struct harmonic *harmonic, double gain_limit) {
     if (!harmonic->seen || harmonic->noise_gain > gain_limit) {
         return (struct sight){.state = SIGHT_UNSEEN};
     }
@@ -39,7 +40,7 @@ static struct sight fitted_sight(const struct harmonic *harmonic, double gain_li
 /* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
    cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; of order 1 itself
    c/4pi is left beside the value of the turn's middle. */
-static double by_change(const struct judge *judge, uint32_t order) {
+static double judge_by_change(const struct judge *judge, uint32_t order) {
     double separation_rad = judge->estimate->separation_rad;
     double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
     double share = order == 1 ? 1.0 / (4.0 * PI) : 0.5 / order;
@@ -48,18 +49,19 @@ static double by_change(const struct judge *judge, uint32_t order) {
 }
 
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied) {
+    ASSERT(judge->estimate->orders <= ORDERS_MAX);
     struct sight sight =
         order <= judge->estimate->orders
-            ? fitted_sight(&judge->estimate->harmonic[order - 1], judge->gain_limit)
+            ? judge_fitted_sight(&judge->estimate->harmonic[order - 1], judge->gain_limit)
             : further_orders_sight(judge->workspace, judge->estimate, order, judge->gain_limit,
                                    applied);
     if (sight.state == SIGHT_CLEAR && judge->change_arcsec > 0.0) {
-        sight.by_change = by_change(judge, order);
+        sight.by_change = judge_by_change(judge, order);
     }
     return sight;
 }
 
-static struct vector components(const struct coefficients *coefficients, uint32_t order) {
+static struct vector judge_components(const struct coefficients *coefficients, uint32_t order) {
     return coefficients != NULL ? coefficients_components(coefficients, order)
                                 : (struct vector){0.0, 0.0};
 }
@@ -89,6 +91,7 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
                                 const struct coefficients *active,
                                 const struct coefficients *candidate) {
     const struct coefficients *set = &load->received;
+    ASSERT(set->lanes <= LANES_LIMIT && set->counts_per_rev > 0);
     double half_count_arcsec = NOTHING_COUNTS * ARCSEC_PER_TURN / set->counts_per_rev;
     enum load_answer answer = LOAD_TAKEN;
     judge_look(judge, set);
@@ -99,11 +102,11 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
         if (order == 0) {
             continue;
         }
-        struct vector value = components(candidate, order);
+        struct vector value = judge_components(candidate, order);
         const struct sight sight = judge_sight(judge, order, value);
         bool follows = thermal_follows(&load->received_thermal, order);
         enum judgement found =
-            judge_order(&sight, value, components(active, order), judge->estimate->noise_arcsec,
+            judge_order(&sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
                         follows ? half_count_arcsec : 0.0, &load->evidence[place]);
         if (found == JUDGED_WRONG || (found == JUDGED_NEVER && !load->forced)) {
             load->refused_order = order;
@@ -122,7 +125,7 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
     return answer;
 }
 
-static bool is_unjudged(const struct coefficients *set, uint64_t unjudged, uint32_t order) {
+static bool judge_is_unjudged(const struct coefficients *set, uint64_t unjudged, uint32_t order) {
     const struct lane *lane = coefficients_lane_of(set, order);
     return lane != NULL && (unjudged >> (uint32_t)(lane - set->lane) & 1U) != 0;
 }
@@ -130,16 +133,17 @@ static bool is_unjudged(const struct coefficients *set, uint64_t unjudged, uint3
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
                            uint64_t unjudged, double small_arcsec,
                            struct coefficients *candidate) {
+    ASSERT(set->lanes <= LANES_LIMIT && candidate->lanes <= LANES_LIMIT);
     double all = 0.0;
     bool any = false;
     bool blurred = false;
     judge_look(judge, candidate);
     for (uint32_t place = 0; place < candidate->lanes; place++) {
         struct lane *lane = &candidate->lane[place];
-        if (lane->order == 0 || is_unjudged(set, unjudged, lane->order)) {
+        if (lane->order == 0 || judge_is_unjudged(set, unjudged, lane->order)) {
             continue;
         }
-        struct vector value = components(candidate, lane->order);
+        struct vector value = judge_components(candidate, lane->order);
         const struct sight sight = judge_sight(judge, lane->order, value);
         blurred = blurred || sight.state == SIGHT_BLURRED;
         if (sight.state != SIGHT_CLEAR) {

@@ -9,7 +9,7 @@
 
 _Static_assert(offsetof(struct settings_copy, check) % sizeof(uint32_t) == 0, "whole words");
 
-static uint32_t check_of(const struct settings_copy *copy) {
+static uint32_t kept_settings_check(const struct settings_copy *copy) {
     const unsigned char *bytes = (const unsigned char *)copy;
     uint32_t crc = 0;
     for (size_t place = 0; place < offsetof(struct settings_copy, check); place += sizeof crc) {
@@ -20,25 +20,25 @@ static uint32_t check_of(const struct settings_copy *copy) {
     return crc;
 }
 
-static bool is_whole(const struct settings_copy *copy) {
+static bool kept_settings_is_whole(const struct settings_copy *copy) {
     const struct settings *settings = &copy->settings;
-    return copy->size == sizeof *copy && copy->check == check_of(copy) &&
+    return copy->size == sizeof *copy && copy->check == kept_settings_check(copy) &&
            settings->frozen <= 1 && settings->bypassed <= 1 && settings->telemetry <= 1 &&
            parameters_are_valid(&settings->parameters);
 }
 
 /* NULL: neither is whole. */
-static const struct settings_copy *later_copy(const struct kept_settings *kept) {
+static const struct settings_copy *kept_settings_later(const struct kept_settings *kept) {
     const struct settings_copy *first = &kept->copy[0];
     const struct settings_copy *second = &kept->copy[1];
-    if (!is_whole(first) || !is_whole(second)) {
-        return is_whole(first) ? first : (is_whole(second) ? second : NULL);
+    if (!kept_settings_is_whole(first) || !kept_settings_is_whole(second)) {
+        return kept_settings_is_whole(first) ? first : (kept_settings_is_whole(second) ? second : NULL);
     }
     return (int32_t)(second->sequence - first->sequence) > 0 ? second : first;
 }
 
 bool kept_settings_read(const struct kept_settings *kept, struct settings *settings) {
-    const struct settings_copy *later = later_copy(kept);
+    const struct settings_copy *later = kept_settings_later(kept);
     if (later == NULL) {
         return false;
     }
@@ -47,7 +47,7 @@ bool kept_settings_read(const struct kept_settings *kept, struct settings *setti
 }
 
 void kept_settings_write(struct kept_settings *kept, const struct settings *settings) {
-    const struct settings_copy *later = later_copy(kept);
+    const struct settings_copy *later = kept_settings_later(kept);
     struct settings_copy *other = &kept->copy[later == &kept->copy[0]];
     /* Its sum no longer fits while it is written. */
     other->check = ~other->check;
@@ -55,5 +55,5 @@ void kept_settings_write(struct kept_settings *kept, const struct settings *sett
     other->size = sizeof *other;
     other->sequence = later != NULL ? later->sequence + 1U : 0U;
     other->settings = *settings;
-    other->check = check_of(other);
+    other->check = kept_settings_check(other);
 }

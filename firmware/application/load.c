@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "crc32.h"
 #include "units.h"
 
@@ -39,14 +40,14 @@ const char *load_answer_name(enum load_answer answer) {
     return (unsigned)answer < LOAD_ANSWERS ? names[answer] : "unknown";
 }
 
-static uint32_t crc_of(uint32_t crc, const uint32_t *words, uint32_t number) {
+static uint32_t load_crc_of(uint32_t crc, const uint32_t *words, uint32_t number) {
     for (uint32_t word = 0; word < number; word++) {
         crc = crc32_add_word(crc, words[word]);
     }
     return crc;
 }
 
-static bool is_loaded(const struct load *load) {
+static bool load_has_loaded(const struct load *load) {
     return coefficients_most_order(&load->loaded) > 0;
 }
 
@@ -56,13 +57,13 @@ void load_refuse(struct load *load, enum load_answer reason) {
     load->whole = false;
 }
 
-static enum load_answer refused(struct load *load, enum load_answer reason) {
+static enum load_answer load_frame_refused(struct load *load, enum load_answer reason) {
     load_refuse(load, reason);
     return reason;
 }
 
 /* As it is without anything that is coming. */
-static void settle(struct load *load) {
+static void load_settle(struct load *load) {
     load->whole = false;
     if (load->loaded_state == LOADED_PENDING) {
         load->state = LOAD_WAITING;
@@ -71,17 +72,27 @@ static void settle(struct load *load) {
     }
 }
 
+void load_assert(const struct load *load) {
+    ASSERT((unsigned)load->state <= LOAD_REFUSED);
+    ASSERT((unsigned)load->loaded_state <= LOADED_REJECTED);
+    ASSERT(load->received.lanes <= LANES_LIMIT && load->loaded.lanes <= LANES_LIMIT);
+    ASSERT(load->received_thermal.lanes <= THERMAL_LANES_MAX);
+    ASSERT(load->thermal.lanes <= THERMAL_LANES_MAX);
+    ASSERT(!load->whole || load->state == LOAD_WAITING);
+}
+
 void load_abort(struct load *load) {
-    settle(load);
+    load_settle(load);
 }
 
 const struct coefficients *load_at_work(const struct load *load) {
-    return load->loaded_state == LOADED_AT_WORK && is_loaded(load) ? &load->loaded : NULL;
+    return load->loaded_state == LOADED_AT_WORK && load_has_loaded(load) ? &load->loaded : NULL;
 }
 
 /* What is coming at the same time goes on. */
 void load_take_over(struct load *load, const struct coefficients *set,
                     const struct thermal *thermal, uint64_t unjudged) {
+    ASSERT(set->lanes <= LANES_LIMIT && thermal->lanes <= THERMAL_LANES_MAX);
     load->loaded = *set;
     load->thermal = *thermal;
     load->unjudged = unjudged;
@@ -94,14 +105,14 @@ void load_take_over_received(struct load *load) {
     load->whole = false;
     load_take_over(load, &load->received, &load->received_thermal, load->received_unjudged);
     load->loaded_crc = crc;
-    settle(load);
+    load_settle(load);
 }
 
 void load_at_work_again(struct load *load) {
     load->loaded_state = LOADED_AT_WORK;
     load->watch = (struct loaded_watch){.shown = 0};
     if (load->state != LOAD_RECEIVING && !load->whole) {
-        settle(load);
+        load_settle(load);
     }
 }
 
@@ -116,21 +127,21 @@ void load_forget(struct load *load) {
     memset(load, 0, sizeof *load);
 }
 
-static void begin_evidence(struct load *load) {
+static void load_begin_evidence(struct load *load) {
     memset(load->evidence, 0, sizeof load->evidence);
     load->undecided = 0;
     load->refused_order = 0;
 }
 
 void load_again(struct load *load, uint32_t counts_per_rev) {
-    begin_evidence(load);
-    if (!is_loaded(load)) {
+    load_begin_evidence(load);
+    if (!load_has_loaded(load)) {
         return;
     }
     if (load->loaded.counts_per_rev == counts_per_rev) {
         load->loaded_state = LOADED_PENDING;
         if (load->state != LOAD_RECEIVING && !load->whole) {
-            settle(load);
+            load_settle(load);
         }
     } else {
         load_reject(load, LOAD_ANOTHER_TABLE);
@@ -140,28 +151,28 @@ void load_again(struct load *load, uint32_t counts_per_rev) {
 enum load_answer load_begin(struct load *load, uint32_t frames, uint32_t counts_per_rev,
                             uint32_t lanes, uint32_t crc) {
     const uint32_t words[] = {frames, counts_per_rev};
-    if (crc_of(0, words, 2) != crc) {
+    if (load_crc_of(0, words, 2) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (frames > lanes || frames > LANES_LIMIT) {
-        return refused(load, LOAD_TOO_MANY_LANES);
+        return load_frame_refused(load, LOAD_TOO_MANY_LANES);
     }
     load->state = LOAD_RECEIVING;
     load->frames = frames;
     load->next = 0;
-    load->crc = crc_of(0, words, 2);
+    load->crc = load_crc_of(0, words, 2);
     load->received = (struct coefficients){.lanes = lanes, .counts_per_rev = counts_per_rev};
     load->received_thermal = (struct thermal){0};
     load->whole = false;
     load->forced = false;
-    begin_evidence(load);
+    load_begin_evidence(load);
     return LOAD_TAKEN;
 }
 
 enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
                            uint32_t phase_offset, int32_t amplitude, uint32_t crc) {
     const uint32_t words[] = {number, order, phase_offset, (uint32_t)amplitude};
-    if (crc_of(0, words, 4) != crc) {
+    if (load_crc_of(0, words, 4) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING || number != load->next || number >= load->frames) {
@@ -169,13 +180,13 @@ enum load_answer load_lane(struct load *load, uint32_t number, uint32_t order,
     }
     const struct lane lane = {phase_offset, amplitude, order};
     if (!coefficients_lane_is_valid(&lane)) {
-        return refused(load, LOAD_OUT_OF_RANGE);
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
     if (coefficients_have(&load->received, order)) {
-        return refused(load, LOAD_ORDER_TWICE);
+        return load_frame_refused(load, LOAD_ORDER_TWICE);
     }
     load->received.lane[load->next++] = lane;
-    load->crc = crc_of(load->crc, words, 4);
+    load->crc = load_crc_of(load->crc, words, 4);
     return LOAD_TAKEN;
 }
 
@@ -190,24 +201,24 @@ enum load_answer load_slope(struct load *load, uint32_t number, const struct the
         (uint32_t)lane->sine_squared,
     };
     struct thermal *thermal = &load->received_thermal;
-    if (crc_of(0, words, 6) != crc) {
+    if (load_crc_of(0, words, 6) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING || number != thermal->lanes) {
         return LOAD_WRONG_FRAME;
     }
     if (number >= THERMAL_LANES_MAX || !coefficients_have(&load->received, lane->order)) {
-        return refused(load, LOAD_OUT_OF_RANGE);
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
     thermal->lane[thermal->lanes++] = *lane;
-    load->crc = crc_of(load->crc, words, 6);
+    load->crc = load_crc_of(load->crc, words, 6);
     return LOAD_TAKEN;
 }
 
 enum load_answer load_temperature(struct load *load, int32_t reference_mc,
                                   uint32_t time_constant_ms, uint32_t crc) {
     const uint32_t words[] = {(uint32_t)reference_mc, time_constant_ms};
-    if (crc_of(0, words, 2) != crc) {
+    if (load_crc_of(0, words, 2) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING) {
@@ -217,15 +228,15 @@ enum load_answer load_temperature(struct load *load, int32_t reference_mc,
     load->received_thermal.time_constant_ms = time_constant_ms;
     thermal_preset_range(&load->received_thermal);
     if (!thermal_is_valid(&load->received_thermal)) {
-        return refused(load, LOAD_OUT_OF_RANGE);
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
-    load->crc = crc_of(load->crc, words, 2);
+    load->crc = load_crc_of(load->crc, words, 2);
     return LOAD_TAKEN;
 }
 
 enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc, uint32_t crc) {
     const uint32_t words[] = {(uint32_t)least_mc, (uint32_t)most_mc};
-    if (crc_of(0, words, 2) != crc) {
+    if (load_crc_of(0, words, 2) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING) {
@@ -234,22 +245,22 @@ enum load_answer load_range(struct load *load, int32_t least_mc, int32_t most_mc
     load->received_thermal.least_mc = least_mc;
     load->received_thermal.most_mc = most_mc;
     if (!thermal_is_valid(&load->received_thermal)) {
-        return refused(load, LOAD_OUT_OF_RANGE);
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
-    load->crc = crc_of(load->crc, words, 2);
+    load->crc = load_crc_of(load->crc, words, 2);
     return LOAD_TAKEN;
 }
 
 enum load_answer load_force(struct load *load, uint32_t crc) {
     const uint32_t words[] = {FORCE_WORD};
-    if (crc_of(0, words, 1) != crc) {
+    if (load_crc_of(0, words, 1) != crc) {
         return LOAD_WRONG_CRC;
     }
     if (load->state != LOAD_RECEIVING) {
         return LOAD_WRONG_FRAME;
     }
     load->forced = true;
-    load->crc = crc_of(load->crc, words, 1);
+    load->crc = load_crc_of(load->crc, words, 1);
     return LOAD_TAKEN;
 }
 
@@ -264,19 +275,19 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
         return LOAD_WRONG_CRC;
     }
     if (load->next != load->frames) {
-        return refused(load, LOAD_NOT_WHOLE);
+        return load_frame_refused(load, LOAD_NOT_WHOLE);
     }
     if (load->received.counts_per_rev != counts_per_rev) {
-        return refused(load, LOAD_ANOTHER_TABLE);
+        return load_frame_refused(load, LOAD_ANOTHER_TABLE);
     }
     load_own_lanes(load, active, &own);
     load_combine(&load->received, NULL, 0.0, &own, load->received.lanes, &all);
     const struct thermal_extent extent = thermal_extent(&load->received_thermal, &all);
     if (extent.steepest >= STEEPEST) {
-        return refused(load, LOAD_TOO_STEEP);
+        return load_frame_refused(load, LOAD_TOO_STEEP);
     }
     if (extent.largest_counts > AMPLITUDE_LIMIT) {
-        return refused(load, LOAD_OUT_OF_RANGE);
+        return load_frame_refused(load, LOAD_OUT_OF_RANGE);
     }
     load->state = LOAD_WAITING;
     load->whole = true;
@@ -285,6 +296,7 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
 
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own) {
+    ASSERT(active == NULL || active->lanes <= LANES_LIMIT);
     *own = (struct coefficients){.counts_per_rev =
                                      active != NULL ? active->counts_per_rev : 0};
     for (uint32_t lane = 0; active != NULL && lane < active->lanes; lane++) {
@@ -300,6 +312,8 @@ void load_combine(const struct coefficients *set, const struct thermal *thermal,
     uint32_t of_set = set != NULL ? set->lanes : 0;
     uint32_t of_own = own != NULL ? own->lanes : 0;
     const struct coefficients *either = set != NULL ? set : own;
+    ASSERT(lanes <= LANES_LIMIT && of_set <= LANES_LIMIT && of_own <= LANES_LIMIT);
+    ASSERT(candidate != set && candidate != own);
     *candidate = (struct coefficients){
         .lanes = lanes,
         .counts_per_rev = either != NULL ? either->counts_per_rev : 0,

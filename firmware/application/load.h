@@ -116,6 +116,9 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
 /* The set is refused, or what was being received is dropped. */
 void load_refuse(struct load *load, enum load_answer reason);
 
+/* Asserts what is true between any two calls. */
+void load_assert(const struct load *load);
+
 /* What is coming or waiting is dropped; what is loaded stays. */
 void load_abort(struct load *load);
 

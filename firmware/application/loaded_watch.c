@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "assertion.h"
+
 /* Share of a turn in the running variance; and the most that a turn counts, so that a jump of the
    order itself is not taken for scatter. */
 #define SHARE 0.1
@@ -16,8 +18,8 @@ void watch_begin(struct loaded_watch *watch) {
 
 /* Two turns that are independent differ by four variances of a component, both components together.
    Never below the variance that the turn itself states. */
-static double follow_variance(struct watched_lane *lane, bool shown, struct vector left,
-                              double stated) {
+static double watch_follow_variance(struct watched_lane *lane, bool shown, struct vector left,
+                                    double stated) {
     double variance = shown ? lane->variance : stated;
     if (shown) {
         const struct vector before = {lane->cosine, lane->sine};
@@ -31,11 +33,12 @@ static double follow_variance(struct watched_lane *lane, bool shown, struct vect
 
 void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *sight,
                 struct vector applied) {
+    ASSERT(place < LANES_LIMIT);
     uint64_t bit = 1ULL << place;
     struct vector left = vector_difference(sight->value, applied);
     double square = vector_square(left);
-    double variance = follow_variance(&watch->lane[place], (watch->shown & bit) != 0, left,
-                                      sight->variance);
+    double variance = watch_follow_variance(&watch->lane[place], (watch->shown & bit) != 0, left,
+                                            sight->variance);
     double limit = WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation + sight->by_change);
     watch->shown |= bit;
     if (!(square > limit)) {
@@ -50,6 +53,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
 }
 
 double watch_left(const struct loaded_watch *watch, uint32_t place) {
+    ASSERT(place < LANES_LIMIT);
     const struct watched_lane *lane = &watch->lane[place];
     const struct vector left = {lane->cosine, lane->sine};
     bool shown = (watch->shown >> place & 1U) != 0;

@@ -80,23 +80,23 @@ const struct parameter_description *parameters_description(uint32_t place) {
     return place < parameters_number() ? &descriptions[place] : NULL;
 }
 
-static double *value_at(struct parameters *parameters, uint32_t place) {
+static double *parameter_at(struct parameters *parameters, uint32_t place) {
     return (double *)(void *)((unsigned char *)parameters + descriptions[place].offset);
 }
 
 void parameters_preset(struct parameters *parameters) {
     for (uint32_t place = 0; place < parameters_number(); place++) {
-        *value_at(parameters, place) = descriptions[place].preset;
+        *parameter_at(parameters, place) = descriptions[place].preset;
     }
 }
 
 double parameters_value(const struct parameters *parameters, uint32_t place) {
     struct parameters copy = *parameters;
-    return place < parameters_number() ? *value_at(&copy, place) : 0.0;
+    return place < parameters_number() ? *parameter_at(&copy, place) : 0.0;
 }
 
-static enum parameter_answer judge(const struct parameter_description *description,
-                                   double value) {
+static enum parameter_answer parameter_judge(const struct parameter_description *description,
+                                             double value) {
     if (!(value >= description->low && value <= description->high)) {
         return PARAMETER_OUT_OF_RANGE;
     }
@@ -105,7 +105,7 @@ static enum parameter_answer judge(const struct parameter_description *descripti
 
 bool parameters_are_valid(const struct parameters *parameters) {
     for (uint32_t place = 0; place < parameters_number(); place++) {
-        if (judge(&descriptions[place], parameters_value(parameters, place)) != PARAMETER_SET) {
+        if (parameter_judge(&descriptions[place], parameters_value(parameters, place)) != PARAMETER_SET) {
             return false;
         }
     }
@@ -119,9 +119,9 @@ enum parameter_answer parameters_set(struct parameters *parameters, const char *
             continue;
         }
         *description = &descriptions[place];
-        enum parameter_answer answer = judge(*description, value);
+        enum parameter_answer answer = parameter_judge(*description, value);
         if (answer == PARAMETER_SET) {
-            *value_at(parameters, place) = value;
+            *parameter_at(parameters, place) = value;
         }
         return answer;
     }

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "assertion.h"
+
 enum { WORD_BYTES = 4, SECTORS_LEAST = 2, SECTORS_MOST = 32 };
 /* Sectors that one save tries: an erase that fails may take 3 s, and somebody waits. */
 enum { TRIES_MOST = 4 };
@@ -33,39 +35,41 @@ void save_prepare(struct save *save, const struct flash_access *flash, uint32_t 
     save->found = SAVED_UNREAD;
 }
 
-static uint32_t sectors_of(const struct save *save) {
+static uint32_t save_sectors(const struct save *save) {
+    ASSERT(save->sector_bytes > 0);
     uint32_t sectors = save->bytes / save->sector_bytes;
     return sectors < SECTORS_MOST ? sectors : SECTORS_MOST;
 }
 
-static uint32_t address_of(const struct save *save, uint32_t sector) {
+static uint32_t save_sector_address(const struct save *save, uint32_t sector) {
+    ASSERT(sector < SECTORS_MOST);
     return save->address + sector * save->sector_bytes;
 }
 
-static bool open(struct save *save) {
+static bool save_open_flash(struct save *save) {
     save->sector_bytes = save->flash.open(save->flash.context);
     return save->sector_bytes >= SAVED_WORDS_MOST * WORD_BYTES &&
-           sectors_of(save) >= SECTORS_LEAST;
+           save_sectors(save) >= SECTORS_LEAST;
 }
 
-static bool is_later(uint32_t sequence, uint32_t than) {
+static bool save_is_later(uint32_t sequence, uint32_t than) {
     return (int32_t)(sequence - than) > 0;
 }
 
-static bool has_number(enum saved_answer answer) {
+static bool save_has_number(enum saved_answer answer) {
     return answer == SAVED_READ || answer == SAVED_OTHER_VERSION || answer == SAVED_OUT_OF_RANGE;
 }
 
-static bool read(struct save *save, uint32_t sector) {
-    return save->flash.read(save->flash.context, address_of(save, sector), save->words,
+static bool save_read_sector(struct save *save, uint32_t sector) {
+    return save->flash.read(save->flash.context, save_sector_address(save, sector), save->words,
                             SAVED_WORDS_MOST);
 }
 
 /* A whole record is taken where none is later; without one it is told why the first is none. */
-static void note(struct save *save, uint32_t sector, enum saved_answer answer,
-                 uint32_t sequence) {
+static void save_note_record(struct save *save, uint32_t sector, enum saved_answer answer,
+                             uint32_t sequence) {
     if (answer == SAVED_READ &&
-        (save->found != SAVED_READ || is_later(sequence, save->sequence))) {
+        (save->found != SAVED_READ || save_is_later(sequence, save->sequence))) {
         save->found = SAVED_READ;
         save->latest = sector;
         save->sequence = sequence;
@@ -75,25 +79,25 @@ static void note(struct save *save, uint32_t sector, enum saved_answer answer,
 }
 
 /* Of the latest whole record. */
-static void note_kept(struct save *save) {
+static void save_note_kept(struct save *save) {
     save->kept_lanes = saved_lanes(&save->content);
     save->kept_counts_per_rev = save->content.own.counts_per_rev;
 }
 
 /* The next record goes behind the one with the highest number, of any version. */
-static bool read_all(struct save *save) {
+static bool save_read_all(struct save *save) {
     bool numbered = false;
     save->found = SAVED_EMPTY;
     save->highest = 0;
-    save->sector = sectors_of(save) - 1;
-    for (uint32_t sector = 0; sector < sectors_of(save); sector++) {
+    save->sector = save_sectors(save) - 1;
+    for (uint32_t sector = 0; sector < save_sectors(save); sector++) {
         uint32_t sequence = 0;
-        if (!read(save, sector)) {
+        if (!save_read_sector(save, sector)) {
             return false;
         }
         enum saved_answer answer = saved_read(save->words, &save->content, &sequence);
-        note(save, sector, answer, sequence);
-        if (has_number(answer) && (!numbered || is_later(sequence, save->highest))) {
+        save_note_record(save, sector, answer, sequence);
+        if (save_has_number(answer) && (!numbered || save_is_later(sequence, save->highest))) {
             numbered = true;
             save->highest = sequence;
             save->sector = sector;
@@ -106,16 +110,16 @@ static bool read_all(struct save *save) {
    an empty one. */
 bool save_find(struct save *save) {
     uint32_t sequence;
-    bool whole = open(save) && read_all(save) && open(save);
+    bool whole = save_open_flash(save) && save_read_all(save) && save_open_flash(save);
     if (whole && save->found == SAVED_READ) {
-        whole = read(save, save->latest) &&
+        whole = save_read_sector(save, save->latest) &&
                 saved_read(save->words, &save->content, &sequence) == SAVED_READ;
     }
     if (!whole) {
         save->found = SAVED_UNREAD;
     }
     if (save->found == SAVED_READ) {
-        note_kept(save);
+        save_note_kept(save);
     }
     return save->found == SAVED_READ;
 }
@@ -138,15 +142,15 @@ uint32_t save_worn(const struct save *save) {
     return number;
 }
 
-static void end(struct save *save, enum save_answer answer) {
+static void save_end(struct save *save, enum save_answer answer) {
     save->state = SAVE_IDLE;
     save->answer = answer;
     save->fresh = true;
 }
 
 /* The next sector in turn; never that of the latest whole record. */
-static bool choose_sector(struct save *save) {
-    uint32_t sectors = sectors_of(save);
+static bool save_choose_sector(struct save *save) {
+    uint32_t sectors = save_sectors(save);
     for (uint32_t step = 1; step <= sectors; step++) {
         uint32_t sector = (save->sector + step) % sectors;
         bool taken = save->found == SAVED_READ && sector == save->latest;
@@ -159,10 +163,10 @@ static bool choose_sector(struct save *save) {
 }
 
 /* With a number of its own: what an earlier try has left may be whole all the same. */
-static enum save_answer erase(struct save *save) {
+static enum save_answer save_erase_sector(struct save *save) {
     save->number = saved_write(&save->content, ++save->highest, save->words);
     save->place = 0;
-    if (!save->flash.erase(save->flash.context, address_of(save, save->sector))) {
+    if (!save->flash.erase(save->flash.context, save_sector_address(save, save->sector))) {
         return SAVE_NO_ANSWER;
     }
     save->state = SAVE_ERASING;
@@ -170,47 +174,48 @@ static enum save_answer erase(struct save *save) {
 }
 
 enum save_answer save_begin(struct save *save, uint32_t least) {
+    ASSERT(save->state == SAVE_IDLE);
     if (saved_lanes(&save->content) < least) {
         return SAVE_FEWER;
     }
-    if (save->found == SAVED_UNREAD || !open(save)) {
+    if (save->found == SAVED_UNREAD || !save_open_flash(save)) {
         return SAVE_NO_FLASH;
     }
     save->fresh = false;
     save->tries = 1;
-    if (!choose_sector(save)) {
+    if (!save_choose_sector(save)) {
         /* All were found worn: the flash may have been protected then. */
         save->worn = 0;
-        (void)choose_sector(save);
+        (void)save_choose_sector(save);
     }
-    return erase(save);
+    return save_erase_sector(save);
 }
 
 /* The sector does not take it; `answer` is told where no other does. */
-static void leave_out(struct save *save, enum save_answer answer) {
+static void save_leave_out(struct save *save, enum save_answer answer) {
     save->worn |= 1U << save->sector;
-    if (save->tries == TRIES_MOST || !choose_sector(save)) {
-        end(save, answer);
+    if (save->tries == TRIES_MOST || !save_choose_sector(save)) {
+        save_end(save, answer);
         return;
     }
     save->tries++;
-    if (erase(save) != SAVE_DONE) {
-        end(save, SAVE_NO_ANSWER);
+    if (save_erase_sector(save) != SAVE_DONE) {
+        save_end(save, SAVE_NO_ANSWER);
     }
 }
 
-static void go_on_or_end(struct save *save, enum save_answer answer) {
+static void save_go_on_or_end(struct save *save, enum save_answer answer) {
     if (answer == SAVE_NOT_ERASED || answer == SAVE_NOT_READ_BACK) {
-        leave_out(save, answer);
+        save_leave_out(save, answer);
     } else {
-        end(save, answer);
+        save_end(save, answer);
     }
 }
 
 /* Programming clears bits and sets none. */
-static enum save_answer look_erased(struct save *save) {
+static enum save_answer save_look_erased(struct save *save) {
     uint32_t words[FLASH_PAGE_WORDS];
-    uint32_t address = address_of(save, save->sector);
+    uint32_t address = save_sector_address(save, save->sector);
     for (uint32_t place = 0; place < save->number; place += FLASH_PAGE_WORDS) {
         if (!save->flash.read(save->flash.context, address + place * WORD_BYTES, words,
                               FLASH_PAGE_WORDS)) {
@@ -225,21 +230,21 @@ static enum save_answer look_erased(struct save *save) {
     return SAVE_DONE;
 }
 
-static void program_page(struct save *save) {
+static void save_program_page(struct save *save) {
     uint32_t left = save->number - save->place;
     uint32_t number = left < FLASH_PAGE_WORDS ? left : FLASH_PAGE_WORDS;
-    uint32_t address = address_of(save, save->sector) + save->place * WORD_BYTES;
+    uint32_t address = save_sector_address(save, save->sector) + save->place * WORD_BYTES;
     if (!save->flash.program(save->flash.context, address, save->words + save->place, number)) {
-        end(save, SAVE_NO_ANSWER);
+        save_end(save, SAVE_NO_ANSWER);
         return;
     }
     save->place += number;
     save->state = save->place < save->number ? SAVE_PROGRAMMING : SAVE_READING_BACK;
 }
 
-static enum save_answer compare(struct save *save) {
+static enum save_answer save_compare(struct save *save) {
     uint32_t words[FLASH_PAGE_WORDS];
-    uint32_t address = address_of(save, save->sector);
+    uint32_t address = save_sector_address(save, save->sector);
     for (uint32_t place = 0; place < save->number; place++) {
         uint32_t word = place % FLASH_PAGE_WORDS;
         if (word == 0 && !save->flash.read(save->flash.context, address + place * WORD_BYTES,
@@ -253,36 +258,38 @@ static enum save_answer compare(struct save *save) {
     return SAVE_DONE;
 }
 
-static void read_back(struct save *save) {
-    enum save_answer answer = compare(save);
+static void save_read_back(struct save *save) {
+    enum save_answer answer = save_compare(save);
     if (answer == SAVE_DONE) {
         save->latest = save->sector;
         save->sequence = save->highest;
         save->found = SAVED_READ;
-        note_kept(save);
+        save_note_kept(save);
     }
-    go_on_or_end(save, answer);
+    save_go_on_or_end(save, answer);
 }
 
 void save_step(struct save *save) {
+    ASSERT((unsigned)save->state <= SAVE_READING_BACK);
+    ASSERT(save->number <= SAVED_WORDS_MOST && save->place <= save->number);
     if (save->state == SAVE_IDLE) {
         return;
     }
     enum flash_activity activity = save->flash.activity(save->flash.context);
     if (activity == FLASH_STUCK) {
-        end(save, SAVE_STUCK);
+        save_end(save, SAVE_STUCK);
     }
     if (activity != FLASH_IDLE) {
         return;
     }
     if (save->state == SAVE_READING_BACK) {
-        read_back(save);
+        save_read_back(save);
         return;
     }
-    enum save_answer answer = save->state == SAVE_ERASING ? look_erased(save) : SAVE_DONE;
+    enum save_answer answer = save->state == SAVE_ERASING ? save_look_erased(save) : SAVE_DONE;
     if (answer == SAVE_DONE) {
-        program_page(save);
+        save_program_page(save);
     } else {
-        go_on_or_end(save, answer);
+        save_go_on_or_end(save, answer);
     }
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "crc32.h"
 
 enum { MAGIC_WORD, VERSION_WORD, SEQUENCE_WORD, LENGTH_WORD };
@@ -36,16 +37,17 @@ const char *saved_answer_name(enum saved_answer answer) {
     return (unsigned)answer < SAVED_ANSWERS ? names[answer] : "unknown";
 }
 
-static void put(struct words *words, uint32_t word) {
+static void saved_put(struct words *words, uint32_t word) {
+    ASSERT(words->place < SAVED_WORDS_MOST);
     words->word[words->place++] = word;
 }
 
-static uint32_t take(struct source *source) {
+static uint32_t saved_take(struct source *source) {
     uint32_t place = source->place++;
     return place < source->end ? source->word[place] : 0U;
 }
 
-static uint32_t crc_of(const uint32_t *words, uint32_t number) {
+static uint32_t saved_crc_of(const uint32_t *words, uint32_t number) {
     uint32_t crc = 0;
     for (uint32_t word = 0; word < number; word++) {
         crc = crc32_add_word(crc, words[word]);
@@ -53,7 +55,7 @@ static uint32_t crc_of(const uint32_t *words, uint32_t number) {
     return crc;
 }
 
-static uint32_t name_sum(const char *name) {
+static uint32_t saved_name_sum(const char *name) {
     uint32_t crc = 0;
     for (; *name != '\0'; name++) {
         crc = crc32_add_word(crc, (uint32_t)(unsigned char)*name);
@@ -61,51 +63,52 @@ static uint32_t name_sum(const char *name) {
     return crc;
 }
 
-static void put_parameters(struct words *words, const struct parameters *parameters) {
-    put(words, parameters_number());
+static void saved_put_parameters(struct words *words, const struct parameters *parameters) {
+    saved_put(words, parameters_number());
     for (uint32_t place = 0; place < parameters_number(); place++) {
         double value = parameters_value(parameters, place);
         uint64_t bits;
         memcpy(&bits, &value, sizeof bits);
-        put(words, name_sum(parameters_description(place)->name));
-        put(words, (uint32_t)bits);
-        put(words, (uint32_t)(bits >> 32));
+        saved_put(words, saved_name_sum(parameters_description(place)->name));
+        saved_put(words, (uint32_t)bits);
+        saved_put(words, (uint32_t)(bits >> 32));
     }
 }
 
 /* `unjudged`: lanes by place that nobody could judge. */
-static void put_lanes(struct words *words, const struct coefficients *coefficients,
-                      uint32_t owner, uint64_t unjudged) {
+static void saved_put_lanes(struct words *words, const struct coefficients *coefficients,
+                            uint32_t owner, uint64_t unjudged) {
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         const struct lane *word = &coefficients->lane[lane];
         if (word->order != 0) {
-            put(words, word->order);
-            put(words, word->phase_offset);
-            put(words, (uint32_t)word->amplitude);
-            put(words, (unjudged >> lane & 1U) != 0 ? OF_OPERATOR_UNJUDGED : owner);
+            saved_put(words, word->order);
+            saved_put(words, word->phase_offset);
+            saved_put(words, (uint32_t)word->amplitude);
+            saved_put(words, (unjudged >> lane & 1U) != 0 ? OF_OPERATOR_UNJUDGED : owner);
         }
     }
 }
 
-static void put_thermal(struct words *words, const struct thermal *thermal) {
-    put(words, thermal->lanes);
-    put(words, (uint32_t)thermal->reference_mc);
-    put(words, thermal->time_constant_ms);
+static void saved_put_thermal(struct words *words, const struct thermal *thermal) {
+    saved_put(words, thermal->lanes);
+    saved_put(words, (uint32_t)thermal->reference_mc);
+    saved_put(words, thermal->time_constant_ms);
     for (uint32_t place = 0; place < thermal->lanes; place++) {
         const struct thermal_lane *lane = &thermal->lane[place];
-        put(words, lane->order);
-        put(words, (uint32_t)lane->cosine);
-        put(words, (uint32_t)lane->sine);
-        put(words, (uint32_t)lane->cosine_squared);
-        put(words, (uint32_t)lane->sine_squared);
+        saved_put(words, lane->order);
+        saved_put(words, (uint32_t)lane->cosine);
+        saved_put(words, (uint32_t)lane->sine);
+        saved_put(words, (uint32_t)lane->cosine_squared);
+        saved_put(words, (uint32_t)lane->sine_squared);
     }
     if (thermal->lanes != 0 && !thermal_has_preset_range(thermal)) {
-        put(words, (uint32_t)thermal->least_mc);
-        put(words, (uint32_t)thermal->most_mc);
+        saved_put(words, (uint32_t)thermal->least_mc);
+        saved_put(words, (uint32_t)thermal->most_mc);
     }
 }
 
-static uint32_t used(const struct coefficients *coefficients) {
+static uint32_t saved_lanes_used(const struct coefficients *coefficients) {
+    ASSERT(coefficients->lanes <= LANES_LIMIT);
     uint32_t number = 0;
     for (uint32_t lane = 0; lane < coefficients->lanes; lane++) {
         number += coefficients->lane[lane].order != 0;
@@ -114,40 +117,40 @@ static uint32_t used(const struct coefficients *coefficients) {
 }
 
 uint32_t saved_lanes(const struct saved *saved) {
-    return used(&saved->own) + used(&saved->loaded);
+    return saved_lanes_used(&saved->own) + saved_lanes_used(&saved->loaded);
 }
 
 uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *words) {
     const struct settings *settings = &saved->settings;
     struct words to = {words, 0};
-    put(&to, SAVED_MAGIC);
-    put(&to, SAVED_VERSION);
-    put(&to, sequence);
-    put(&to, 0);
-    put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
-                 (settings->telemetry ? TELEMETRY : 0U));
-    put_parameters(&to, &settings->parameters);
-    put(&to, (uint32_t)settings->parameters.counts_per_rev);
-    put(&to, saved_lanes(saved));
-    put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
-    put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
-    put_thermal(&to, &saved->thermal);
+    saved_put(&to, SAVED_MAGIC);
+    saved_put(&to, SAVED_VERSION);
+    saved_put(&to, sequence);
+    saved_put(&to, 0);
+    saved_put(&to, (settings->frozen ? FROZEN : 0U) | (settings->bypassed ? BYPASSED : 0U) |
+                       (settings->telemetry ? TELEMETRY : 0U));
+    saved_put_parameters(&to, &settings->parameters);
+    saved_put(&to, (uint32_t)settings->parameters.counts_per_rev);
+    saved_put(&to, saved_lanes(saved));
+    saved_put_lanes(&to, &saved->own, OF_CALIBRATION, 0);
+    saved_put_lanes(&to, &saved->loaded, OF_OPERATOR, saved->unjudged);
+    saved_put_thermal(&to, &saved->thermal);
     words[LENGTH_WORD] = to.place - SAVED_HEAD_WORDS;
-    put(&to, crc_of(words, to.place));
+    saved_put(&to, saved_crc_of(words, to.place));
     return to.place;
 }
 
 /* Looked for first where this firmware would have written it: the sums of names take long. */
-static void take_parameter(struct source *from, struct parameters *parameters, uint32_t first) {
-    uint32_t sum = take(from);
-    uint64_t bits = take(from);
-    bits |= (uint64_t)take(from) << 32;
+static void saved_take_parameter(struct source *from, struct parameters *parameters, uint32_t first) {
+    uint32_t sum = saved_take(from);
+    uint64_t bits = saved_take(from);
+    bits |= (uint64_t)saved_take(from) << 32;
     double value;
     memcpy(&value, &bits, sizeof value);
     for (uint32_t step = 0; step < parameters_number(); step++) {
         const struct parameter_description *description =
             parameters_description((first + step) % parameters_number());
-        if (name_sum(description->name) == sum) {
+        if (saved_name_sum(description->name) == sum) {
             /* Out of its range it fails parameters_are_valid(). */
             *(double *)(void *)((unsigned char *)parameters + description->offset) = value;
             return;
@@ -155,9 +158,9 @@ static void take_parameter(struct source *from, struct parameters *parameters, u
     }
 }
 
-static bool take_settings(struct source *from, struct settings *settings) {
-    uint32_t switches = take(from);
-    uint32_t number = take(from);
+static bool saved_take_settings(struct source *from, struct settings *settings) {
+    uint32_t switches = saved_take(from);
+    uint32_t number = saved_take(from);
     *settings = (struct settings){
         .frozen = (switches & FROZEN) != 0,
         .bypassed = (switches & BYPASSED) != 0,
@@ -168,17 +171,17 @@ static bool take_settings(struct source *from, struct settings *settings) {
         return false;
     }
     for (uint32_t parameter = 0; parameter < number; parameter++) {
-        take_parameter(from, &settings->parameters, parameter);
+        saved_take_parameter(from, &settings->parameters, parameter);
     }
     return parameters_are_valid(&settings->parameters);
 }
 
-static bool take_lane(struct source *from, struct saved *saved) {
+static bool saved_take_lane(struct source *from, struct saved *saved) {
     struct lane lane = {0};
-    lane.order = take(from);
-    lane.phase_offset = take(from);
-    lane.amplitude = (int32_t)take(from);
-    uint32_t owner = take(from);
+    lane.order = saved_take(from);
+    lane.phase_offset = saved_take(from);
+    lane.amplitude = (int32_t)saved_take(from);
+    uint32_t owner = saved_take(from);
     if (owner > OF_OPERATOR_UNJUDGED || !coefficients_lane_is_valid(&lane) ||
         coefficients_have(&saved->own, lane.order) ||
         coefficients_have(&saved->loaded, lane.order)) {
@@ -188,43 +191,44 @@ static bool take_lane(struct source *from, struct saved *saved) {
     if (owner == OF_OPERATOR_UNJUDGED) {
         saved->unjudged |= 1ULL << to->lanes;
     }
+    ASSERT(to->lanes < LANES_LIMIT);
     to->lane[to->lanes++] = lane;
     return true;
 }
 
-static bool take_coefficients(struct source *from, struct saved *saved) {
-    uint32_t counts_per_rev = take(from);
-    uint32_t number = take(from);
+static bool saved_take_coefficients(struct source *from, struct saved *saved) {
+    uint32_t counts_per_rev = saved_take(from);
+    uint32_t number = saved_take(from);
     saved->own = (struct coefficients){.counts_per_rev = counts_per_rev};
     saved->loaded = (struct coefficients){.counts_per_rev = counts_per_rev};
     saved->unjudged = 0;
     bool valid = counts_per_rev == saved->settings.parameters.counts_per_rev &&
                  number <= LANES_LIMIT;
     for (uint32_t lane = 0; valid && lane < number; lane++) {
-        valid = take_lane(from, saved);
+        valid = saved_take_lane(from, saved);
     }
     return valid;
 }
 
-static bool take_thermal(struct source *from, struct saved *saved) {
+static bool saved_take_thermal(struct source *from, struct saved *saved) {
     struct thermal *thermal = &saved->thermal;
-    *thermal = (struct thermal){.lanes = take(from)};
-    thermal->reference_mc = (int32_t)take(from);
-    thermal->time_constant_ms = take(from);
+    *thermal = (struct thermal){.lanes = saved_take(from)};
+    thermal->reference_mc = (int32_t)saved_take(from);
+    thermal->time_constant_ms = saved_take(from);
     thermal_preset_range(thermal);
     if (!thermal_is_valid(thermal)) {
         return false;
     }
     for (uint32_t place = 0; place < thermal->lanes; place++) {
-        thermal->lane[place] = (struct thermal_lane){.order = take(from)};
-        thermal->lane[place].cosine = (int32_t)take(from);
-        thermal->lane[place].sine = (int32_t)take(from);
-        thermal->lane[place].cosine_squared = (int32_t)take(from);
-        thermal->lane[place].sine_squared = (int32_t)take(from);
+        thermal->lane[place] = (struct thermal_lane){.order = saved_take(from)};
+        thermal->lane[place].cosine = (int32_t)saved_take(from);
+        thermal->lane[place].sine = (int32_t)saved_take(from);
+        thermal->lane[place].cosine_squared = (int32_t)saved_take(from);
+        thermal->lane[place].sine_squared = (int32_t)saved_take(from);
     }
     if (from->place < from->end) {
-        thermal->least_mc = (int32_t)take(from);
-        thermal->most_mc = (int32_t)take(from);
+        thermal->least_mc = (int32_t)saved_take(from);
+        thermal->most_mc = (int32_t)saved_take(from);
     }
     return thermal_is_valid(thermal);
 }
@@ -239,7 +243,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
         return SAVED_DAMAGED;
     }
     uint32_t end = SAVED_HEAD_WORDS + length;
-    if (crc_of(words, end) != words[end]) {
+    if (saved_crc_of(words, end) != words[end]) {
         return SAVED_DAMAGED;
     }
     *sequence = words[SEQUENCE_WORD];
@@ -247,7 +251,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
         return SAVED_OTHER_VERSION;
     }
     struct source from = {words, SAVED_HEAD_WORDS, end};
-    bool valid = take_settings(&from, &saved->settings) &&
-                 take_coefficients(&from, saved) && take_thermal(&from, saved);
+    bool valid = saved_take_settings(&from, &saved->settings) &&
+                 saved_take_coefficients(&from, saved) && saved_take_thermal(&from, saved);
     return valid && from.place == end ? SAVED_READ : SAVED_OUT_OF_RANGE;
 }

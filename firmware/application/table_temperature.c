@@ -51,7 +51,7 @@ void table_temperature_use(struct table_temperature *table, temperature_read *re
     table_temperature_choose(table, read != NULL ? TEMPERATURE_SENSOR : TEMPERATURE_NONE);
 }
 
-static void begin_at(struct table_temperature *table, double celsius, double now_s) {
+static void table_temperature_begin(struct table_temperature *table, double celsius, double now_s) {
     table->state = TEMPERATURE_GOOD;
     table->shown_c = table->followed_c = table->celsius = celsius;
     table->behind_k = table->slope = 0.0;
@@ -62,16 +62,16 @@ static void begin_at(struct table_temperature *table, double celsius, double now
 
 void table_temperature_tell(struct table_temperature *table, double celsius, double now_s) {
     table->source = TEMPERATURE_HOST;
-    begin_at(table, celsius, now_s);
+    table_temperature_begin(table, celsius, now_s);
 }
 
-static bool read_now(const struct table_temperature *table, double *celsius) {
+static bool table_temperature_read(const struct table_temperature *table, double *celsius) {
     return table->read != NULL && table->read(table->context, celsius) && *celsius >= LEAST_C &&
            *celsius <= MOST_C;
 }
 
 /* expm1() is there already; exp() would bring a table of 2 KB. */
-static double decay(double times) {
+static double table_temperature_decay(double times) {
     return 1.0 + expm1(-times);
 }
 
@@ -80,11 +80,11 @@ static double decay(double times) {
    T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
    T - T_s to a (T - T_s) + tau (1 - a) T'.
    The gains are those with which z I - (I - K H) F has the determinant (z - q)^3: at z = 0, 1 and a. */
-static void observe(struct table_temperature *table, double celsius, double passed) {
+static void table_temperature_observe(struct table_temperature *table, double celsius, double passed) {
     double tau = table->time_constant_s;
-    double a = decay(passed / tau);
+    double a = table_temperature_decay(passed / tau);
     double rest = 1.0 - a;
-    double q = decay(passed / fmax(tau / LAG_SHARE, LEAST_FILTER_S));
+    double q = table_temperature_decay(passed / fmax(tau / LAG_SHARE, LEAST_FILTER_S));
     double apart = a - q;
     double slope_gain = (1.0 - q) * (1.0 - q) * (1.0 - q) / (rest * passed);
     double behind_gain = tau * slope_gain - apart * apart * apart / (a * rest * rest);
@@ -98,22 +98,22 @@ static void observe(struct table_temperature *table, double celsius, double pass
 
 /* Without a lag a short one is followed all the same, so that one that becomes known is taken off at
    once. */
-static void use_time_constant(struct table_temperature *table, double time_constant_s) {
+static void table_temperature_use_lag(struct table_temperature *table, double time_constant_s) {
     double tau = fmax(time_constant_s, LEAST_FILTER_S);
     table->behind_k *= tau / table->time_constant_s;
     table->time_constant_s = tau;
 }
 
-static void take(struct table_temperature *table, double celsius, double time_constant_s,
-                 double now_s) {
+static void table_temperature_take(struct table_temperature *table, double celsius, double time_constant_s,
+                                   double now_s) {
     double passed = now_s - table->read_s;
-    use_time_constant(table, time_constant_s);
+    table_temperature_use_lag(table, time_constant_s);
     if (passed > FORGOTTEN_LAGS * table->time_constant_s) {
-        begin_at(table, celsius, now_s);
+        table_temperature_begin(table, celsius, now_s);
         return;
     }
     if (passed > 0.0) {
-        observe(table, celsius, passed);
+        table_temperature_observe(table, celsius, passed);
     }
     if (celsius != table->shown_c) {
         table->changed_s = now_s;
@@ -128,14 +128,14 @@ static void take(struct table_temperature *table, double celsius, double time_co
 
 /* A thermometer says 0 before its first conversion: what it says first has to come again. The observer
    begins with it. */
-static void confirm(struct table_temperature *table, double celsius, double jump_k,
-                    double time_constant_s, double now_s) {
+static void table_temperature_confirm(struct table_temperature *table, double celsius, double jump_k,
+                                      double time_constant_s, double now_s) {
     uint32_t agree = 1;
     if (table->in_a_row > 0 && fabs(celsius - table->shown_c) <= jump_k) {
         agree += table->in_a_row;
-        take(table, celsius, time_constant_s, now_s);
+        table_temperature_take(table, celsius, time_constant_s, now_s);
     } else {
-        begin_at(table, celsius, now_s);
+        table_temperature_begin(table, celsius, now_s);
     }
     if (agree < AGREE_LEAST) {
         table->in_a_row = agree;
@@ -143,11 +143,12 @@ static void confirm(struct table_temperature *table, double celsius, double jump
     }
 }
 
-static void read_sensor(struct table_temperature *table, const struct temperature_limits *limits,
-                        double time_constant_s, double now_s) {
+static void table_temperature_read_sensor(struct table_temperature *table,
+                                          const struct temperature_limits *limits,
+                                          double time_constant_s, double now_s) {
     double celsius;
     table->tried_s = now_s;
-    if (!read_now(table, &celsius)) {
+    if (!table_temperature_read(table, &celsius)) {
         table->in_a_row = 0;
         if (table->state != TEMPERATURE_UNKNOWN && ++table->failures >= FAILURES_MOST) {
             table->state = TEMPERATURE_SILENT;
@@ -155,7 +156,7 @@ static void read_sensor(struct table_temperature *table, const struct temperatur
         return;
     }
     if (table->state == TEMPERATURE_UNKNOWN) {
-        confirm(table, celsius, limits->jump_k, time_constant_s, now_s);
+        table_temperature_confirm(table, celsius, limits->jump_k, time_constant_s, now_s);
         return;
     }
     double most_k = limits->jump_k + SILENT_K_S * (now_s - table->read_s);
@@ -167,11 +168,11 @@ static void read_sensor(struct table_temperature *table, const struct temperatur
         }
         return;
     }
-    take(table, celsius, time_constant_s, now_s);
+    table_temperature_take(table, celsius, time_constant_s, now_s);
 }
 
 /* A new bitstream or a reset of the fabric: how long ago anything was is not known any more. */
-static void begin_time_again(struct table_temperature *table, double now_s) {
+static void table_temperature_time_again(struct table_temperature *table, double now_s) {
     table->tried_s = now_s - READING_S;
     table->read_s = table->changed_s = now_s;
 }
@@ -180,11 +181,11 @@ void table_temperature_follow(struct table_temperature *table,
                               const struct temperature_limits *limits, double time_constant_s,
                               double now_s) {
     if (now_s < table->tried_s) {
-        begin_time_again(table, now_s);
+        table_temperature_time_again(table, now_s);
     }
     bool due = now_s - table->tried_s >= READING_S;
     if (table->source == TEMPERATURE_SENSOR && table->state != TEMPERATURE_JUMPED && due) {
-        read_sensor(table, limits, time_constant_s, now_s);
+        table_temperature_read_sensor(table, limits, time_constant_s, now_s);
     }
     bool good = table->source != TEMPERATURE_NONE && table->state == TEMPERATURE_GOOD;
     if (good && limits->still_s > 0.0 && now_s - table->changed_s > limits->still_s) {

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "arctrue_number_formats.h"
+#include "assertion.h"
 #include "units.h"
 
 #define AMPLITUDE_STEPS ((double)(1 << ARCTRUE_AMPLITUDE_FRACTION))
@@ -25,13 +26,13 @@ bool thermal_is_valid(const struct thermal *thermal) {
            thermal->time_constant_ms <= TIME_CONSTANT_MOST_MS;
 }
 
-static int32_t between(int64_t value) {
+static int32_t thermal_between(int64_t value) {
     return (int32_t)(value < LEAST_MC ? LEAST_MC : (value > MOST_MC ? MOST_MC : value));
 }
 
 void thermal_preset_range(struct thermal *thermal) {
-    thermal->least_mc = between((int64_t)thermal->reference_mc - RANGE_MC);
-    thermal->most_mc = between((int64_t)thermal->reference_mc + RANGE_MC);
+    thermal->least_mc = thermal_between((int64_t)thermal->reference_mc - RANGE_MC);
+    thermal->most_mc = thermal_between((int64_t)thermal->reference_mc + RANGE_MC);
 }
 
 bool thermal_has_preset_range(const struct thermal *thermal) {
@@ -40,7 +41,8 @@ bool thermal_has_preset_range(const struct thermal *thermal) {
     return thermal->least_mc == preset.least_mc && thermal->most_mc == preset.most_mc;
 }
 
-static const struct thermal_lane *slope_of(const struct thermal *thermal, uint32_t order) {
+static const struct thermal_lane *thermal_slope_of(const struct thermal *thermal, uint32_t order) {
+    ASSERT(thermal == NULL || thermal->lanes <= THERMAL_LANES_MAX);
     for (uint32_t place = 0; thermal != NULL && place < thermal->lanes; place++) {
         if (thermal->lane[place].order == order) {
             return &thermal->lane[place];
@@ -50,20 +52,20 @@ static const struct thermal_lane *slope_of(const struct thermal *thermal, uint32
 }
 
 bool thermal_follows(const struct thermal *thermal, uint32_t order) {
-    return slope_of(thermal, order) != NULL;
+    return thermal_slope_of(thermal, order) != NULL;
 }
 
 /* Counts: eps = re cos(n R) - im sin(n R), as equation (9) has it with Phi. */
-static struct vector vector_of(const struct lane *lane) {
+static struct vector thermal_vector_of(const struct lane *lane) {
     struct vector unit = vector_unit(2.0 * PI * lane->phase_offset / PHASE_STEPS);
     double amplitude = lane->amplitude / AMPLITUDE_STEPS;
     return (struct vector){amplitude * unit.re, amplitude * unit.im};
 }
 
 /* Of a lane at T0 + `warmth`. */
-static struct vector vector_at(const struct lane *lane, const struct thermal_lane *slope,
-                               double warmth) {
-    struct vector value = vector_of(lane);
+static struct vector thermal_vector_at(const struct lane *lane, const struct thermal_lane *slope,
+                                       double warmth) {
+    struct vector value = thermal_vector_of(lane);
     if (slope != NULL) {
         value.re += (slope->cosine + slope->cosine_squared * warmth) * warmth / SLOPE_STEPS;
         value.im -= (slope->sine + slope->sine_squared * warmth) * warmth / SLOPE_STEPS;
@@ -73,13 +75,13 @@ static struct vector vector_at(const struct lane *lane, const struct thermal_lan
 
 struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *lane,
                             double celsius) {
-    const struct thermal_lane *slope = slope_of(thermal, lane->order);
+    const struct thermal_lane *slope = thermal_slope_of(thermal, lane->order);
     struct lane made = *lane;
     if (slope == NULL || lane->order == 0) {
         return made;
     }
     double within = fmin(fmax(celsius, thermal->least_mc / 1000.0), thermal->most_mc / 1000.0);
-    struct vector value = vector_at(lane, slope, within - thermal->reference_mc / 1000.0);
+    struct vector value = thermal_vector_at(lane, slope, within - thermal->reference_mc / 1000.0);
     double turns = atan2(value.im, value.re) / (2.0 * PI);
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
     made.phase_offset = (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) &
@@ -98,8 +100,8 @@ struct thermal_extent thermal_extent(const struct thermal *thermal,
         double slope = 0.0;
         for (uint32_t place = 0; place < coefficients->lanes; place++) {
             const struct lane *lane = &coefficients->lane[place];
-            const struct thermal_lane *follows = slope_of(thermal, lane->order);
-            double size = vector_length(vector_at(lane, follows, warmth));
+            const struct thermal_lane *follows = thermal_slope_of(thermal, lane->order);
+            double size = vector_length(thermal_vector_at(lane, follows, warmth));
             if (follows != NULL) {
                 const struct vector curve = {follows->cosine_squared, follows->sine_squared};
                 size += vector_length(curve) / SLOPE_STEPS * step_k * step_k / 4.0;
@@ -113,14 +115,15 @@ struct thermal_extent thermal_extent(const struct thermal *thermal,
 }
 
 double thermal_apart_counts(const struct coefficients *first, const struct coefficients *second) {
+    ASSERT(first->lanes <= LANES_LIMIT && second->lanes == first->lanes);
     double apart = 0.0;
     for (uint32_t place = 0; place < first->lanes; place++) {
         if (first->lane[place].amplitude == second->lane[place].amplitude &&
             first->lane[place].phase_offset == second->lane[place].phase_offset) {
             continue;
         }
-        struct vector one = vector_of(&first->lane[place]);
-        struct vector other = vector_of(&second->lane[place]);
+        struct vector one = thermal_vector_of(&first->lane[place]);
+        struct vector other = thermal_vector_of(&second->lane[place]);
         struct vector difference = {one.re - other.re, one.im - other.im};
         apart += vector_length(difference);
     }
@@ -129,11 +132,12 @@ double thermal_apart_counts(const struct coefficients *first, const struct coeff
 
 double thermal_change_counts(const struct thermal *thermal, const struct coefficients *lanes,
                              double from_celsius, double to_celsius) {
+    ASSERT(lanes->lanes <= LANES_LIMIT);
     double change = 0.0;
     for (uint32_t place = 0; place < lanes->lanes; place++) {
         const struct lane from = thermal_lane_at(thermal, &lanes->lane[place], from_celsius);
         const struct lane to = thermal_lane_at(thermal, &lanes->lane[place], to_celsius);
-        change += vector_length(vector_difference(vector_of(&to), vector_of(&from)));
+        change += vector_length(vector_difference(thermal_vector_of(&to), thermal_vector_of(&from)));
     }
     return change;
 }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "assertion.h"
 #include "memory_mapped.h"
 #include "registers.h"
 #include "uart.h"
@@ -36,7 +37,7 @@ const char *fault_name(enum fault_code code) {
     static const char *const names[FAULTS] = {
         "none",       "undefined_instruction", "supervisor_call", "prefetch_abort",
         "data_abort", "stack_overflow",        "watchdog",        "hang",
-        "bus_error",
+        "bus_error",  "assertion",
     };
     return (unsigned)code < FAULTS ? names[code] : "unknown";
 }
@@ -121,6 +122,11 @@ static void tell(void) {
     uart_drain();
 }
 
+/* What was fetched as an instruction may be read. */
+static bool is_assertion(uint32_t instruction) {
+    return *(const volatile uint16_t *)(uintptr_t)instruction == ASSERTION_INSTRUCTION;
+}
+
 static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32_t address,
                                      uint32_t state) {
     struct fault_record made = {RECORD_MARK, code, instruction, address, state, 0};
@@ -130,6 +136,9 @@ static struct fault_record record_of(uint32_t code, uint32_t instruction, uint32
         made.address = 0;
     } else if (code == FAULT_DATA_ABORT && address >= GUARD_FIRST && address <= GUARD_LAST) {
         made.code = FAULT_STACK_OVERFLOW;
+    }
+    if (code == FAULT_UNDEFINED_INSTRUCTION && is_assertion(instruction)) {
+        made.code = FAULT_ASSERTION;
     }
     made.check = check_of(&made);
     return made;

@@ -23,6 +23,8 @@ enum fault_code {
     FAULT_HANG,
     /* A write that the bus refused, told some instructions later. */
     FAULT_BUS_ERROR,
+    /* ASSERT() of what must never be otherwise. */
+    FAULT_ASSERTION,
     FAULTS,
 };
 

@@ -83,7 +83,7 @@ def _headers_in_order() -> list[Path]:
 def _declarations(text: str) -> str:
     """What cffi can read: no comments, directives, bodies or assertions."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-    text = re.sub(r"^#.*(\\\n.*)*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^#(?:.*\\\n)*.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"_Static_assert\(.*?\);", "", text, flags=re.DOTALL)
     return re.sub(r"^static inline .*?^}\n", "", text, flags=re.DOTALL | re.MULTILINE)
 

@@ -103,6 +103,8 @@ def test_telemetry_and_timer(tmp_path: Path, counts: Any) -> None:
     [
         # udf.w #0
         (bytes.fromhex("f0f700a0"), "undefined_instruction"),
+        # udf #0xA5: what an assertion that fails comes to.
+        (bytes.fromhex("a5de"), "assertion"),
         # mov.w r0, #0xD0000000; ldr r0, [r0]: nothing is mapped there.
         (bytes.fromhex("4ff050400068"), "data_abort"),
         # mov.w r0, #0x1C000; str r0, [r0]: the page below the stack.

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "follow_temperature.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "alarms.h"
+#include "swap.h"
+
+void follow_between_turns(struct application *application) {
+    const struct load *load = &application->load;
+    const struct thermal *thermal = application_thermal(application, &load->thermal);
+    if (!application->has_active || thermal == NULL || thermal->lanes == 0 ||
+        load_at_work(load) == NULL) {
+        return;
+    }
+    application->candidate = application->active;
+    for (uint32_t place = 0; place < application->candidate.lanes; place++) {
+        struct lane *lane = &application->candidate.lane[place];
+        const struct lane *written = coefficients_lane_of(&load->loaded, lane->order);
+        if (written != NULL) {
+            *lane = thermal_lane_at(thermal, written, application->table.celsius);
+        }
+    }
+    if (thermal_apart_counts(&application->candidate, &application->active) <=
+        application->parameters.temperature_step_counts) {
+        return;
+    }
+    if (swap_candidate(application)) {
+        application->temperature_swaps++;
+    } else {
+        alarm_between_turns(application, ALARM_COEFFICIENTS);
+    }
+}
+
+/* Of the model that is judged next, or else of the one that is at work. */
+static const struct thermal *follow_thermal_in_use(const struct application *application) {
+    if (application->saved_state == SAVED_WAITING) {
+        return &application->save->content.thermal;
+    }
+    const struct load *load = &application->load;
+    return load->whole ? &load->received_thermal : &load->thermal;
+}
+
+void follow_thermometer(struct application *application) {
+    const struct parameters *parameters = &application->parameters;
+    const struct temperature_limits limits = {
+        .jump_k = parameters->temperature_jump_k,
+        .still_s = parameters->temperature_still_s,
+    };
+    table_temperature_follow(&application->table, &limits,
+                             follow_thermal_in_use(application)->time_constant_ms / 1000.0,
+                             state_seconds(application));
+}
+
+void follow_middle_of_turn(struct application *application) {
+    double now_s = state_seconds(application);
+    double clock_hz = application->configuration.clock_hz;
+    double celsius = application->table.celsius;
+    double half_s = 0.0;
+    if (application->temperature_clock_hz > 0.0) {
+        clock_hz = application->temperature_clock_hz;
+    }
+    if (application->before_s > 0.0 && clock_hz > 0.0) {
+        half_s = 0.5 * (now_s - fmax((double)application->header.start_time / clock_hz,
+                                     application->before_s));
+    }
+    double span_s = now_s - application->before_s;
+    double change_k = application->before_s > 0.0 ? celsius - application->before_celsius : 0.0;
+    bool between = half_s > 0.0 && span_s > half_s;
+    application->middle_celsius = celsius - (between ? change_k * half_s / span_s : 0.0);
+}

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "operator.h"
+
+#include "control.h"
+#include "core_setup.h"
+#include "restart.h"
+#include "settings.h"
+
+void application_tell_temperature(struct application *application, double celsius) {
+    table_temperature_tell(&application->table, celsius, state_seconds(application));
+}
+
+void application_choose_temperature(struct application *application,
+                                    enum temperature_source source) {
+    table_temperature_choose(&application->table, source);
+}
+
+static void operator_change_pins(const struct application *application, enum parameter_effect effect) {
+    struct core_setup setup = setup_of_parameters(application);
+    core_set_pins(&application->core, &setup);
+    if (effect == EFFECT_CAPTURE) {
+        control_capture_anew(application);
+    } else if (effect == EFFECT_COMPARE) {
+        control_arm_compare(application);
+    }
+}
+
+enum parameter_answer application_set(struct application *application, const char *name,
+                                      double value,
+                                      const struct parameter_description **description) {
+    enum parameter_answer answer =
+        parameters_set(&application->parameters, name, value, description);
+    if (answer != PARAMETER_SET) {
+        return answer;
+    }
+    if ((*description)->effect == EFFECT_REARM) {
+        application_rearm(application);
+        return answer;
+    }
+    settings_keep(application);
+    if ((*description)->effect == EFFECT_NEXT_TURN) {
+        average_clear(&application->average);
+    } else if (state_works(application)) {
+        operator_change_pins(application, (*description)->effect);
+    }
+    return answer;
+}
+
+enum load_answer application_load_end(struct application *application, uint32_t crc) {
+    const struct coefficients *active = state_active(application);
+    return load_end(&application->load, (uint32_t)application->parameters.counts_per_rev, active,
+                    crc);
+}
+
+void application_freeze(struct application *application, bool frozen) {
+    application->frozen = frozen;
+    settings_keep(application);
+}
+
+void application_telemetry(struct application *application, bool on) {
+    application->telemetry = on;
+    settings_keep(application);
+}
+
+void application_bypass(struct application *application, bool bypassed) {
+    application->bypassed = bypassed;
+    settings_keep(application);
+    if (state_works(application)) {
+        control_write(application);
+    } else if (application->phase == PHASE_HELD && bypassed) {
+        /* On again by a re-arm alone. */
+        application->inherited = false;
+        core_hold(&application->core);
+    }
+}
+
+void application_want_dump(struct application *application) {
+    application->dump = DUMP_WANTED;
+    if (application->by_angle) {
+        application->by_angle = false;
+        control_capture_anew(application);
+    }
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "saving.h"
+
+#include <stddef.h>
+
+#include "settings.h"
+
+void saving_recover(struct application *application) {
+    if (application->save == NULL || !save_find(application->save)) {
+        return;
+    }
+    const struct saved *saved = &application->save->content;
+    application->saved_state = saved_lanes(saved) > 0 ? SAVED_WAITING : SAVED_NONE;
+    if (application->settings_origin == SETTINGS_PRESET) {
+        application->settings_origin = SETTINGS_SAVED;
+        settings_take(application, &saved->settings);
+    } else if (application->settings_origin == SETTINGS_LOST) {
+        application->parameters = saved->settings.parameters;
+    }
+}
+
+/* The calibration's lanes of what is at work or was before the core began anew, and what is loaded,
+   also while a turn has yet to judge it again. */
+static void saving_take_known(const struct application *application, struct saved *saved) {
+    const struct load *load = &application->load;
+    bool waits = application->saved_state == SAVED_WAITING;
+    if (!waits || load_at_work(load) != NULL) {
+        bool kept = load->loaded_state != LOADED_REJECTED;
+        saved->loaded = kept ? load->loaded : (struct coefficients){0};
+        saved->thermal = kept ? load->thermal : (struct thermal){0};
+        saved->unjudged = kept ? load->unjudged : 0;
+    }
+    saved->own = application->active;
+    for (uint32_t lane = 0; lane < saved->own.lanes; lane++) {
+        if (coefficients_have(&saved->loaded, saved->own.lane[lane].order) ||
+            coefficients_have(&load->loaded, saved->own.lane[lane].order)) {
+            saved->own.lane[lane] = (struct lane){0};
+        }
+    }
+}
+
+/* What waits for its first turn is saved again, unless it is of another table; what a turn speaks
+   against is replaced as soon as there is something else. Whatever is not at work for a moment,
+   because the index is looked for again, is kept. */
+enum save_answer application_save(struct application *application) {
+    struct save *save = application->save;
+    if (save == NULL) {
+        return SAVE_NO_FLASH;
+    }
+    if (save->state != SAVE_IDLE) {
+        return SAVE_UNDER_WAY;
+    }
+    enum save_answer readable = save_look_again(save);
+    if (readable != SAVE_DONE) {
+        return readable;
+    }
+    struct saved *saved = &save->content;
+    uint32_t counts_per_rev = (uint32_t)application->parameters.counts_per_rev;
+    bool of_this_table = saved->own.counts_per_rev == counts_per_rev && !application->forgotten;
+    bool known = application->active.counts_per_rev == counts_per_rev &&
+                 coefficients_most_order(&application->active) != 0;
+    saved->settings = settings_present(application);
+    if (!of_this_table) {
+        *saved = (struct saved){.settings = saved->settings};
+    }
+    if (known) {
+        saving_take_known(application, saved);
+    }
+    saved->own.counts_per_rev = counts_per_rev;
+    saved->loaded.counts_per_rev = counts_per_rev;
+    bool asked = application->forgotten || application->has_active ||
+                 save->kept_counts_per_rev != counts_per_rev;
+    enum save_answer answer = save_begin(save, asked ? 0 : save->kept_lanes);
+    if (answer == SAVE_DONE && (known || application->forgotten) &&
+        application->saved_state != SAVED_WAITING) {
+        application->saved_state = SAVED_NONE;
+    }
+    return answer;
+}

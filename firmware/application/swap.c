@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include "swap.h"
+
+#include "alarms.h"
+#include "assertion.h"
+#include "control.h"
+#include "restart.h"
+
+/* A swap is over within some hundred clocks of the core; a look at its counter takes at least one
+   access of its bus. */
+enum { SWAP_LOOKS_MOST = 1000 };
+
+bool swap_candidate(struct application *application) {
+    const struct core_access *core = &application->core;
+    ASSERT(state_works(application));
+    ASSERT(application->candidate.lanes <= application->configuration.lanes);
+    ASSERT(application->candidate.counts_per_rev ==
+           (uint32_t)application->parameters.counts_per_rev);
+    core_write_coefficients(core, &application->candidate);
+    if (!core_verify_coefficients(core, &application->candidate)) {
+        return false;
+    }
+    application->swaps_before = core_swap_count(core);
+    core_swap(core);
+    application->active = application->candidate;
+    application->has_active = true;
+    application->forgotten = false;
+    application->inherited = false;
+    application->swaps++;
+    application->swap_looks = 0;
+    application->phase = PHASE_SWAP;
+    control_write(application);
+    return true;
+}
+
+/* Which coefficients are active is not known: safe is none. */
+static void swap_lost(struct application *application) {
+    alarm_between_turns(application, ALARM_SWAP);
+    restart_with_nothing(application);
+}
+
+void swap_wait(struct application *application) {
+    bool swapped = core_swap_count(&application->core) != application->swaps_before;
+    if (swapped || ++application->swap_looks > SWAP_LOOKS_MOST) {
+        application->phase = PHASE_CAPTURE;
+    }
+    if (!swapped && application->phase == PHASE_CAPTURE) {
+        swap_lost(application);
+    }
+}
