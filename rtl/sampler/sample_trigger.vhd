@@ -31,7 +31,7 @@
 -- What moves is counted modulo angle_step from the start on, and the division only says at which
 -- value of that counter a multiple lies. So turn_position may move by one count a clock at most, as
 -- that of the decoder does. Where it jumps since its zero moves, `zero_moved` turns over with the first position from
--- the new zero, and the grid is found anew as after a change of angle_step: no trigger in that clock nor in the next 36.
+-- the new zero, and the grid is found anew as after a change of angle_step: no trigger in that clock nor in the next 38.
 --
 -- **External**, mode 2: a strobe of `external` is a trigger that belongs to the strobe's clock. Mode 3 gives none.
 --
@@ -136,6 +136,7 @@ begin
     variable step        : count      := (others => '0');
     variable changes     : std_ulogic;
     variable zero_before : std_ulogic := '0';
+    variable jumps       : std_ulogic;
     variable last        : count      := (others => '0'); -- step - 1
     variable before_last : count      := (others => '0'); -- step - 2
     variable is_single   : std_ulogic := '0';             -- step is 1
@@ -173,7 +174,8 @@ begin
 
     if rising_edge(clock) then
       angle_trigger <= '0';
-      changes       := (angle_step ?/= step) or (zero_moved xor zero_before);
+      changes       := angle_step ?/= step;
+      jumps         := zero_moved xor zero_before;
       zero_before   := zero_moved;
       move          := turn_position(1 downto 0) - before;
       before        := turn_position(1 downto 0);
@@ -268,6 +270,12 @@ begin
           state := TRACK;
 
       end case;
+
+      -- It is no step: a clock later it begins anew, by a change of angle_step, which waits for nothing that is slow.
+      if jumps = '1' then
+        step          := (others => '0');
+        angle_trigger <= '0';
+      end if;
 
       -- In every state, since START says where it begins: a choice less.
       on_multiple := arrives or (on_multiple and not (up or down));

@@ -17,17 +17,18 @@
 --
 -- **Reset** takes the alarm away, forgets the release, and leaves `driver_enable` as it is: a drive that watches its lines
 -- does not trip by a reset of the core, in which A and B stand. `enable` falls with the reset. The hold ends, without a
--- gap, when `enable` is high again, or else HOLD clocks after the first clock of the reset: then `driver_enable` falls, so
+-- gap, when `enable` is high again, or else 2**HOLD_LOG2 clocks after the first clock of the reset: then `driver_enable` falls, so
 -- that an output that nobody sets up again does not stay on the lines. Drivers that were released stay so until `enable` is
 -- high. A reset within a hold does not make it longer.
 
 library ieee;
   use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
 
 entity fault_outputs is
   generic (
-    KINDS : positive := 6;      -- of faults
-    HOLD  : positive := 1048576 -- clocks for which a reset keeps driver_enable
+    KINDS     : positive              := 6; -- of faults
+    HOLD_LOG2 : positive range 1 to 30 := 20 -- log2 of the clocks for which a reset keeps driver_enable
   );
   port (
     clock           : in    std_ulogic;
@@ -53,8 +54,8 @@ begin
     variable fatal    : std_ulogic_vector(KINDS - 1 downto 0);
     -- clear, a clock later: what it has cleared elsewhere is no longer present.
     variable cleared  : std_ulogic := '0';
-    -- Clocks of the hold that are left, and the reset of the clock before
-    variable held     : natural range 0 to HOLD := 0;
+    -- Clocks of the hold so far, the highest bit when it is over, and the reset of the clock before
+    variable held     : u_unsigned(HOLD_LOG2 downto 0) := '1' & (HOLD_LOG2 - 1 downto 0 => '0');
     variable resets   : std_ulogic := '0';
 
   begin
@@ -63,18 +64,18 @@ begin
       fatal         := present and release_sources;
       released      <= enable and (or fatal or (released and not cleared));
       causes        <= (fatal or (causes and (causes'range => not cleared))) and (causes'range => enable);
-      if reset = '1' and resets = '0' and held = 0 then
-        held := HOLD;
-      elsif held /= 0 then
-        held := held - 1;
+      if held(HOLD_LOG2) = '0' then
+        held := held + 1;
+      elsif reset = '1' and resets = '0' then
+        held := (others => '0');
       end if;
       if enable = '1' and reset = '0' then
-        held := 0;
+        held(HOLD_LOG2) := '1';
       end if;
       resets := reset;
 
       -- In a hold it stays as it is.
-      if held = 0 then
+      if held(HOLD_LOG2) = '1' then
         driver_enable <= enable and not (or fatal) and (cleared or not released) and not reset;
       end if;
       alarm         <= or (present and alarm_sources);

@@ -14,12 +14,12 @@ def test_unit(entity: str) -> None:
 
 
 def test_fault_outputs() -> None:
-    hold = 50
+    hold_log2 = 5
     simulate(
         "fault_outputs",
         "tb.signals.fault_outputs_bench",
-        generics={"HOLD": hold},
-        environment={"HOLD": str(hold)},
+        generics={"HOLD_LOG2": hold_log2},
+        environment={"HOLD": str(2**hold_log2)},
     )
 
 

@@ -18,6 +18,7 @@ class _Grid(enum.Enum):
     SEARCH = enum.auto()
     START = enum.auto()
     TRACK = enum.auto()
+    LOST = enum.auto()
 
 
 def wrapped(value: int) -> int:
@@ -57,11 +58,14 @@ class SampleTrigger:
         count while the grid is followed and the zero stays: no decoder does that.
         """
         in_time = self._equal_time(sample_period)
-        changes = angle_step != self._step or zero_moved != self._zero_before
-        if zero_moved != self._zero_before:
-            self._zero_before = zero_moved
-            self._state = _Grid.IDLE
+        changes, jumps = angle_step != self._step, zero_moved != self._zero_before
+        self._zero_before = zero_moved
+        if jumps:
+            self._state = _Grid.LOST if angle_step else _Grid.IDLE
         in_angle = self._equal_angle(angle_step, turn_position)
+        if jumps:
+            # Seen as a change of the step in the next clock, which begins anew.
+            self._step = 0
         if not enable or mode == 1:
             in_time = False
             self._elapsed = 1
@@ -80,6 +84,8 @@ class SampleTrigger:
     def _equal_angle(self, angle_step: int, position: int) -> bool:
         move = wrapped(position - self._before)
         self._before = position
+        if self._state == _Grid.LOST:
+            return False
         if self._state == _Grid.IDLE:
             self._step = angle_step
             self._unwrapped = position

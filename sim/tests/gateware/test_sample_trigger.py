@@ -114,13 +114,13 @@ def test_grid_is_found_in_the_clocks_that_the_entity_promises() -> None:
 @pytest.mark.parametrize("slip", [-4, 4, 1, 2, 3, -7, 1 << 20])
 @pytest.mark.parametrize("clocks_a_count", [1, 3])
 def test_after_a_zero_move_the_grid_is_that_of_the_new_zero(slip: int, clocks_a_count: int) -> None:
-    """Not in the clock of the move, none for 36 clocks, and from the 38th on every multiple."""
+    """None in the clock of the move and the 38 after it; from SETTLED on every multiple."""
     clock = np.arange(6000)
     moves = 3001
     position = 5 + clock // clocks_a_count + slip * (clock >= moves)
     trigger = sample_trigger(position, mode=1, angle_step=16, zero_moved=clock >= moves)
     assert (position[trigger] % 16 == 0).all()
-    assert not trigger[moves : moves + 37].any()
+    assert not trigger[moves : moves + 39].any()
     settled = clock >= moves + SETTLED
     reached = np.flatnonzero(settled & (position % 16 == 0) & (np.diff(position, prepend=0) != 0))
     assert sampled(trigger & settled) == reached.tolist()
