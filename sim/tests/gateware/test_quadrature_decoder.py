@@ -449,7 +449,7 @@ def test_index_before_a_rearm_is_no_measure_for_the_one_after_it() -> None:
 def test_clear_and_rearm_leave_each_other_alone() -> None:
     name = "random_pins_0"
     given = stimuli(name)
-    flags = ("index_error", "illegal", "overspeed")
+    flags = ("index_error", "illegal", "overspeed", "swallowed")
     quiet = dict.fromkeys(("clear", "rearm"), 0)
     base = quadrature_decoder(DecoderInputs(**(given.columns | quiet), timestamp=given.timestamp))
     clear = quadrature_decoder(

@@ -180,7 +180,7 @@ def test_every_command_explains_itself(installed: Installed) -> None:
     module, *usages = installed.run("python", "-c", EVERY_HELP).splitlines()
     assert Path(module).is_relative_to(installed.environment)
     files = (ROOT / "sim" / "arctrue" / "cli").glob("[!_]*.py")
-    assert [line.split()[2] for line in usages] == sorted(
+    assert sorted(line.split()[2] for line in usages) == sorted(
         file.stem.rstrip("_").replace("_", "-") for file in files
     )
 

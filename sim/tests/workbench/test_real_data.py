@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import read_measurement_set
+from arctrue.workbench.diagnose.candidates import tried_products
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
@@ -161,4 +162,6 @@ def test_beside_the_worm_only_lines_of_its_gears_are_named(axis: Observations) -
     assert found.decision.cannot_tell is not None
     assert found.next_measurement is not None
     assert "graduation_harmonics" in found.untestable
-    assert not any(item.effect.orders for item in found.parts)  # type: ignore[attr-defined]
+    assert found.base is not None
+    products = tried_products(Residuals(found.base), 1)
+    assert not any(item.effect.orders for item in products)  # type: ignore[attr-defined]

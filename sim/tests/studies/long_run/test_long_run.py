@@ -25,6 +25,7 @@ DOCS = ROOT / "docs"
 SCENARIO = ROOT / "sim" / "scenarios" / "long_run.toml"
 COUNTS = 1 << 14
 TURNS = 30
+STRATEGIES = ("single", "model")
 
 
 @pytest.fixture(scope="module")
@@ -50,13 +51,16 @@ def test_recalibration_and_model_follow_what_held_coefficients_do_not(
     order, *_ = found["model"]["orders"]
     assert order["order"] == 1
     assert order["slope_arcsec_per_k"] == pytest.approx(per_k, abs=4 * order["u_arcsec_per_k"])
-    held, single, model = (found["strategies"][name] for name in ("held", "single", "model"))
+    held, single = (found["strategies"][name] for name in ("held", "single"))
     # Warmed by up to 5.4 K, an order of 7.6″/K: held, its RMS is 29″ at the end.
     last = per_k * (25.4 - found["temperature_c"][0]) / np.sqrt(2)
     assert held["left_arcsec"][-1] == pytest.approx(last, rel=0.15)
     # A turn behind, in the steepest part of a course that is 33 times as fast, and its noise.
     assert single["rms_arcsec"] < 0.4 * held["rms_arcsec"]
-    assert model["rms_arcsec"] < single["rms_arcsec"] / np.sqrt(2)
+    # Medians: heat that is 33 times as fast may put the weak order 11 into a turn by chance, which
+    # then stays for the few turns that are left (docs/long-run.md: 4 of 1,000 turns).
+    typical = {name: np.median(found["strategies"][name]["left_arcsec"][2:]) for name in STRATEGIES}
+    assert typical["model"] < typical["single"] / np.sqrt(2)
 
 
 def test_the_page_of_a_run_is_that_of_its_json(found: dict[str, Any]) -> None:
