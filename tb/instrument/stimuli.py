@@ -225,6 +225,7 @@ def sampler(random: np.random.Generator) -> Stimulus:
         "release_bank": pulses(random, 0.02, clocks),
         "read_enable": pulses(random, 0.3, clocks),
         "read_address": random.integers(0, 2 * DEPTH, clocks).tolist(),
+        "zero_moved1": (np.cumsum(pulses(random, 0.005, clocks)) % 2).tolist(),
     }
 
 

@@ -176,7 +176,7 @@ def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-APPENDED = {"instrument/build.py", "studies/demo/run.py", "studies/campaign/store.py"}
+APPENDED = {"instrument/build.py", "netlist.py", "studies/demo/run.py", "studies/campaign/store.py"}
 """Logs of other programs, the lock of a build, results line by line: they grow while those run."""
 
 
