@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.fourier import fourier
 from arctrue.calibration.least_squares import least_squares
@@ -21,7 +22,6 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.studies.paper.appendix import cosine_bound
 from arctrue.table import HEAD_SEPARATION_RAD, DiscEccentricity, RotaryTable, TableState, two_heads
-from arctrue.units import RAD_PER_ARCSEC, arcsec_per_count
 from scripts.bench_rows import Row, add_option, give_out
 
 Float = NDArray[np.float64]

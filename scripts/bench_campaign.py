@@ -21,11 +21,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.plan import TIERS, TierPlan
 from arctrue.studies.campaign import Campaign, Task, read_results
 from arctrue.studies.campaign.task import find_work
 from arctrue.studies.monte_carlo.plan import TrialPlan as MonteCarlo
-from arctrue.whole_file import write_whole_text
 from scripts.bench_rows import Row, add_option, give_out
 
 PAGE = Path("docs/campaigns.md")

@@ -22,8 +22,8 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from arctrue.typed_content import read_json
-from arctrue.whole_file import write_whole_text
+from arctrue.base.typed_content import read_json
+from arctrue.base.whole_file import write_whole_text
 from scripts.bench_rows import Row, read_rows, table
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from arctrue.typed_content import read_json
-from arctrue.whole_file import write_whole_text
+from arctrue.base.typed_content import read_json
+from arctrue.base.whole_file import write_whole_text
 
 HEADINGS = ("", "Unit", "Median", "Quartiles", "Least to most", "Runs", "Beside: peer or limit")
 

@@ -22,6 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
+from arctrue.base.whole_file import write_whole_text
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.studies.simulate.experiment import (
     SLOW_RAD_S,
@@ -33,8 +35,6 @@ from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulat
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, Conditions
 from arctrue.table.registry import REGISTRY
 from arctrue.table.rotary_table import RotaryTable
-from arctrue.units import ARCSEC_PER_RAD
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted

@@ -1,4 +1,4 @@
-"""Maps a Verilog netlist to cells of the 7 series (Yosys); the netlist is arctrue.netlist's."""
+"""Maps a Verilog netlist to cells of the 7 series (Yosys); arctrue.base.netlist writes it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from arctrue.netlist import SOURCE_FOLDERS, ToolError, find_ghdl, sources_of, write_netlist
-from arctrue.source_tree import ROOT
+from arctrue.base.netlist import SOURCE_FOLDERS, ToolError, find_ghdl, sources_of, write_netlist
+from arctrue.base.source_tree import ROOT
 from scripts.carry_inputs import split_shared_inputs
 
 __all__ = [

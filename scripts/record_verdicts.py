@@ -24,7 +24,7 @@ from sim.tests.workbench.recorded_verdicts import (
     verdict_of,
 )
 
-from arctrue.whole_file import write_whole_text
+from arctrue.base.whole_file import write_whole_text
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

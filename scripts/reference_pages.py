@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 
 import click
 
-from arctrue.typed_content import bound_words
+from arctrue.base.typed_content import bound_words
 
 COMMANDS_HEAD = """# Commands
 

@@ -162,7 +162,7 @@ install_package() {
     say "ready"
 }
 
-# Netlists need GHDL 5 or newer (sim/arctrue/netlist.py says why); without it all works but the virtual
+# Netlists need GHDL 5 or newer (sim/arctrue/base/netlist.py says why); without it all works but the virtual
 # instrument and its tests.
 install_netlist_ghdl() {
     local ghdl

@@ -16,11 +16,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import run_hidden
 from arctrue.studies.hidden_effect.follow import BY_FIRMWARE, HELD, follow_warming
 from arctrue.studies.hidden_effect.settings import HiddenSettings
-from arctrue.whole_file import write_whole_text
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 STORED: Final = ROOT / "docs" / "data" / "warming.json"

@@ -93,7 +93,7 @@ class Pictures:
 
     def save(self, folder: Path | str) -> list[Path]:
         """Write them to ``folder``."""
-        from arctrue.whole_file import whole_file
+        from arctrue.base.whole_file import whole_file
 
         paths = [Path(folder) / name for name in self.images]
         for path in paths:

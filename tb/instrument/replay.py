@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.netlist import sources_of, write_netlist
 from arctrue.instrument.build import (
     CXX_DEFINES,
     ROOT,
@@ -27,7 +28,6 @@ from arctrue.instrument.build import (
     verilate,
     verilator_include,
 )
-from arctrue.netlist import sources_of, write_netlist
 from tb.support.flat_ports import flat_name
 
 BUILT = ROOT / "build" / "instrument" / "equal"

@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC
 from arctrue.gateware.coefficients import AMPLITUDE_LIMIT_COUNTS, STEEPEST, Coefficients
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 
 def of_comparison(comparison: ReferenceComparison | None) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count, rad_per_count
 from arctrue.calibration import acceptance
 from arctrue.calibration.capture_check import CaptureRefusedError, WholeTurns, whole_turns
 from arctrue.calibration.combine import LEAST_LINE_ARCSEC
@@ -27,7 +28,6 @@ from arctrue.calibration.separation_by_harmonics import separation_by_harmonics
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.measurement.measurement_set import Capture, MeasurementSet
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count, rad_per_count
 
 Method = Literal["fourier", "least_squares"]
 APART_U = 4.0

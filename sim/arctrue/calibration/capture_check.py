@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.percent import percent
+from arctrue.base.runs import run_spans
 from arctrue.measurement.measurement_set import Capture
-from arctrue.percent import percent
-from arctrue.runs import run_spans
 
 Reason = Literal[
     "empty",

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration import head_separation
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.estimate import Estimate, RunFit
 from arctrue.calibration.noise import ResidualSpectrum
 from arctrue.calibration.transfer_function import noise_gain, separation_slope
-from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 

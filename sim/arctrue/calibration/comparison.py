@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.compensation_pipeline import compensate
 from arctrue.measurement.measurement_set import Reference
-from arctrue.units import arcsec_per_count
 
 Float = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN, arcsec_per_count
 from arctrue.calibration import head_separation
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.combine import combined_estimate, noise_by_run
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.transfer_function import noise_gain, transfer_function
-from arctrue.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN, arcsec_per_count
 
 Float = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.units import RAD_PER_ARCSEC
+from arctrue.base.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

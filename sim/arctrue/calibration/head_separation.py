@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
 
 Choice = Literal["measured", "nominal", "harmonics"]
 """``measured``: by the index marks; ``harmonics``: by the reference, see separation_by_harmonics.

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.calibration import head_separation
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.combine import combined_estimate
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.harmonics import powers, unit_vectors
 from arctrue.calibration.transfer_function import noise_gain
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 Float = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from arctrue.base.whole_file import whole_file
 from arctrue.calibration.calibration import Calibration
 from arctrue.calibration.comparison import ReferenceComparison, extent
 from arctrue.calibration.selection import significance_factor
-from arctrue.whole_file import whole_file
 
 _BEFORE, _AFTER, _QUIET = "#b5482a", "#1f6f8b", "#8a8a8a"
 _EIGHTHS_DEG = range(0, 361, 45)

@@ -12,13 +12,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.comparison import reading_counts
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.harmonics import powers, unit_vectors
 from arctrue.calibration.head_separation import BELIEVABLE_ARCSEC, Separation
 from arctrue.calibration.transfer_function import separation_slope
 from arctrue.measurement.measurement_set import Reference
-from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 

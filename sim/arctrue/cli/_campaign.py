@@ -13,9 +13,9 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from arctrue.base.printable import time_left
 from arctrue.cli._progress import SECONDS_BETWEEN_LINES, progress_console
 from arctrue.cli._terminal import note, tell_error
-from arctrue.printable import time_left
 from arctrue.studies.campaign import CampaignError, Interrupted, Speed
 
 EXIT_INTERRUPTED = 130

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
+from arctrue.base.similar import did_you_mean
 from arctrue.cli._terminal import note, tell_error
-from arctrue.similar import did_you_mean
 
 EXIT_INTERRUPTED = 130
 """128 + SIGINT, as a shell counts it."""

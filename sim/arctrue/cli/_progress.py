@@ -7,8 +7,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from arctrue.base.printable import time_left
 from arctrue.cli._terminal import Console
-from arctrue.printable import time_left
 
 progress_console = Console(stderr=True)
 

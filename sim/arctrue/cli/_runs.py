@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.cli._figures import figure
 from arctrue.cli._tables import number, table
 from arctrue.cli._workbench import console
 from arctrue.measurement import Capture, MeasurementSet, Reference
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_TURN
 
 SHOWN_RUNS = 12
 

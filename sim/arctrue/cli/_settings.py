@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from arctrue.toml_file import TomlContentError, parse_toml
+from arctrue.base.toml_file import TomlContentError, parse_toml
 
 
 def settings_from(pairs: Iterable[str]) -> dict[str, object]:

@@ -16,7 +16,7 @@ from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from arctrue.printable import harmless
+from arctrue.base.printable import harmless
 
 
 class Console(rich.console.Console):

@@ -14,6 +14,9 @@ from typing import Any
 import click
 import numpy as np
 
+from arctrue.base.printable import one_line
+from arctrue.base.progress import SHOW_ROWS
+from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.head_separation import doubts
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option
@@ -21,10 +24,7 @@ from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import Console, note, tell_error, tell_warning
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
-from arctrue.printable import one_line
-from arctrue.progress import SHOW_ROWS
 from arctrue.report.numbers import plain
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import EffectFileError
 from arctrue.workbench.effects.registry import EffectNotFoundError, catalogue

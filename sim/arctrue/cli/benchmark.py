@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._group import Commands
 from arctrue.cli._numbers import SEED
@@ -34,7 +35,6 @@ from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
 from arctrue.studies.campaign.store import COMMIT, read_header
 from arctrue.studies.campaign.task import digest
 from arctrue.studies.simulate.truth import refuse_recorded, write_truth
-from arctrue.whole_file import write_whole_text
 
 Folder = click.Path(path_type=Path, file_okay=False)
 

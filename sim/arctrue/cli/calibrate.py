@@ -13,6 +13,8 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from arctrue.base.units import ARCSEC_PER_RAD
+from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration import calibration as calibration_module
 from arctrue.calibration.calibration import METHODS, Calibration, CalibrationSettings
 from arctrue.calibration.capture_check import CaptureRefusedError
@@ -28,8 +30,6 @@ from arctrue.cli._tables import number, table, words
 from arctrue.cli._terminal import Console, say, tell_error, tell_objection, tell_warning
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.measurement import MeasurementError, MeasurementSet, read_measurement_set
-from arctrue.units import ARCSEC_PER_RAD
-from arctrue.whole_file import write_whole_text
 
 NOT_WRITTEN = 1
 BAD_INPUT = 2

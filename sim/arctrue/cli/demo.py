@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.progress import ReportStep
+from arctrue.base.source_tree import ROOT, lack_of_source_tree
 from arctrue.cli._figures import figure
 from arctrue.cli._options import lanes_option
 from arctrue.cli._outputs import OutputFolder
@@ -15,10 +17,8 @@ from arctrue.cli._terminal import say, tell_error
 from arctrue.cli._workbench import console, for_people
 from arctrue.cli.hidden import print_result as print_hidden
 from arctrue.instrument import InstrumentError
-from arctrue.progress import ReportStep
 from arctrue.report.demo_page import write_demo_page
 from arctrue.report.second_act_page import write_second_act_page
-from arctrue.source_tree import ROOT, lack_of_source_tree
 from arctrue.studies.demo.acts import Beside
 from arctrue.studies.demo.judgement import RecordingError
 from arctrue.studies.demo.result import DemoResult

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from arctrue.base.typed_content import ContentError, read_json
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import SEED
 from arctrue.cli._options import json_option, page_option
@@ -17,7 +18,6 @@ from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json, write_page
 from arctrue.report.numbers import plain
 from arctrue.studies.error_budget import DRAWS
-from arctrue.typed_content import ContentError, read_json
 
 
 @click.command("error-sources", short_help="Budget of the calibration, source by source.")

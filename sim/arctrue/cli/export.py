@@ -8,6 +8,9 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.printable import one_line
+from arctrue.base.units import arcsec_per_count
+from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.acceptance import of_comparison
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import ReferenceComparison
@@ -32,9 +35,6 @@ from arctrue.gateware.thermal import TIME_CONSTANT_MOST_S
 from arctrue.generated.number_formats import THERMAL_RANGE_K
 from arctrue.metrology.controllers import FORMATS, TableFormat
 from arctrue.metrology.correction import Correction, reading_rad
-from arctrue.printable import one_line
-from arctrue.units import arcsec_per_count
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.export import export_model
 from arctrue.workbench.model.growth import fitted
 from arctrue.workbench.model.model import Model

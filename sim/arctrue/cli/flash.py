@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.percent import percent
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.flash import FlashRefusedError, write_image
-from arctrue.percent import percent
 
 REFUSED = 1
 NO_DEVICE = 2

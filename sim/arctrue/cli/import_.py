@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.printable import one_line
 from arctrue.cli._import_questions import Asker, Import
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
@@ -30,7 +31,6 @@ from arctrue.importing.choices import refuse
 from arctrue.importing.quantities import QUANTITIES, UNITS
 from arctrue.measurement import Origin, Table, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
-from arctrue.printable import one_line
 
 _UNITS = "; ".join(
     f"{kind}: {', '.join(units)}" for kind, units in UNITS.items() if kind != "whole"

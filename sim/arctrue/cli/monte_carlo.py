@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.calibration.calibration import METHODS
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._numbers import SEED
@@ -16,7 +17,6 @@ from arctrue.studies.campaign import read_results
 from arctrue.studies.campaign.store import read_header
 from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.studies.monte_carlo.score import scored
-from arctrue.whole_file import write_whole_text
 
 USUAL = TrialPlan(400, 1)
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from arctrue.base.typed_content import ContentError, read_json, typed
+from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._figures import figure
 from arctrue.cli._instrument import on_the_instrument
 from arctrue.cli._numbers import SEED
@@ -17,8 +19,6 @@ from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._tables import number, table, words
 from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.report.numbers import plain
-from arctrue.typed_content import ContentError, read_json, typed
-from arctrue.whole_file import write_whole_text
 
 FULL_INTERPOLATION = 1024
 COARSE_INTERPOLATION = 64

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._figures import figure
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFile
@@ -14,7 +15,6 @@ from arctrue.cli._tables import live_head, live_row
 from arctrue.cli._terminal import note, say, tell_error
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.probe import Latch, Probe, as_csv
-from arctrue.whole_file import write_whole_text
 
 NO_DEVICE = 2
 COLUMNS = (("edge", 6), ("time s", 14), ("position counts", 16), ("angle °", 12))

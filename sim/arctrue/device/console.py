@@ -13,10 +13,10 @@ from typing import Any
 import serial
 from msgspec import Struct
 
+from arctrue.base.typed_content import typed
 from arctrue.device.dump import DumpHead, read_head, read_row
 from arctrue.device.exclusive_port import keep_others_out, let_others_in, other_users
 from arctrue.measurement import MeasurementSet
-from arctrue.typed_content import typed
 
 BAUD = 115_200
 ATTEMPTS = 3

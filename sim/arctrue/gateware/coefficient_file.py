@@ -16,6 +16,10 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
+from arctrue.base.toml_file import read_toml
+from arctrue.base.typed_content import ContentError, Number, typed
+from arctrue.base.units import ARCSEC_PER_TURN
+from arctrue.base.whole_file import write_whole_text
 from arctrue.gateware.coefficients import (
     AMPLITUDE_LSB_COUNTS,
     ORDER_MAX,
@@ -25,10 +29,6 @@ from arctrue.gateware.coefficients import (
 )
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
-from arctrue.toml_file import read_toml
-from arctrue.typed_content import ContentError, Number, typed
-from arctrue.units import ARCSEC_PER_TURN
-from arctrue.whole_file import write_whole_text
 
 SCHEMA = 1
 THERMAL_SCHEMA = 2

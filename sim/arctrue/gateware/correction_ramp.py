@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.generated.number_formats import CLOCK_HZ, PAIR_FRACTION
-from arctrue.units import ARCSEC_PER_TURN
 
 RATE_MAX = 2**32 - 1
 ACCELERATION_MAX = 2**32 - 1

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.importing.choices import Ambiguous, Choices
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
 from arctrue.importing.columns import NONE, Mapped, map_columns, tell_unused
@@ -19,8 +21,6 @@ from arctrue.importing.motion import Pass, cycles, passes
 from arctrue.importing.row_order import in_order
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.measurement.wraps import same_turn, unwrapped_counts
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_TURN
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]

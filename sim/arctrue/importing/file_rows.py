@@ -9,12 +9,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.importing.choices import Choices
 from arctrue.importing.columns import Mapped, kind_of, numbers, seconds
 from arctrue.importing.file_content import FileContent
 from arctrue.importing.motion import without_jumps
 from arctrue.importing.quantities import UNITS
-from arctrue.units import ARCSEC_PER_TURN
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]

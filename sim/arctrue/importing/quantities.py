@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Literal
 
-from arctrue.units import ARCSEC_PER_TURN
+from arctrue.base.units import ARCSEC_PER_TURN
 
 Kind = Literal["angle", "time", "temperature", "whole"]
 

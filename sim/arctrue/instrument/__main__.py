@@ -6,10 +6,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from arctrue.base.source_tree import ROOT
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.instrument.build import build
 from arctrue.instrument.errors import InstrumentError
-from arctrue.source_tree import ROOT
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -18,12 +18,12 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+from arctrue.base.netlist import ToolError, find_ghdl, sources_of, write_netlist
+from arctrue.base.progress import ReportStep
+from arctrue.base.source_tree import ROOT, lack_of_source_tree
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, LANES_DEFAULT
 from arctrue.generated.registers import CAPTURE_ADDRESS
 from arctrue.instrument.errors import InstrumentError
-from arctrue.netlist import ToolError, find_ghdl, sources_of, write_netlist
-from arctrue.progress import ReportStep
-from arctrue.source_tree import ROOT, lack_of_source_tree
 
 NATIVE = Path(__file__).resolve().parent / "native"
 BUILT = ROOT / "build" / "instrument"

@@ -14,6 +14,8 @@ from typing import Any, Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.printable import time_left
+from arctrue.base.progress import ReportStep
 from arctrue.gateware.register_access import CaptureBank, CoefficientSet, RegisterMap, Snapshot
 from arctrue.generated.number_formats import CAPTURE_DEPTH_DEFAULT, CLOCK_HZ, LANES_DEFAULT
 from arctrue.instrument.build import build
@@ -22,8 +24,6 @@ from arctrue.instrument.errors import BusError, InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.library import NEED_PIECE, Disturbance, TrackView, load
 from arctrue.instrument.recording import EdgeTrack, Recording
-from arctrue.printable import time_left
-from arctrue.progress import ReportStep
 from arctrue.table import Motion, PinEvents, RotaryTable
 
 HEAD1_A, HEAD1_B, HEAD1_Z, HEAD2_A, HEAD2_B, HEAD2_Z = (1 << pin for pin in range(6))

@@ -8,9 +8,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.recording import EdgeTrack
-from arctrue.units import ARCSEC_PER_TURN
 
 BINS = 720
 """Half a degree."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.runs import run_spans
 from arctrue.measurement.measurement_set import Capture, MeasurementSet, Reference
-from arctrue.runs import run_spans
 
 FASTER = 3.0
 WARMER_K = 4.0

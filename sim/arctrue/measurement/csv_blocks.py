@@ -20,9 +20,9 @@ import pyarrow.compute as pc  # type: ignore[import-untyped]
 import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
+from arctrue.base.similar import similar
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import WHOLE_COLUMNS
-from arctrue.similar import similar
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
 BytesRead = Callable[[Path, int, int], None]

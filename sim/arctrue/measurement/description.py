@@ -8,6 +8,9 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct, field
 
+from arctrue.base.printable import one_line
+from arctrue.base.toml_file import TomlContentError, read_toml
+from arctrue.base.typed_content import ContentError, line_of_text, shown, typed, unknown_keys
 from arctrue.measurement.errors import MeasurementError
 from arctrue.measurement.measurement_set import (
     AnyNumber,
@@ -17,9 +20,6 @@ from arctrue.measurement.measurement_set import (
     Positive,
     Table,
 )
-from arctrue.printable import one_line
-from arctrue.toml_file import TomlContentError, read_toml
-from arctrue.typed_content import ContentError, line_of_text, shown, typed, unknown_keys
 
 FILE_NAME = "measurement.toml"
 

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from arctrue.typed_content import line_of_text
+from arctrue.base.typed_content import line_of_text
 
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_TURN
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN
 
 Integer = NDArray[np.int64]
 Float = NDArray[np.float64]

@@ -16,6 +16,7 @@ import pyarrow.csv as pa_csv  # type: ignore[import-untyped]
 import tomli_w
 from numpy.typing import NDArray
 
+from arctrue.base.whole_file import whole_file
 from arctrue.measurement.csv_blocks import LARGEST_NUMBER
 from arctrue.measurement.description import FILE_NAME, SECTIONS
 from arctrue.measurement.measurement_set import (
@@ -27,7 +28,6 @@ from arctrue.measurement.measurement_set import (
     MeasurementSet,
     Reference,
 )
-from arctrue.whole_file import whole_file
 
 _REFERENCE_ORDER = (
     "run",

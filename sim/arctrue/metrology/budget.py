@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.calibration.calibration import Calibration
 from arctrue.calibration.head_separation import (
     INDEX_REPEATABILITY_COUNTS,
@@ -22,7 +23,6 @@ from arctrue.calibration.head_separation import (
 from arctrue.calibration.noise import NEIGHBOURS
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.metrology.correction import Correction, reading_rad
-from arctrue.units import arcsec_per_count
 
 Float = NDArray[np.float64]
 

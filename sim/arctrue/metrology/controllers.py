@@ -14,8 +14,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.metrology.correction import Correction
-from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 

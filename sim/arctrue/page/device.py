@@ -7,10 +7,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.load import LoadRefusedError, send_coefficients, wait_until_judged
 from arctrue.gateware.coefficient_file import read_coefficient_file
-from arctrue.whole_file import write_whole_text
 
 _WAIT_S = 120.0
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from arctrue.base.printable import one_line
 from arctrue.measurement import MeasurementError
 from arctrue.measurement.description import FILE_NAME, read_description
 from arctrue.measurement.reader import data_file
-from arctrue.printable import one_line
 
 _DEPTH = 2
 MOST_SETS = 200

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.page.session import Session
-from arctrue.whole_file import write_whole_text
 
 AT_ONCE = 2
 """Processes; what comes later waits."""

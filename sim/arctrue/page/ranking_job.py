@@ -11,12 +11,12 @@ from pathlib import Path
 # Before numpy is imported: as the command line does, see arctrue.cli.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.page.jobs import PROGRESS
 from arctrue.page.looks import examine
 from arctrue.page.session import Session
 from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, ranked
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.effects.registry import catalogue
 
 _BETWEEN_S = 0.2

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 from waitress import create_server  # type: ignore[import-untyped]
 
+from arctrue.base.printable import one_line
+from arctrue.base.progress import ReportStep
 from arctrue.page.app import make_page
 from arctrue.page.settings import MEGABYTE, PageSettings
 from arctrue.page.start_pages import open_set_of
-from arctrue.printable import one_line
-from arctrue.progress import ReportStep
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _THREADS = 8

@@ -11,9 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from arctrue.base.typed_content import read_json
+from arctrue.base.whole_file import write_whole_text
 from arctrue.report.ranking import Ranking
-from arctrue.typed_content import read_json
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.model import Model
 from arctrue.workbench.model.model_file import read_model, write_model
 

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
 
+from arctrue.base.printable import one_line
 from arctrue.importing import (
     Ambiguous,
     AmbiguousError,
@@ -24,7 +25,6 @@ from arctrue.importing import (
 )
 from arctrue.measurement import Origin, Table, read_measurement_set, write_measurement_set
 from arctrue.measurement.description import FILE_NAME
-from arctrue.printable import one_line
 
 MOST_FILES = 16
 _LONGEST = 80

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.report.picture_file import save_picture
 from arctrue.report.svg import BEFORE, house_style
 from arctrue.studies.head_angle.maps import gain_map, sensitivity_map
-from arctrue.units import RAD_PER_ARCSEC
 
 PICTURE = "alpha_maps.png"
 _ALPHA_STEP_DEG = 0.25

@@ -7,12 +7,12 @@ from pathlib import Path
 from jinja2 import Environment
 from markupsafe import Markup
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.report.charts.error_before_after import error_before_after
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.orders_before_after import orders_before_after
 from arctrue.report.html_templates import html_environment
 from arctrue.studies.demo.result import DemoResult
-from arctrue.whole_file import write_whole_text
 
 
 def page_templates() -> Environment:

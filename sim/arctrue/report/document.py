@@ -11,10 +11,10 @@ from markupsafe import Markup
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 
-from arctrue.printable import one_line
+from arctrue.base.printable import one_line
+from arctrue.base.whole_file import whole_file, write_whole_text
 from arctrue.report.html_templates import html_environment
 from arctrue.report.svg import to_svg
-from arctrue.whole_file import whole_file, write_whole_text
 
 _A4_INCHES = (8.27, 11.69)
 _MARGIN = 0.06

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from arctrue.percent import percent
+from arctrue.base.percent import percent
 from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_x
 from arctrue.report.picture_file import save_picture

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import arcsec_per_count
 from arctrue.measurement import MeasurementSet
 from arctrue.report.png import COLOURS, plain_axes, png_figure, save_png
-from arctrue.runs import run_spans
-from arctrue.units import arcsec_per_count
 
 NAME = "first_plot.png"
 MOST_POINTS = 20_000

@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from arctrue.percent import percent
+from arctrue.base.percent import percent
+from arctrue.base.units import arcsec_per_count
+from arctrue.base.whole_file import whole_file
 from arctrue.report.legend_below import legend_below
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.numbers import decimal
 from arctrue.report.svg import AFTER, BEFORE, INK, LIMIT, MUTED, house_style
-from arctrue.units import arcsec_per_count
-from arctrue.whole_file import whole_file
 
 PICTURE = "long_run.svg"
 SAID = {

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.measurement.digest import set_digest
 from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
@@ -17,7 +18,6 @@ from arctrue.report.html_templates import html_environment
 from arctrue.report.ranking import Ranking
 from arctrue.report.story import story
 from arctrue.report.view import FIGURES, View, chart_of, ranked_conditions
-from arctrue.whole_file import write_whole_text
 
 PAGE = "report.html"
 

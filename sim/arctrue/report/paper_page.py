@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.generated.number_formats import LANES_DEFAULT
 from arctrue.report.paper_drawings import DRAWINGS, drawing_name
 from arctrue.report.paper_figures import figure_11_name
-from arctrue.units import arcsec_per_count
 
 FULL, COARSE = 1024, 64
 """Interpolation of the paper, and of the quick run."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from arctrue.whole_file import whole_file
+from arctrue.base.whole_file import whole_file
 
 
 def save_picture(figure: Figure, path: Path, *, dots_per_inch: int = 150) -> Path:

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
+from arctrue.base.progress import ReportStep
 from arctrue.calibration.calibration import objections
 from arctrue.calibration.comparison import compare as compare_with_reference
 from arctrue.gateware.coefficient_file import coefficient_file_text
 from arctrue.generated.number_formats import LANES_DEFAULT
-from arctrue.progress import ReportStep
 from arctrue.report.examined import Examined
 from arctrue.report.finding import Finding, Shown, finding_of
 from arctrue.workbench.compare.comparison import compare

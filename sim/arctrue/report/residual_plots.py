@@ -11,7 +11,7 @@ from matplotlib.figure import SubFigure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from arctrue.percent import percent
+from arctrue.base.percent import percent
 from arctrue.report.charts.branches import branches
 from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.report.charts.spectrum import all_spectra

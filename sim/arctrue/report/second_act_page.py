@@ -6,12 +6,12 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.report.charts.hidden_charts import signal_period, three_curves
 from arctrue.report.charts.ladder import ladder
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.demo_page import page_templates
 from arctrue.studies.demo.second_act import SecondAct
-from arctrue.whole_file import write_whole_text
 from arctrue.workbench.model.noise_floor import with_one_floor
 
 

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.percent import percent, probability_percent
+from arctrue.base.percent import percent, probability_percent
+from arctrue.base.runs import run_spans
 from arctrue.report.charts.chart import URAD_PER_ARCSEC
 from arctrue.report.examined import Examined
 from arctrue.report.ranking import Ranking
 from arctrue.report.view import View, ranked_conditions
-from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.model.noise_floor import with_one_floor

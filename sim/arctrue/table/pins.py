@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.whole_file import whole_file
 from arctrue.table.edges import CountEdges
-from arctrue.whole_file import whole_file
 
 PIN_A, PIN_B, PIN_Z = 1, 2, 4
 PINS_A_HEAD = 3

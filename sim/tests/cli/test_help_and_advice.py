@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from sim.tests.workbench.small_sets import measurement_set
 
 import arctrue.cli
+from arctrue.base.similar import did_you_mean, similar
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
-from arctrue.similar import did_you_mean, similar
 from arctrue.workbench.effects.registry import ORDER
 
 FOLDER = Path(arctrue.cli.__path__[0])

@@ -6,10 +6,10 @@ import math
 
 import pytest
 
+from arctrue.base.printable import time_left
 from arctrue.cli import _progress
 from arctrue.cli._progress import Progress
 from arctrue.instrument.instrument import RunProgress
-from arctrue.printable import time_left
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ from rich.table import Table
 from sim.tests.workbench.small_sets import measurement_set
 
 import arctrue.cli
+from arctrue.base.printable import harmless, is_printable, one_line
 from arctrue.cli import main
 from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
-from arctrue.printable import harmless, is_printable, one_line
 from arctrue.report.png import png_figure, save_png
 
 CLEAR = "\x1b[2J"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.importing import (
     AmbiguousError,
     Choices,
@@ -18,7 +19,6 @@ from arctrue.importing import (
 )
 from arctrue.importing.file_content import FileContent
 from arctrue.measurement import MeasurementError, Reference
-from arctrue.units import ARCSEC_PER_TURN
 
 HEADER = (
     "Frame,Time,mount,dx,dy,RARawDistance,DECRawDistance,RAGuideDistance,DECGuideDistance,"

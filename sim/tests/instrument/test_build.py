@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from sim.tests.instrument.sizes import DEPTH, LANES
 
+from arctrue.base.source_tree import ROOT
 from arctrue.instrument import InstrumentError, build
 from arctrue.instrument.build import building, compile_all, digest
-from arctrue.source_tree import ROOT
 
 
 def test_missing_tools_are_named_at_once(tmp_path: Path) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from arctrue.base.toml_file import DEEPEST, TomlContentError, parse_toml
 from arctrue.cli._settings import settings_from
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.measurement import MeasurementError, read_measurement_set
 from arctrue.studies.scenario.reader import ScenarioError, read_scenario
-from arctrue.toml_file import DEEPEST, TomlContentError, parse_toml
 from arctrue.workbench.model.model_file import ModelFileError, read_model
 
 DESCRIPTION = """schema = 1

@@ -10,6 +10,7 @@ from typing import get_type_hints
 import numpy as np
 import pytest
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.calibration import calibrate
 from arctrue.measurement import read_measurement_set
 from arctrue.measurement.description import SECTIONS, CaptureKeys, Keys, ReferenceKeys
@@ -21,7 +22,6 @@ from arctrue.measurement.measurement_set import (
     Origin,
     Table,
 )
-from arctrue.units import ARCSEC_PER_RAD
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "measurement-set.md"
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import Meta, Struct, field
 
-from arctrue.typed_content import (
+from arctrue.base.typed_content import (
     ContentError,
     Number,
     Positive,

@@ -7,7 +7,7 @@ import tomllib
 from itertools import chain, pairwise
 from pathlib import Path
 
-from arctrue.source_tree import ROOT
+from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
 # Packages whose parts have rows of their own.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from arctrue.source_tree import ROOT
+from arctrue.base.source_tree import ROOT
 
 # More than a pipe holds: who reads only the first line of it must not take that for a failure.
 TALKATIVE = """#!/bin/sh

@@ -9,7 +9,7 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
-from arctrue.source_tree import ROOT
+from arctrue.base.source_tree import ROOT
 
 
 def check_firmware(path: str, *options: str) -> subprocess.CompletedProcess[str]:

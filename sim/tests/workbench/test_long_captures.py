@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner
 from sim.tests.workbench.small_sets import RUNS, SAMPLES_A_TURN, measurement_set, paper_error
 
+from arctrue.base.progress import SHOW_ROWS
 from arctrue.cli import _progress, main
 from arctrue.measurement import MeasurementSet, write_measurement_set
-from arctrue.progress import SHOW_ROWS
 from arctrue.workbench.diagnose.data_faults import data_faults
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.effects.registry import built_in

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.units import RAD_PER_ARCSEC
+from arctrue.base.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.floating[Any]]
 Angle = Literal["arcsec", "urad"]

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from arctrue.base.whole_file import whole_file
 from arctrue.report.charts.chart import (
     SYMBOLS,
     Axis,
@@ -27,7 +28,6 @@ from arctrue.report.charts.chart import (
 from arctrue.report.charts.tick_names import tick_lines, tick_names
 from arctrue.report.log_scale import set_log_x, set_log_y
 from arctrue.report.svg import GRID, INK, MUTED, house_style, to_svg
-from arctrue.whole_file import whole_file
 
 _STYLE_IS_GLOBAL = threading.RLock()
 """matplotlib's settings belong to the process; the page draws in several threads."""

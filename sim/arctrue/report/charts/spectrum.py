@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.percent import percent
+from arctrue.base.percent import percent
 from arctrue.report.charts.chart import (
     ARCSEC,
     CHANNEL_COLOUR,

@@ -10,9 +10,10 @@ from typing import Any, Literal
 
 from msgspec import Struct
 
+from arctrue.base.printable import one_line
+from arctrue.base.progress import ReportStep
+from arctrue.base.typed_content import ContentError, NotNegative, read_json, typed, unknown_keys
 from arctrue.measurement import write_measurement_set
-from arctrue.printable import one_line
-from arctrue.progress import ReportStep
 from arctrue.studies.benchmark.digests import folder_digest, set_name
 from arctrue.studies.benchmark.frozen import differing, is_public
 from arctrue.studies.benchmark.outcome import Judged
@@ -23,7 +24,6 @@ from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.campaign import Result, read_results
 from arctrue.studies.campaign.code_state import LIBRARIES
 from arctrue.studies.campaign.store import HEADER, read_header
-from arctrue.typed_content import ContentError, NotNegative, read_json, typed, unknown_keys
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "cannot_tell", "bad_data", "error"]
 """What an answer may say; ``error`` where there is none."""

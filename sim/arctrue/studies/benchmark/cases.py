@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.campaign.task import Task
-from arctrue.whole_file import write_whole_text
 
 FILE = Path(__file__).with_name("cases.json")
 OF_A_SET = ("world", "content", "seed", "samples")

@@ -7,12 +7,12 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from arctrue.base.whole_file import write_whole_text
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.digests import folder_digest
 from arctrue.studies.benchmark.plan import TIERS, TierPlan
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.campaign import Task
-from arctrue.whole_file import write_whole_text
 
 TIER = "public"
 FILE = Path(__file__).with_name("public_sets.json")

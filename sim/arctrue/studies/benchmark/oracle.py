@@ -18,11 +18,11 @@ from scipy.linalg import cho_solve_banded, cholesky_banded, lstsq
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import MeasurementSet
 from arctrue.studies.simulate.measured_table import TrueNoise
 from arctrue.table.noise import Noise
 from arctrue.table.registry import REGISTRY
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

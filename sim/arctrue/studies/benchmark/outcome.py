@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.studies.benchmark.oracle import Sight, visible
-from arctrue.units import arcsec_per_count
 
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)

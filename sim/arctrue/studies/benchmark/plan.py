@@ -8,13 +8,13 @@ import secrets
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.base.typed_content import ContentError, read_json
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.cases import case_tasks, kept_cases
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.tasks import set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
 from arctrue.studies.campaign import Campaign, Sources, Task
-from arctrue.typed_content import ContentError, read_json
-from arctrue.whole_file import write_whole_text
 
 PACKAGE = Path(__file__).resolve().parents[2]
 GENERATOR = (

@@ -10,9 +10,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from arctrue.base.typed_content import ContentError, read_json, typed_json
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.campaign.task import Task, canonical, task_key
-from arctrue.typed_content import ContentError, read_json, typed_json
-from arctrue.whole_file import write_whole_text
 
 HEADER = "campaign.json"
 COMMIT = "commit"

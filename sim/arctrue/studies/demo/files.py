@@ -6,8 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from arctrue.typed_content import read_json
-from arctrue.whole_file import write_whole_text
+from arctrue.base.typed_content import read_json
+from arctrue.base.whole_file import write_whole_text
 
 
 @dataclass(frozen=True, slots=True)

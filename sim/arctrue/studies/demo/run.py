@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from arctrue.base.printable import time_left
+from arctrue.base.progress import ReportStep
+from arctrue.base.source_tree import ROOT
+from arctrue.base.typed_content import read_json
 from arctrue.instrument.turn_score import MOST_ORDER, TurnScore
-from arctrue.printable import time_left
-from arctrue.progress import ReportStep
-from arctrue.source_tree import ROOT
 from arctrue.studies.demo.bench_stage import BenchStage
 from arctrue.studies.demo.files import DemoFiles, ProcessorRun
 from arctrue.studies.demo.judgement import (
@@ -30,7 +31,6 @@ from arctrue.studies.demo.settings import DemoSettings
 from arctrue.studies.demo.source_tree import DemoError, check_source_tree, child_environment
 from arctrue.studies.demo.telemetry import ToldTurn, console_faults, told_turns
 from arctrue.table import PinEvents
-from arctrue.typed_content import read_json
 
 # Table 1 of the paper, clocks.
 PAPER_LATENCY_CLOCKS = {

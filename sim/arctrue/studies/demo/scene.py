@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.studies.demo.settings import DemoSettings
 from arctrue.table import (
     HEAD_SEPARATION_RAD,
@@ -19,7 +20,6 @@ from arctrue.table import (
     count_edges,
     two_heads,
 )
-from arctrue.units import RAD_PER_ARCSEC
 
 # The error before compensation in the paper spans −150.0″ to 137.9″ (section 4): an eccentricity
 # of 37.7 µm is 144″ at a radius of 53.975 mm, and a second order of 6″ shifts both ends by −6″.

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from arctrue.progress import ReportStep
+from arctrue.base.progress import ReportStep
+from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.hidden_effect.cases import CASES
 from arctrue.studies.hidden_effect.experiment import HiddenResult, run_hidden
 from arctrue.studies.hidden_effect.settings import HiddenSettings
-from arctrue.whole_file import write_whole_text
 
 HIDDEN = "subdivision_error"
 LEFT_SHARE = 0.1

@@ -6,10 +6,10 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from arctrue.base.typed_content import read_json
+from arctrue.base.units import arcsec_per_count
+from arctrue.base.whole_file import write_whole_text
 from arctrue.gateware.correction_ramp import ramp_arcsec_s
-from arctrue.typed_content import read_json
-from arctrue.units import arcsec_per_count
-from arctrue.whole_file import write_whole_text
 
 
 @dataclass(frozen=True, slots=True)

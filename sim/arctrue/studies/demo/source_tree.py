@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from arctrue.source_tree import ROOT, lack_of_source_tree
+from arctrue.base.source_tree import ROOT, lack_of_source_tree
 
 
 class DemoError(RuntimeError):

@@ -8,8 +8,8 @@ from typing import Literal
 
 from msgspec import Struct
 
+from arctrue.base.typed_content import typed
 from arctrue.studies.demo.files import ConsoleLine
-from arctrue.typed_content import typed
 
 _COUNTERS = (
     *(f"head{head}_{what}" for head in (1, 2) for what in ("index_errors", "illegals")),

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.estimate import Estimate
 from arctrue.calibration.fourier import fourier
@@ -44,7 +45,6 @@ from arctrue.table import (
     two_heads,
 )
 from arctrue.table.causes.signal_distortion import SignalDistortion
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
 Float = NDArray[np.float64]
 Method = Literal["least_squares", "paper"]

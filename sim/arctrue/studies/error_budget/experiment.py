@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.calibration.least_squares import least_squares
 from arctrue.metrology.budget import COVERAGE, Budget, Contribution
 from arctrue.studies.methods.polygon_closure import Closure, closure, spread_shifts
@@ -22,7 +23,6 @@ from arctrue.studies.methods.two_heads_dft import SEPARATION_RAD, captured
 from arctrue.studies.methods.world import BLIND_ORDER, MethodsSettings, World
 from arctrue.studies.paper.budget import mounting_eccentricity_rad, tower_difference_rad
 from arctrue.studies.paper.published import PUBLISHED
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 Float = NDArray[np.float64]
 

@@ -8,8 +8,9 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.progress import ReportStep
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.calibration.transfer_function import noise_gain, separation_slope
-from arctrue.progress import ReportStep
 from arctrue.studies.error_budget import DRAWS
 from arctrue.studies.error_budget.chain import (
     CENTRE_M_PER_K,
@@ -27,7 +28,6 @@ from arctrue.studies.error_budget.chain import (
     run_chain,
 )
 from arctrue.table import DISC_RADIUS_M, HEAD_SEPARATION_RAD
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.gateware.harmonic_lane import lane_cosine
 from arctrue.generated.number_formats import PHASE_WIDTH
 from arctrue.studies.head_angle.maps import Disc
-from arctrue.units import arcsec_per_count
 
 Float = NDArray[np.float64]
 

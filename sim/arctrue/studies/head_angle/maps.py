@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.head_separation import U_NOMINAL_RAD
 from arctrue.calibration.transfer_function import noise_gain
 from arctrue.studies.revolution import GRADUATION_ARCSEC, GRADUATION_ORDERS
-from arctrue.units import RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

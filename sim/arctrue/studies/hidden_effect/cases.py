@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.studies.hidden_effect.settings import HiddenSettings
 from arctrue.table.cause import Cause
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
@@ -14,7 +15,6 @@ from arctrue.table.causes.signal_distortion import SignalDistortion
 from arctrue.table.causes.thermal_centre import ThermalCentre
 from arctrue.table.causes.warm_lobes import WarmLobes
 from arctrue.table.conditions import USUAL_TEMPERATURE_C
-from arctrue.units import RAD_PER_ARCSEC
 
 Build = Callable[[HiddenSettings], list[Cause]]
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.progress import ReportStep
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, Recording, RunProgress
 from arctrue.instrument.turn_score import TurnScore, score_turn
 from arctrue.measurement import Reference
-from arctrue.progress import ReportStep
 from arctrue.studies.hidden_effect.cases import Case, RunPlan
 from arctrue.studies.hidden_effect.drive import over_stations, turning
 from arctrue.studies.hidden_effect.measured import seal, write_set

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.instrument import EdgeTrack, InstrumentError, Recording
 from arctrue.measurement import Reference
 from arctrue.studies.hidden_effect.drive import TURN_RAD
 from arctrue.table import Motion
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

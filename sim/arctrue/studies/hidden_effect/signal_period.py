@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.instrument import EdgeTrack
-from arctrue.units import ARCSEC_PER_TURN
 
 Float = NDArray[np.float64]
 

@@ -11,14 +11,14 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
+from arctrue.base.progress import ReportStep
+from arctrue.base.units import arcsec_per_count
 from arctrue.instrument import RunProgress
 from arctrue.metrology.allan import overlapping_allan_deviation
 from arctrue.metrology.trend import TrendWatch
-from arctrue.progress import ReportStep
 from arctrue.studies.long_run.learned_model import LearnedOrder, as_coefficients, learn, told_orders
 from arctrue.studies.long_run.truth import Truth
 from arctrue.studies.scenario import Scenario, ScenarioResult, run_scenario
-from arctrue.units import arcsec_per_count
 
 Float = NDArray[np.float64]
 

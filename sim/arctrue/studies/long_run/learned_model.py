@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
-from arctrue.units import arcsec_per_count
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,8 +8,8 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, arcsec_per_count
 from arctrue.studies.scenario import Scenario, ScenarioTurn
-from arctrue.units import ARCSEC_PER_RAD, arcsec_per_count
 
 Float = NDArray[np.float64]
 

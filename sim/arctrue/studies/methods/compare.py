@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.progress import ReportStep
 from arctrue.instrument.turn_score import TurnScore
-from arctrue.progress import ReportStep
 from arctrue.studies.methods.equal_division import equal_division
 from arctrue.studies.methods.free_spin import FREE_SPIN
 from arctrue.studies.methods.head_places import (

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.normal_equations import NormalEquations
 from arctrue.studies.methods.world import TURN_RAD, Correction, World
-from arctrue.units import ARCSEC_PER_RAD
 
 
 def _run(world: World, heads: int) -> Correction:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.normal_equations import NormalEquations
 from arctrue.studies.methods.world import TURN_RAD, World
 from arctrue.table import TableState
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.calibration.harmonics import powers
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.normal_equations import NormalEquations
 from arctrue.studies.methods.world import BLIND_ORDER, Correction, World
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]

@@ -12,9 +12,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.methods.method import Method, of_harmonics
 from arctrue.studies.methods.world import Correction, World
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

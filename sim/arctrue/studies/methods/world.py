@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.instrument.turn_score import TurnScore
 from arctrue.studies.paper.published import PUBLISHED
 from arctrue.studies.revolution import (
@@ -30,7 +31,6 @@ from arctrue.table import (
 )
 from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.instruments import Autocollimator, Polygon
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC
 
 Float = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration import CalibrationSettings, CaptureRefusedError, calibrate
 from arctrue.calibration.estimate import Estimate
 from arctrue.gateware.coefficients import Coefficients
@@ -33,7 +34,6 @@ from arctrue.table.causes.radial_motion import RadialMotion
 from arctrue.table.causes.swinging_speed import SwingingSpeed
 from arctrue.table.causes.thermal_centre import ThermalCentre
 from arctrue.table.conditions import USUAL_TEMPERATURE_C, conditions_of
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
 Float = NDArray[np.float64]
 

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_DEG, ARCSEC_PER_RAD, ARCSEC_PER_TURN, arcsec_per_count
 from arctrue.calibration.harmonics import as_function_of_reading, error_arcsec
 from arctrue.calibration.selection import significance_factor
 from arctrue.calibration.transfer_function import noise_gain, transfer_function
@@ -41,7 +42,6 @@ from arctrue.table import (
     TableState,
     two_heads,
 )
-from arctrue.units import ARCSEC_PER_DEG, ARCSEC_PER_RAD, ARCSEC_PER_TURN, arcsec_per_count
 
 Float = NDArray[np.float64]
 

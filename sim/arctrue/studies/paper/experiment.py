@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.progress import ReportStep
 from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import EdgeTrack
-from arctrue.progress import ReportStep
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.studies.paper.published import PUBLISHED, Published
 from arctrue.studies.paper.station_error import StationErrors, residual_orders, station_errors

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.paper.budget import UncertaintyBudget
 from arctrue.table.instruments import Autocollimator, Polygon, polygon
-from arctrue.units import ARCSEC_PER_RAD
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.paper.budget import (
     UncertaintyBudget,
     bessel_deviation,
@@ -14,7 +15,6 @@ from arctrue.studies.paper.budget import (
     tower_difference_rad,
 )
 from arctrue.studies.paper.published import Published
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.progress import ReportStep
 from arctrue.instrument.errors import InstrumentError
 from arctrue.instrument.firmware import Firmware
 from arctrue.instrument.instrument import Instrument, RunProgress
 from arctrue.instrument.recording import Recording
 from arctrue.instrument.turn_score import FINE_BINS, TurnScore, score_turn
-from arctrue.progress import ReportStep
 from arctrue.studies.revolution.settings import (
     GRADUATION_ARCSEC,
     PAPER_AFTER_ARCSEC,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.gateware.correction_ramp import ACCELERATION_MAX, ramp_arcsec_s, ramp_arcsec_s2
 from arctrue.generated.number_formats import CLOCK_HZ, LANES_DEFAULT
 from arctrue.generated.registers import REGISTERS
@@ -20,7 +21,6 @@ from arctrue.table import (
     RotaryTable,
     two_heads,
 )
-from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 
 TURN_RAD = 2 * np.pi
 

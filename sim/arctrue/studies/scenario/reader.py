@@ -9,6 +9,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field, structs
 
+from arctrue.base.similar import similar
+from arctrue.base.toml_file import TomlContentError, read_toml
+from arctrue.base.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
 from arctrue.gateware.coefficient_file import CoefficientFileError, read_coefficient_file
 from arctrue.instrument.instrument import (
     HEAD1_A,
@@ -18,7 +21,6 @@ from arctrue.instrument.instrument import (
     HEAD2_B,
     HEAD2_Z,
 )
-from arctrue.similar import similar
 from arctrue.studies.scenario.course import Course, Leg
 from arctrue.studies.scenario.errors import ScenarioError
 from arctrue.studies.scenario.scenario import (
@@ -35,8 +37,6 @@ from arctrue.studies.scenario.scenario import (
 from arctrue.table.cause import SIGNALS, acts_on
 from arctrue.table.instruments.polygon import FACES
 from arctrue.table.registry import CAUSES
-from arctrue.toml_file import TomlContentError, read_toml
-from arctrue.typed_content import ContentError, NotNegative, Number, Positive, shown, typed
 
 PINS = {
     "head1.a": HEAD1_A,

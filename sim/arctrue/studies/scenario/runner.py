@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from arctrue.base.progress import ReportStep
 from arctrue.device.load import load_frames
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, PinFault, RunProgress
 from arctrue.instrument.turn_score import score_turns
-from arctrue.progress import ReportStep
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.limits import broken_limits
 from arctrue.studies.scenario.result import ScenarioResult, ScenarioTurn

@@ -9,6 +9,8 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from msgspec import Meta, Struct, structs
 
+from arctrue.base.typed_content import NotNegative, Number
+from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import clock_hz_for
 from arctrue.instrument.noise import ReadingNoise
@@ -24,8 +26,6 @@ from arctrue.table import (
 )
 from arctrue.table.instruments.polygon import FACES
 from arctrue.table.temperature import TemperatureCourse
-from arctrue.typed_content import NotNegative, Number
-from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 
 EDGES_KEPT_A_TURN = 1 << 16
 EDGES_KEPT = 1 << 22

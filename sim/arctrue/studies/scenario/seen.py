@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.instrument.turn_score import BINS, TURN_RAD, TurnScore
 from arctrue.studies.scenario.course import Course
 from arctrue.studies.scenario.scenario import Scenario
 from arctrue.table.cause import Cause, Stations
-from arctrue.units import RAD_PER_ARCSEC
 
 
 def seen_by_reference(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.studies.simulate.experiment import (
     CaptureRun,
@@ -27,7 +28,6 @@ from arctrue.table.rotary_table import (
 )
 from arctrue.table.stations import stations
 from arctrue.table.temperature import TemperatureCourse
-from arctrue.units import ARCSEC_PER_RAD
 
 Float = NDArray[np.float64]
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.similar import did_you_mean
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.measurement import MeasurementSet
-from arctrue.similar import did_you_mean
 from arctrue.studies.simulate.experiment import Experiment, MovingReference, with_further
 from arctrue.studies.simulate.measured_table import MeasuredTable, TrueNoise
 from arctrue.table.cause import Cause
@@ -20,7 +21,6 @@ from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
 from arctrue.table.registry import NOISES, REGISTRY
 from arctrue.table.rotary_table import RotaryTable, two_heads
-from arctrue.units import RAD_PER_ARCSEC
 
 ECCENTRICITY_UM = (20.0, 30.0)
 """The paper's table: 108″ of first order is 28 µm."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from msgspec import Struct
 
+from arctrue.base.typed_content import read_json, typed
+from arctrue.base.whole_file import write_whole_text
 from arctrue.measurement.description import FILE_NAME
-from arctrue.typed_content import read_json, typed
-from arctrue.whole_file import write_whole_text
 
 READ_ONLY = 0o444
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
 from arctrue.gateware.coefficients import Coefficients
@@ -29,7 +30,6 @@ from arctrue.studies.stop_and_go.servo import (
     drive,
 )
 from arctrue.table import HEAD_SEPARATION_RAD, Motion, RotaryTable, TableState
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
 Float = NDArray[np.float64]
 

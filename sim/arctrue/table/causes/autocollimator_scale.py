@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import sign
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number, Positive
 from arctrue.table.cause import Cause, Points
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import angle, sign
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number, Positive
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import cmath
 from dataclasses import dataclass
 
+from arctrue.base.typed_content import Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, HeadNumber, Occasion, Random, Recipe
 from arctrue.table.draws import sign
 from arctrue.table.head import Head
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

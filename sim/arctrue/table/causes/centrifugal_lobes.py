@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
 from arctrue.table.draws import angle
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import travelled_turns
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ import cmath
 import math
 from dataclasses import dataclass
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Given, Occasion, Order, Random, Recipe
 from arctrue.table.draws import angle
-from arctrue.typed_content import Number
-from arctrue.units import RAD_PER_ARCSEC
 
 GEAR_WOBBLE_RAD = 0.3
 GEAR_TEETH = (62, 72, 90, 100, 120, 180, 225)

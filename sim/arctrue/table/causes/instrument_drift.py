@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import sign
-from arctrue.typed_content import Number
-from arctrue.units import RAD_PER_ARCSEC
 
 DRIFT_HOURS = 12.0
 DRIFT_KNOT_S = 60.0

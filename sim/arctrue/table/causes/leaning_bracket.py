@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number, Positive
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Angles, Cause
 from arctrue.table.conditions import conditions_of
 from arctrue.table.declaration import (
@@ -22,8 +24,6 @@ from arctrue.table.draws import sign
 from arctrue.table.rotary_table import HEADS
 from arctrue.table.state import TableState
 from arctrue.table.turned_head import TurnedHead
-from arctrue.typed_content import Number, Positive
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

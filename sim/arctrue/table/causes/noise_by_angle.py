@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.draws import angle
 from arctrue.table.noise import Noise
 from arctrue.table.rotary_table import HEADS
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
-from arctrue.units import RAD_PER_ARCSEC
 
 FREEDOM = 2.0
 """Degrees of freedom of Student's t: no finite variance, as outliers are met."""

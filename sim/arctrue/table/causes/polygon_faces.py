@@ -9,11 +9,11 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.instruments.polygon import FACES
-from arctrue.typed_content import Number
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

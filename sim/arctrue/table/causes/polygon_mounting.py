@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import Number, Positive
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import angle
@@ -17,8 +19,6 @@ from arctrue.table.instruments.polygon import (
     MOUNTING_OFFSET_M,
     hollow_slope,
 )
-from arctrue.typed_content import Number, Positive
-from arctrue.units import RAD_PER_ARCSEC
 
 AUTOCOLLIMATOR_ROLL_RAD = float(np.deg2rad(1.0))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Points
 from arctrue.table.declaration import (
     MICROMETRE_M,
@@ -20,7 +21,6 @@ from arctrue.table.declaration import (
 )
 from arctrue.table.draws import vector
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arctrue.base.typed_content import NotNegative
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
-from arctrue.typed_content import NotNegative
 
 
 @dataclass(frozen=True, slots=True)

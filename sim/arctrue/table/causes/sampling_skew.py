@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import sign
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

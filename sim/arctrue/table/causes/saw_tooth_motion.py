@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Points
 from arctrue.table.declaration import (
     MICROMETRE_M,
@@ -22,7 +23,6 @@ from arctrue.table.declaration import (
 )
 from arctrue.table.draws import angle
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.typed_content import NotNegative, Number
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import STROKE_DEG, Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import log_uniform, sign
-from arctrue.typed_content import NotNegative, Number
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

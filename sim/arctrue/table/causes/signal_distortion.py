@@ -10,12 +10,12 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause
 from arctrue.table.declaration import Declaration, Given, Half, HeadNumber, Occasion, Random, Recipe
 from arctrue.table.draws import vector
 from arctrue.table.rotary_table import GRATING_LINES
 from arctrue.table.state import TableState
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import heating_k
 from arctrue.table.declaration import MICROMETRE_M, Declaration, Given, Occasion, Random, Recipe
 from arctrue.table.draws import vector
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

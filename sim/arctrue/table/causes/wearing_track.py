@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.typed_content import Number
 from arctrue.table.cause import Cause, Points
 from arctrue.table.conditions import travelled_turns
 from arctrue.table.declaration import (
@@ -21,7 +22,6 @@ from arctrue.table.declaration import (
 )
 from arctrue.table.draws import angle
 from arctrue.table.state import TableState
-from arctrue.typed_content import Number
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.table.cause import Cause, Stations
 from arctrue.table.conditions import Conditions
 from arctrue.table.declaration import Declaration, Occasion, Random, Recipe
 from arctrue.table.noise import Noise
-from arctrue.units import RAD_PER_ARCSEC
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.percent import percent
+from arctrue.base.percent import percent
 from arctrue.workbench.compare.maps import ResidualMap, variance_share
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.product_of_parts import ProductOfParts

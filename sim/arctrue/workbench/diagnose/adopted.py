@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from arctrue.whole_file import write_whole_text
+from arctrue.base.whole_file import write_whole_text
 from arctrue.workbench.effects.product_of_parts import Frame, ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 

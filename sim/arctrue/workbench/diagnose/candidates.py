@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from arctrue.progress import ReportStep
+from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.parts_scan import best_parts
 from arctrue.workbench.effects.base import Effect

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from arctrue.percent import percent
-from arctrue.runs import run_spans
-from arctrue.units import RAD_PER_ARCSEC
+from arctrue.base.percent import percent
+from arctrue.base.runs import run_spans
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers import MOST_SHARE
 from arctrue.workbench.observations.stored import StoredCapture

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from arctrue.progress import ReportStep
+from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from arctrue.progress import ReportStep
+from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.candidates import looked_for, tried_effects, tried_products
 from arctrue.workbench.diagnose.every_pass import at_other_speeds

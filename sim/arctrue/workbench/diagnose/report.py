@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from arctrue.percent import probability_percent
+from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.percent import probability_percent
+from arctrue.base.percent import probability_percent
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import AGAIN, LACK_OF_FIT, NEAR_TIE, OF_THE_SAME_KIND, Case
 from arctrue.workbench.diagnose.classes import adds, stands_in, without_unspecific

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.similar import did_you_mean
-from arctrue.units import RAD_PER_ARCSEC
+from arctrue.base.similar import did_you_mean
+from arctrue.base.units import RAD_PER_ARCSEC
 
 if TYPE_CHECKING:
     from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows

@@ -12,7 +12,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from arctrue.printable import is_printable
+from arctrue.base.printable import is_printable
 from arctrue.workbench.effects.base import (
     SEARCHED,
     Compensation,

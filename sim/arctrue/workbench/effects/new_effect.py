@@ -9,7 +9,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from arctrue.whole_file import whole_file
+from arctrue.base.whole_file import whole_file
 from arctrue.workbench.effects.registry import built_in
 
 

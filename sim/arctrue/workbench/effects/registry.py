@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import arctrue.workbench.effects.catalogue
-from arctrue.similar import did_you_mean
+from arctrue.base.similar import did_you_mean
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.guarded import (
     LOAD_S,

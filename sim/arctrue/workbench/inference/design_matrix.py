@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.progress import rows_done
+from arctrue.base.progress import rows_done
 from arctrue.workbench.effects.base import Effect, FitContext, Nonlinear
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.noise.row_noise import RowNoise

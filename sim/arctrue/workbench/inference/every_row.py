@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.progress import rows_done
+from arctrue.base.progress import rows_done
 from arctrue.workbench.inference.design_matrix import (
     block_columns,
     row_blocks,

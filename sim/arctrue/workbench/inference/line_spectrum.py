@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.noise.row_noise import RowNoise
 from arctrue.workbench.observations.one_speed import coordinate

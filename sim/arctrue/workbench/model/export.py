@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import arcsec_per_count
 from arctrue.calibration.harmonics import as_function_of_reading
 from arctrue.calibration.selection import significance_factor
 from arctrue.gateware.coefficients import ORDER_MAX, Coefficients
 from arctrue.gateware.thermal import ORDERS_MOST, ThermalLanes
 from arctrue.generated.number_formats import THERMAL_RANGE_K
-from arctrue.units import arcsec_per_count
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.model.model import Model, ModelEffect

@@ -9,10 +9,10 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from arctrue.base.similar import did_you_mean
+from arctrue.base.typed_content import Number
+from arctrue.base.units import ARCSEC_PER_DEG
 from arctrue.calibration.head_separation import NOMINAL_TOLERANCE_ARCSEC
-from arctrue.similar import did_you_mean
-from arctrue.typed_content import Number
-from arctrue.units import ARCSEC_PER_DEG
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.effects.registry import effect_class
 from arctrue.workbench.inference.design_matrix import Term

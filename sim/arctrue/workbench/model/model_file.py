@@ -14,10 +14,10 @@ import tomli_w
 from filelock import FileLock, Timeout
 from msgspec import Meta, Struct
 
-from arctrue.printable import is_printable, one_line
-from arctrue.toml_file import TomlContentError, read_toml
-from arctrue.typed_content import ContentError, Number, shown, typed
-from arctrue.whole_file import write_whole_text
+from arctrue.base.printable import is_printable, one_line
+from arctrue.base.toml_file import TomlContentError, read_toml
+from arctrue.base.typed_content import ContentError, Number, shown, typed
+from arctrue.base.whole_file import write_whole_text
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 

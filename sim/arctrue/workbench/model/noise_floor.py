@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.model.model import Channels, HistoryStep
 from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from arctrue.base.runs import run_spans
 from arctrue.measurement import Capture, MeasurementSet, Reference
-from arctrue.runs import run_spans
 from arctrue.workbench.effects.base import Effect, Parameter
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit

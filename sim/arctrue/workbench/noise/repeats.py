@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 from arctrue.workbench.observations import Observations
 
 Float = NDArray[np.float64]

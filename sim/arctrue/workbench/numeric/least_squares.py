@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 
 Matrix = NDArray[np.float64]
 Whole = NDArray[np.int64]

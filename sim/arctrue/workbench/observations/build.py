@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference

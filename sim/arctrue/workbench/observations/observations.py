@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_TURN
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.workbench.observations.outliers import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture

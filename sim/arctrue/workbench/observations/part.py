@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
 

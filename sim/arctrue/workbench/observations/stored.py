@@ -9,9 +9,9 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import Table
-from arctrue.runs import run_spans
-from arctrue.units import ARCSEC_PER_RAD
 from arctrue.workbench.observations.rows import CaptureRows, Float, Integer
 from arctrue.workbench.observations.run_speed import RunSpeeds
 

@@ -8,9 +8,9 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.runs import run_spans
+from arctrue.base.units import arcsec_per_count, rad_per_count
 from arctrue.measurement import Capture, Reference, Table
-from arctrue.runs import run_spans
-from arctrue.units import arcsec_per_count, rad_per_count
 from arctrue.workbench.observations.outliers import (
     LEAST_ROWS,
     LEAST_VISITS,

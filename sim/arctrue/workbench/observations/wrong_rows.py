@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.runs import run_spans
+from arctrue.base.runs import run_spans
 from arctrue.workbench.observations.observations import Observations
 from arctrue.workbench.observations.outliers import MOST_SHARE, MaskedRow, capture_outliers
 

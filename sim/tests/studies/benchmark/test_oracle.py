@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Table
 from arctrue.studies.benchmark.oracle import (
     FALSE_ALARM,
@@ -19,7 +20,6 @@ from arctrue.studies.simulate.measured_table import TrueNoise
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.table.noise import Noise, together
 from arctrue.table.registry import NOISES, REGISTRY
-from arctrue.units import RAD_PER_ARCSEC
 
 COUNTS = 1 << 24
 DRAWS = 40

@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 from scipy import stats
 
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 from arctrue.calibration.capture_check import WholeTurns
 from arctrue.calibration.least_squares import least_squares
 from arctrue.calibration.transfer_function import noise_gain
@@ -34,7 +35,6 @@ from arctrue.studies.methods.polygon_closure import Closure, closure, spread_shi
 from arctrue.studies.monte_carlo.inputs import CASES
 from arctrue.studies.monte_carlo.plan import TrialPlan
 from arctrue.table import DiscEccentricity, RotaryTable, TableState, two_heads
-from arctrue.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
 
 ROOT = Path(__file__).resolve().parents[4]
 STORED = ROOT / "docs" / "data" / "calibration-budget.json"

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from sim.tests.studies.campaign.loaded import loaded_by
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.cli import main
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.report.monte_carlo_page import monte_carlo_page, where_off
@@ -28,7 +29,6 @@ from arctrue.studies.monte_carlo.trial import (
     true_error,
 )
 from arctrue.table import angle_of_reading
-from arctrue.units import ARCSEC_PER_RAD
 
 
 def task(case: str, seed: int = 3, **more: Any) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.studies.paper import (
     PUBLISHED,
     UncertaintyBudget,
@@ -17,7 +18,6 @@ from arctrue.studies.paper import (
     tower_difference_rad,
 )
 from arctrue.table.instruments import Polygon
-from arctrue.units import ARCSEC_PER_RAD
 
 FACES = np.arange(PUBLISHED.faces)
 

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.instrument import EdgeTrack, InstrumentError
 from arctrue.instrument.turn_score import BINS, TurnScore, score_turn, score_turns
 from arctrue.studies.scenario.course import Leg
@@ -19,7 +20,6 @@ from arctrue.table.causes.polygon_mounting import PolygonMounting
 from arctrue.table.causes.reading_latency import ReadingLatency
 from arctrue.table.causes.sampling_skew import SamplingSkew
 from arctrue.table.causes.shaft_wind_up import ShaftWindUp
-from arctrue.units import RAD_PER_ARCSEC
 
 COUNTS = 1 << 18
 COUNT_ARCSEC = 1_296_000 / COUNTS

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
 from arctrue.studies.revolution import RevolutionSettings
 from arctrue.studies.stop_and_go.experiment import StopAndGoSettings, run_stop_and_go
 from arctrue.studies.stop_and_go.servo import Axis, Controller, Moves, drive
 from arctrue.table import TableState
-from arctrue.units import ARCSEC_PER_RAD
 
 ROOT = Path(__file__).resolve().parents[4]
 FOUND = json.loads((ROOT / "docs" / "data" / "stop-and-go.json").read_text(encoding="utf-8"))

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.base.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN
 from arctrue.measurement import Capture, Reference, Table, read_measurement_set
-from arctrue.units import ARCSEC_PER_RAD, ARCSEC_PER_TURN
 
 Float = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from arctrue.units import ARCSEC_PER_RAD
+from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows

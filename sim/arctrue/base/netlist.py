@@ -14,7 +14,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from arctrue.source_tree import ROOT
+from arctrue.base.source_tree import ROOT
 
 SOURCE_FOLDERS = (ROOT / "build" / "generated" / "vhdl", ROOT / "rtl")
 OLDEST_GHDL = 5

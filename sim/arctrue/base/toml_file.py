@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from arctrue.printable import one_line
+from arctrue.base.printable import one_line
 
 DEEPEST = 32
 """Levels of tables and arrays; the files of this project have four."""

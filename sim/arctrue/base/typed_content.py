@@ -20,8 +20,8 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 from msgspec import Meta, inspect
 
-from arctrue.printable import is_printable, one_line
-from arctrue.similar import similar
+from arctrue.base.printable import is_printable, one_line
+from arctrue.base.similar import similar
 
 T = TypeVar("T")
 
