@@ -8,11 +8,14 @@ from typing import Final
 from arctrue.gateware.capability import HEADS_MOST
 from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH
 
-WEIGHT_ONE: Final = 1 << COSINE_FRACTION
-"""A weight of 1: weights are s1.16, as cosines."""
-WEIGHT_LIMIT: Final = 1 << (COSINE_WIDTH - 1)
-OFFSET_ONE: Final = 16
-"""An offset of a count: offsets are u24.4."""
+WEIGHT_FRACTION: Final = COSINE_FRACTION
+"""Weights are s1.16, as cosines."""
+WEIGHT_WIDTH: Final = COSINE_WIDTH
+WEIGHT_ONE: Final = 1 << WEIGHT_FRACTION
+WEIGHT_LIMIT: Final = 1 << (WEIGHT_WIDTH - 1)
+OFFSET_FRACTION: Final = 4
+"""Offsets are u24.4 counts."""
+OFFSET_ONE: Final = 1 << OFFSET_FRACTION
 DELAY_MOST_CLOCKS: Final = 255
 
 
