@@ -28,8 +28,8 @@ from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, freeze, is_public, task_digest
 from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
-from arctrue.studies.benchmark.plan import SIMULATED, SOURCES, TIERS, make_plan, read_plan
-from arctrue.studies.benchmark.score import SURE, is_failure, scored
+from arctrue.studies.benchmark.plan import SOURCES, TIERS, make_plan, read_plan
+from arctrue.studies.benchmark.score import SIMULATED, SURE, is_failure, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
@@ -135,6 +135,15 @@ def score(
     write_json(json_file, found)
     for name, by_world in found["rates"].items():
         console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    for name, stated in found["probability_by_generator"].items():
+        for figure in ("calibration_error", "log_score_gain") if stated else ():
+            item = stated[figure]
+            console.print(
+                f"{figure.replace('_', ' ')}, {name}: "
+                f"{item['value']:.3f} ({item['low']:.3f} … {item['high']:.3f})"
+            )
+    if found["failed_worlds"]:
+        console.print(f"worlds that fail: {', '.join(found['failed_worlds'])}")
     for kind, wrong in (found["probability"] or {}).get("wrong_where_sure", {}).items():
         console.print(f"wrong, of {kind} at more than {SURE:g}: {Rate(wrong['hits'], wrong['of'])}")
     reasons = kept_reasons()

@@ -11,6 +11,7 @@ from pathlib import Path
 from arctrue.base.typed_content import ContentError, read_json
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.cases import case_tasks, kept_cases
+from arctrue.studies.benchmark.score import INDEPENDENT, SIMULATED
 from arctrue.studies.benchmark.subject import SUBJECTS
 from arctrue.studies.benchmark.tasks import independent_tasks, mixed_tasks, set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
@@ -57,8 +58,7 @@ TIERS = {
 }
 
 
-SIMULATED, INDEPENDENT, BOTH = "simulated", "independent", "both"
-SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, BOTH: mixed_tasks}
+SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
 """Tasks by the generator that makes the sets: of the simulated table, the second one, or both."""
 
 
