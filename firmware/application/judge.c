@@ -60,8 +60,8 @@ static struct vector judge_components(const struct coefficients *coefficients, u
 /* `nothing_arcsec`: a value below it is none now, and will be one at another temperature; 0 where the
    order does not follow the temperature. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
-                                  struct vector present, double noise_arcsec,
-                                  double nothing_arcsec, float *evidence) {
+                                  struct vector present, double noise_arcsec, double nothing_arcsec,
+                                  float *evidence) {
     if (sight->state != SIGHT_CLEAR) {
         return sight->state == SIGHT_UNSEEN ? JUDGED_NEVER : JUDGED_NOT_YET;
     }
@@ -96,9 +96,9 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
         struct vector value = judge_components(candidate, order);
         const struct sight sight = judge_sight(judge, order, value);
         bool follows = thermal_follows(&load->received_thermal, order);
-        enum judgement found =
-            judge_order(&sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
-                        follows ? half_count_arcsec : 0.0, &load->evidence[place]);
+        enum judgement found = judge_order(
+            &sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
+            follows ? half_count_arcsec : 0.0, &load->evidence[place]);
         if (found == JUDGED_WRONG || (found == JUDGED_NEVER && !load->forced)) {
             load->refused_order = order;
             return found == JUDGED_WRONG ? LOAD_WORSE : LOAD_UNSEEN;
@@ -122,8 +122,7 @@ static bool judge_is_unjudged(const struct coefficients *set, uint64_t unjudged,
 }
 
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
-                           uint64_t unjudged, double small_arcsec,
-                           struct coefficients *candidate) {
+                           uint64_t unjudged, double small_arcsec, struct coefficients *candidate) {
     ASSERT(set->lanes <= LANES_LIMIT && candidate->lanes <= LANES_LIMIT);
     double all = 0.0;
     bool any = false;

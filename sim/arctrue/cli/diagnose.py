@@ -93,9 +93,10 @@ def diagnose(
         console.print(f"wrote {_adopted(result, adopt, folder)}")
         console.print(f"use it: arctrue add {adopt} {measurement_set} --effects {folder}")
     if out is not None and result.base is not None:
-        from arctrue.report.model_plots import plot_candidates
+        from arctrue.report.charts.candidates import candidates_chart
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        console.print(f"wrote {plot_candidates(result, out)}")
+        console.print(f"wrote {save_chart(candidates_chart(result), out / 'candidates.png')}")
 
 
 def _guide(
