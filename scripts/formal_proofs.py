@@ -579,4 +579,38 @@ PROOFS = (
             ),
         ),
     ),
+    Proof(
+        name="turn_difference",
+        entity="turn_difference",
+        claims=(
+            "the difference is that of the angles modulo the turn, for any counts_per_rev and "
+            "another pair of angles in every clock",
+            "it is the one on the shorter way round",
+        ),
+        limits="angles below counts_per_rev, which stands still",
+        depth=5,
+        cover_depth=8,
+        breaks=(
+            Break(
+                "half a turn counts as the shorter way up",
+                "above_2    := twice - turn;",
+                "above_2    := twice - turn - 1;",
+            ),
+            Break(
+                "half a turn down is folded",
+                "above_2(above_2'high) = '0' then",
+                "above_2(above_2'high) = '0' or below_2 = 0 then",
+            ),
+            Break(
+                "a turn is added where one is to be taken away",
+                "difference <= less_2;",
+                "difference <= more_2;",
+            ),
+            Break(
+                "an angle's highest bit is taken for its sign",
+                "u_signed('0' & minuend)",
+                "resize(u_signed(minuend), straight_1'length)",
+            ),
+        ),
+    ),
 )

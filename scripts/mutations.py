@@ -11,6 +11,22 @@ from scripts.mutation import Mutation
 
 VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
+        "lost_head_turns_over",
+        "the difference of a head that is lost turns over in place of being limited",
+        "rtl/mean/weighted_mean.vhd",
+        "        if is_beyond = '1' then\n",
+        "        if is_beyond = '1' and sign = '0' then\n",
+        "tb/mean/test_weighted_mean.py",
+    ),
+    Mutation(
+        "weights_of_another_clock",
+        "a difference meets the weight of the reading after it, so a swap mixes two sets",
+        "rtl/mean/weighted_mean.vhd",
+        "        product_6      := limited_5 * weight_1_to_5(5);\n",
+        "        product_6      := limited_5 * weight_1_to_5(4);\n",
+        "tb/mean/test_weighted_mean.py",
+    ),
+    Mutation(
         "reset_drops_the_drivers",
         "a reset of the core takes the enable of the line drivers away at once",
         "rtl/signals/fault_outputs.vhd",
