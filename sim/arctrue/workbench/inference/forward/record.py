@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -75,11 +76,16 @@ class Record:
         """Rates up to the highest that the record tells apart."""
         return max(self.highest * self.span, 1.0)
 
-    def on_the_clock(self, rate: float) -> float:
-        """Periods a unit of the clock of a line that is regular in the place."""
+    @cached_property
+    def turns_on_the_clock(self) -> float:
+        """Way of the place a unit of the clock, in the mean over the record."""
         same = np.diff(self.stretch) == 0
         ways, times = np.abs(np.diff(self.place))[same], np.diff(self.clock)[same]
-        return rate * float(np.sum(ways) / np.sum(times))
+        return float(np.sum(ways) / np.sum(times))
+
+    def on_the_clock(self, rate: float) -> float:
+        """Periods a unit of the clock of a line that is regular in the place."""
+        return rate * self.turns_on_the_clock
 
     def line_columns(self, rate: float) -> Float:
         """cos and sin at one rate, as the average over each row shows them; shape (rows, 2)."""
