@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.held_out import HeldOut, Improvement
@@ -46,6 +47,8 @@ class Candidate:
     """The effect before it was narrowed to what is there; None for a product of parts."""
     evidence: Evidence | None = None
     """With the noise estimated anew; None where the first test tells enough."""
+    regular: RegularCause | None = None
+    """The lines of a forward search that it explains; None: it was not found so."""
     held_out: HeldOut | None = None
     improvement: dict[str, Improvement] = field(default_factory=dict)
 

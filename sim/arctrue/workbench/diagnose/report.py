@@ -101,6 +101,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "look_alikes": dict(said.look_alikes),
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
+        "findings": result.findings.data(),
         "beside": [item.name for item in result.beside],
         "cannot_be_tested": dict(result.untestable),
         "candidates": [
@@ -116,6 +117,7 @@ def sentences(result: Diagnosis) -> list[str]:
     if result.verdict == "cannot_tell":
         return [
             f"This set cannot tell: {result.decision.cannot_tell}.",
+            *result.findings.sentences(),
             *_probable(result),
             *_measurement(result),
         ]
@@ -153,6 +155,7 @@ def sentences(result: Diagnosis) -> list[str]:
         ]
     else:
         said = [f"None of the known effects fits. Best description: {result.description}."]
+    said += result.findings.sentences()
     said += _probable(result)
     said += _measurement(result)
     if result.negligible:

@@ -124,6 +124,8 @@ def refused_is_ahead(case: Case) -> Decision | None:
     refused, best = case.refused, case.best
     if refused is None or refused.delta_bic <= PARTS_ADVANTAGE:
         return None
+    if best is not None and best.regular is not None:
+        return None
     if best is not None and (
         refused.delta_bic - best.delta_bic <= PARTS_ADVANTAGE or adds(best, refused)
     ):
@@ -180,6 +182,9 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     it: a flat track by the faces of a polygon, the knocks of a loose head by a slip.
     """
     assert case.best is not None
+    if case.best.regular is not None:
+        # What is left does not undo a line that other blocks predict: it is a finding of its own.
+        return None
     left = case.beside
     if left is None or not _unknown_within(left, case):
         return None

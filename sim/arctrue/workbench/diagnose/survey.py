@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
+from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -68,6 +69,8 @@ class Survey:
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
+    regular: Sequence[RegularCause] = ()
+    """What a forward search found, and the model lacks."""
 
     @property
     def base(self) -> Solution:
@@ -127,7 +130,10 @@ def _holds_out(item: Candidate) -> bool:
 
     What is known from run to run only is free in every run's offset, so that rows of the same run
     cannot show it; there the runs are the sample, and the index's scatter among them decides.
+    A regular cause was predicted from other blocks of the record when it was found.
     """
+    if item.regular is not None:
+        return True
     if item.evidence is not None and item.evidence.index_share >= RUNS_ARE_THE_SAMPLE:
         return True
     return bool(item.improvement) and holds_out(item.improvement.values())
