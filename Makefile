@@ -23,6 +23,7 @@ BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD))
 GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
 REGISTERS := $(wildcard rtl/registers/*.rdl)
+C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
 .PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
@@ -50,11 +51,13 @@ test: generate lint ## every check and test; JUnit report in build/reports/
 	@mkdir -p build/reports
 	@$(VENV)/python -m pytest -n $(PYTEST_WORKERS) --junitxml=build/reports/junit.xml $(PYTEST_OPTIONS)
 
-lint: generate ## style, types and order of imports: ruff, mypy, import-linter, vsg, cppcheck; documents out of date
+lint: generate ## style, types and order of imports: ruff, mypy, import-linter, clang-format, cppcheck, vsg; documents out of date
 	$(VENV)/ruff check --quiet
 	$(VENV)/ruff format --check --quiet
 	$(VENV)/mypy --no-error-summary
 	@$(VENV)/lint-imports --no-cache >build/import_order.txt || { cat build/import_order.txt; exit 1; }
+	@echo "$(VENV)/clang-format --dry-run --Werror (all C and C++ files)"
+	@$(VENV)/clang-format --dry-run --Werror $(C_SOURCES)
 	@echo "$(VENV)/cppcheck (the firmware)"
 	@$(MAKE) -C firmware check
 	@echo "$(VENV)/vsg -c vsg.yaml (all VHDL files)"
@@ -62,9 +65,10 @@ lint: generate ## style, types and order of imports: ruff, mypy, import-linter, 
 	$(VENV)/python -m scripts.make_docs --check
 	$(VENV)/python -m scripts.make_effects_page --check
 
-format: setup ## mend the style of Python and VHDL files
+format: setup ## mend the style of Python, C and VHDL files
 	$(VENV)/ruff check --fix --quiet
 	$(VENV)/ruff format --quiet
+	$(VENV)/clang-format -i $(C_SOURCES)
 	$(VENV)/vsg -c vsg.yaml -p 2 -of summary --fix -f $(VHDL)
 
 docs: generate ## write entity pages, registers, formats and pictures anew (README's: from the last demo)

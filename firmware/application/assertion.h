@@ -16,9 +16,10 @@
 #include <stdlib.h>
 
 #define ASSERT(condition) \
-    ((condition) ? (void)0 \
-                 : ((void)fprintf(stderr, "%s:%d: assertion fails: %s\n", __FILE__, __LINE__, #condition), \
-                    abort()))
+    ((condition) \
+         ? (void)0 \
+         : ((void)fprintf(stderr, "%s:%d: assertion fails: %s\n", __FILE__, __LINE__, #condition), \
+            abort()))
 
 #else
 

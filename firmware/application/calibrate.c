@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "change_leak.h"
 #include "judge.h"
 #include "separation.h"
 #include "units.h"
@@ -59,7 +60,8 @@ static enum refusal calibrate_judge_noise(struct application *application) {
 
 /* Orders that have a loaded lane are none of the calibration's business: for it they are as if they
    were not seen. Their bits, order n in bit n - 1. */
-static uint64_t calibrate_hide_loaded(const struct coefficients *loaded, struct estimate *estimate) {
+static uint64_t calibrate_hide_loaded(const struct coefficients *loaded,
+                                      struct estimate *estimate) {
     uint64_t hidden = 0;
     for (uint32_t place = 0; place < estimate->orders; place++) {
         if (estimate->harmonic[place].seen && coefficients_have(loaded, place + 1)) {
@@ -196,6 +198,7 @@ static enum refusal calibrate_make_candidate(struct application *application) {
     uint32_t own_lanes = lanes - calibrate_lanes_used(loaded);
     struct coefficients own;
     enum verdict verdicts[ORDERS_MAX];
+    change_leak_set(estimate, calibrate_change_arcsec(application));
     average_add(&application->average, estimate, parameters->keep);
     average_apply(&application->average, estimate);
     uint64_t hidden = calibrate_hide_loaded(loaded, estimate);
@@ -225,7 +228,8 @@ static enum refusal calibrate_make_candidate(struct application *application) {
 }
 
 /* What is told of a turn whose candidate is no calibration's. */
-static void calibrate_take_candidate(struct application *application, enum candidate_origin origin) {
+static void calibrate_take_candidate(struct application *application,
+                                     enum candidate_origin origin) {
     const struct coefficients *active = state_active(application);
     application->candidate_origin = origin;
     application->estimate = application->measured;
@@ -290,8 +294,7 @@ static void calibrate_judge_pending(struct application *application, const struc
     if (found == JUDGED_WRONG) {
         load_reject(load, LOAD_WORSE);
     } else if (found == JUDGED_RIGHT) {
-        load_combine(&load->loaded, thermal, application->middle_celsius, active, lanes,
-                     candidate);
+        load_combine(&load->loaded, thermal, application->middle_celsius, active, lanes, candidate);
         calibrate_take_candidate(application, OF_PENDING);
     }
 }

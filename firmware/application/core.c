@@ -9,7 +9,7 @@
 
 #define AT(register) ((uint32_t)offsetof(arctrue_registers_t, register))
 #define BIT(name) ((uint32_t)ARCTRUE_REGISTERS__##name##_bm)
-#define FIELD(word, name) (((word)&BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
+#define FIELD(word, name) (((word) & BIT(name)) >> ARCTRUE_REGISTERS__##name##_bp)
 
 /* Counts that head 1 loses are a reason to look at once. */
 #define INTERRUPTS (BIT(INTERRUPT_ENABLE__CAPTURE_READY) | BIT(INTERRUPT_ENABLE__HEAD1_FAULT))
@@ -89,7 +89,8 @@ struct core_origin core_origin(const struct core_access *core) {
         .patch = FIELD(version, VERSION__PATCH),
         .fold = FIELD(core_read(core, AT(pipeline)), PIPELINE__FOLD),
         .has_dna = FIELD(high, CHIP_DNA_HIGH__KNOWN) != 0,
-        .dna = (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
+        .dna =
+            (uint64_t)FIELD(high, CHIP_DNA_HIGH__VALUE) << 32 | core_read(core, AT(chip_dna_low)),
     };
 }
 

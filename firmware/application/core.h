@@ -163,8 +163,7 @@ uint32_t core_zero_moves(const struct core_access *core);
 int32_t core_zero_slip(const struct core_access *core);
 /* The angle that a head, 0 or 1, had at its last index, -½ … ½ turn in counts: not 0 where counts
    were lost or added since the index that defined the zero. */
-int32_t core_angle_at_index(const struct core_access *core, uint32_t head,
-                            uint32_t counts_per_rev);
+int32_t core_angle_at_index(const struct core_access *core, uint32_t head, uint32_t counts_per_rev);
 void core_control(const struct core_access *core, bool compensate, bool output,
                   enum core_capture capture);
 /* Correction and capture off, the output as it is. */

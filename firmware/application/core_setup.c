@@ -33,8 +33,7 @@ struct core_setup setup_of_parameters(const struct application *application) {
     double clock_hz = application->configuration.clock_hz;
     double counts_an_arcsec = parameters->counts_per_rev / ARCSEC_PER_TURN;
     double counts_a_clock = parameters->ramp_arcsec_s * counts_an_arcsec / clock_hz;
-    double counts_a_clock_2 =
-        parameters->ramp_arcsec_s2 * counts_an_arcsec / (clock_hz * clock_hz);
+    double counts_a_clock_2 = parameters->ramp_arcsec_s2 * counts_an_arcsec / (clock_hz * clock_hz);
     return (struct core_setup){
         .counts_per_rev = (uint32_t)parameters->counts_per_rev,
         .sample_period = (uint32_t)parameters->sample_period,
@@ -50,10 +49,9 @@ struct core_setup setup_of_parameters(const struct application *application) {
         .head1_input = (uint32_t)parameters->head1_input,
         .head2_input = (uint32_t)parameters->head2_input,
         .output_pins = (uint32_t)parameters->output_pins,
-        .alarm = (uint32_t)parameters->release_sources << 8 |
-                 (uint32_t)parameters->alarm_sources,
-        .pulse_widths = (uint32_t)parameters->compare_width << 16 |
-                        (uint32_t)parameters->trigger_width,
+        .alarm = (uint32_t)parameters->release_sources << 8 | (uint32_t)parameters->alarm_sources,
+        .pulse_widths =
+            (uint32_t)parameters->compare_width << 16 | (uint32_t)parameters->trigger_width,
         .pulse_inputs = (uint32_t)parameters->pulse_filter << 8 |
                         (uint32_t)parameters->probe_falling << 1 |
                         (uint32_t)parameters->sync_falling,

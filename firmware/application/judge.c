@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "assertion.h"
-#include "transfer_function.h"
+#include "change_leak.h"
 #include "units.h"
 
 /* ln 1000: a value is taken where it is a thousand times likelier than none, and refused where none
@@ -37,17 +37,6 @@ static struct sight judge_fitted_sight(const struct harmonic *harmonic, double g
     };
 }
 
-/* Order 1 that grows by c from one end of the turn to the other (heat moves the centre) is, as a sawtooth times a
-   cosine, at order n c/2pi (1/(n - 1) + 1/(n + 1)) in head 2 less head 1, less than c/2n; of order 1 itself
-   c/4pi is left beside the value of the turn's middle. */
-static double judge_by_change(const struct judge *judge, uint32_t order) {
-    double separation_rad = judge->estimate->separation_rad;
-    double gain = noise_gain(order, separation_rad) / noise_gain(1, separation_rad);
-    double share = order == 1 ? 1.0 / (4.0 * PI) : 0.5 / order;
-    double leak = judge->change_arcsec * gain * share;
-    return 0.5 * leak * leak;
-}
-
 struct sight judge_sight(const struct judge *judge, uint32_t order, struct vector applied) {
     ASSERT(judge->estimate->orders <= ORDERS_MAX);
     struct sight sight =
@@ -56,7 +45,9 @@ struct sight judge_sight(const struct judge *judge, uint32_t order, struct vecto
             : further_orders_sight(judge->workspace, judge->estimate, order, judge->gain_limit,
                                    applied);
     if (sight.state == SIGHT_CLEAR && judge->change_arcsec > 0.0) {
-        sight.by_change = judge_by_change(judge, order);
+        double leak =
+            change_leak_arcsec(judge->change_arcsec, order, judge->estimate->separation_rad);
+        sight.by_change = leak * leak;
     }
     return sight;
 }
@@ -69,8 +60,8 @@ static struct vector judge_components(const struct coefficients *coefficients, u
 /* `nothing_arcsec`: a value below it is none now, and will be one at another temperature; 0 where the
    order does not follow the temperature. */
 static enum judgement judge_order(const struct sight *sight, struct vector value,
-                                  struct vector present, double noise_arcsec,
-                                  double nothing_arcsec, float *evidence) {
+                                  struct vector present, double noise_arcsec, double nothing_arcsec,
+                                  float *evidence) {
     if (sight->state != SIGHT_CLEAR) {
         return sight->state == SIGHT_UNSEEN ? JUDGED_NEVER : JUDGED_NOT_YET;
     }
@@ -105,9 +96,9 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
         struct vector value = judge_components(candidate, order);
         const struct sight sight = judge_sight(judge, order, value);
         bool follows = thermal_follows(&load->received_thermal, order);
-        enum judgement found =
-            judge_order(&sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
-                        follows ? half_count_arcsec : 0.0, &load->evidence[place]);
+        enum judgement found = judge_order(
+            &sight, value, judge_components(active, order), judge->estimate->noise_arcsec,
+            follows ? half_count_arcsec : 0.0, &load->evidence[place]);
         if (found == JUDGED_WRONG || (found == JUDGED_NEVER && !load->forced)) {
             load->refused_order = order;
             return found == JUDGED_WRONG ? LOAD_WORSE : LOAD_UNSEEN;
@@ -131,8 +122,7 @@ static bool judge_is_unjudged(const struct coefficients *set, uint64_t unjudged,
 }
 
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
-                           uint64_t unjudged, double small_arcsec,
-                           struct coefficients *candidate) {
+                           uint64_t unjudged, double small_arcsec, struct coefficients *candidate) {
     ASSERT(set->lanes <= LANES_LIMIT && candidate->lanes <= LANES_LIMIT);
     double all = 0.0;
     bool any = false;

@@ -45,7 +45,6 @@ enum load_answer judge_received(const struct judge *judge, struct load *load,
    calibration's own lanes (those that `set` has not) a small one that is wrong is left out of
    `candidate`: the next turn finds it anew. */
 enum judgement judge_again(const struct judge *judge, const struct coefficients *set,
-                           uint64_t unjudged, double small_arcsec,
-                           struct coefficients *candidate);
+                           uint64_t unjudged, double small_arcsec, struct coefficients *candidate);
 
 #endif

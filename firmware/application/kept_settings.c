@@ -32,7 +32,8 @@ static const struct settings_copy *kept_settings_later(const struct kept_setting
     const struct settings_copy *first = &kept->copy[0];
     const struct settings_copy *second = &kept->copy[1];
     if (!kept_settings_is_whole(first) || !kept_settings_is_whole(second)) {
-        return kept_settings_is_whole(first) ? first : (kept_settings_is_whole(second) ? second : NULL);
+        return kept_settings_is_whole(first) ? first
+                                             : (kept_settings_is_whole(second) ? second : NULL);
     }
     return (int32_t)(second->sequence - first->sequence) > 0 ? second : first;
 }

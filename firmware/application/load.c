@@ -297,8 +297,7 @@ enum load_answer load_end(struct load *load, uint32_t counts_per_rev,
 void load_own_lanes(const struct load *load, const struct coefficients *active,
                     struct coefficients *own) {
     ASSERT(active == NULL || active->lanes <= LANES_LIMIT);
-    *own = (struct coefficients){.counts_per_rev =
-                                     active != NULL ? active->counts_per_rev : 0};
+    *own = (struct coefficients){.counts_per_rev = active != NULL ? active->counts_per_rev : 0};
     for (uint32_t lane = 0; active != NULL && lane < active->lanes; lane++) {
         if (!coefficients_have(load_at_work(load), active->lane[lane].order)) {
             own->lane[own->lanes++] = active->lane[lane];

@@ -39,7 +39,8 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
     double square = vector_square(left);
     double variance = watch_follow_variance(&watch->lane[place], (watch->shown & bit) != 0, left,
                                             sight->variance);
-    double limit = WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation + sight->by_change);
+    double limit =
+        WATCH_SIGMAS * WATCH_SIGMAS * (variance + sight->by_separation + sight->by_change);
     watch->shown |= bit;
     if (!(square > limit)) {
         watch->beyond[place] = 0;
@@ -48,8 +49,7 @@ void watch_lane(struct loaded_watch *watch, uint32_t place, const struct sight *
     }
     watch->at_fault = watch->at_fault || watch->beyond[place] == WATCH_TURNS;
     /* The noise makes |left|^2 too large; the separation's error stays. A cosine of amplitude A has the mean square A^2/2. */
-    watch->mean_square +=
-        0.5 * fmax(square - 2.0 * sight->variance, 0.0) + sight->by_separation;
+    watch->mean_square += 0.5 * fmax(square - 2.0 * sight->variance, 0.0) + sight->by_separation;
 }
 
 double watch_left(const struct loaded_watch *watch, uint32_t place) {

@@ -16,7 +16,8 @@ void application_choose_temperature(struct application *application,
     table_temperature_choose(&application->table, source);
 }
 
-static void operator_change_pins(const struct application *application, enum parameter_effect effect) {
+static void operator_change_pins(const struct application *application,
+                                 enum parameter_effect effect) {
     struct core_setup setup = setup_of_parameters(application);
     core_set_pins(&application->core, &setup);
     if (effect == EFFECT_CAPTURE) {

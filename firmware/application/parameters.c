@@ -23,8 +23,8 @@
 static const struct parameter_description descriptions[] = {
     /* name, least, most, preset, whole, effect, place */
     {"separation_deg", 0.01, 359.99, 33.0, false, EFFECT_NEXT_TURN, PLACE(separation_deg)},
-    {"index_detection_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_U_ARCSEC, false, EFFECT_NEXT_TURN,
-     PLACE(index_detection_arcsec)},
+    {"index_detection_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_U_ARCSEC, false,
+     EFFECT_NEXT_TURN, PLACE(index_detection_arcsec)},
     {"method", 0, 1, 1, true, EFFECT_NEXT_TURN, PLACE(method)},
     {"orders", 1, ORDERS_MAX, 32, true, EFFECT_NEXT_TURN, PLACE(orders)},
     {"gain_limit", 0.5, 10000, GAIN_LIMIT_DEFAULT, false, EFFECT_NEXT_TURN, PLACE(gain_limit)},
@@ -40,7 +40,8 @@ static const struct parameter_description descriptions[] = {
     {"filter_length", 1, 255, PRESET(FILTER_LENGTH), true, EFFECT_REARM, PLACE(filter_length)},
     {"minimum_edge_spacing", 0, 65535, PRESET(MINIMUM_EDGE_SPACING), true, EFFECT_REARM,
      PLACE(minimum_edge_spacing)},
-    {"index_tolerance", 0, 65535, PRESET(INDEX_TOLERANCE), true, EFFECT_REARM, PLACE(index_tolerance)},
+    {"index_tolerance", 0, 65535, PRESET(INDEX_TOLERANCE), true, EFFECT_REARM,
+     PLACE(index_tolerance)},
     {"heal", 0, 1, 0, true, EFFECT_REARM, PLACE(heal)},
     {"head1_input", 0, 65535, 0, true, EFFECT_REARM, PLACE(head1_input)},
     {"head2_input", 0, 65535, 0, true, EFFECT_REARM, PLACE(head2_input)},
@@ -63,11 +64,12 @@ static const struct parameter_description descriptions[] = {
      EFFECT_PINS, PLACE(compare_width)},
     {"alarm_noise_arcsec", 0, MOST_ARCSEC, 1.0, false, EFFECT_NEXT_TURN, PLACE(alarm_noise_arcsec)},
     {"alarm_error_arcsec", 0, MOST_ARCSEC, 2.0, false, EFFECT_NEXT_TURN, PLACE(alarm_error_arcsec)},
-    {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false, EFFECT_NEXT_TURN,
-     PLACE(alarm_separation_arcsec)},
+    {"alarm_separation_arcsec", 0, MOST_ARCSEC, SEPARATION_TOLERANCE_ARCSEC, false,
+     EFFECT_NEXT_TURN, PLACE(alarm_separation_arcsec)},
     /* The commercial grade's die. */
     {"alarm_temperature_c", -55, 150, 85, false, EFFECT_NEXT_TURN, PLACE(alarm_temperature_c)},
-    {"temperature_step_counts", 0.01, 1000, 0.5, false, EFFECT_NEXT_TURN, PLACE(temperature_step_counts)},
+    {"temperature_step_counts", 0.01, 1000, 0.5, false, EFFECT_NEXT_TURN,
+     PLACE(temperature_step_counts)},
     {"temperature_jump_k", 0.01, 100, 1, false, EFFECT_NEXT_TURN, PLACE(temperature_jump_k)},
     {"temperature_still_s", 0, 1e6, 900, false, EFFECT_NEXT_TURN, PLACE(temperature_still_s)},
 };
@@ -105,7 +107,8 @@ static enum parameter_answer parameter_judge(const struct parameter_description 
 
 bool parameters_are_valid(const struct parameters *parameters) {
     for (uint32_t place = 0; place < parameters_number(); place++) {
-        if (parameter_judge(&descriptions[place], parameters_value(parameters, place)) != PARAMETER_SET) {
+        if (parameter_judge(&descriptions[place], parameters_value(parameters, place)) !=
+            PARAMETER_SET) {
             return false;
         }
     }

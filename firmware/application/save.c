@@ -247,8 +247,8 @@ static enum save_answer save_compare(struct save *save) {
     uint32_t address = save_sector_address(save, save->sector);
     for (uint32_t place = 0; place < save->number; place++) {
         uint32_t word = place % FLASH_PAGE_WORDS;
-        if (word == 0 && !save->flash.read(save->flash.context, address + place * WORD_BYTES,
-                                           words, FLASH_PAGE_WORDS)) {
+        if (word == 0 && !save->flash.read(save->flash.context, address + place * WORD_BYTES, words,
+                                           FLASH_PAGE_WORDS)) {
             return SAVE_NO_ANSWER;
         }
         if (words[word] != save->words[place]) {

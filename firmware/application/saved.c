@@ -141,7 +141,8 @@ uint32_t saved_write(const struct saved *saved, uint32_t sequence, uint32_t *wor
 }
 
 /* Looked for first where this firmware would have written it: the sums of names take long. */
-static void saved_take_parameter(struct source *from, struct parameters *parameters, uint32_t first) {
+static void saved_take_parameter(struct source *from, struct parameters *parameters,
+                                 uint32_t first) {
     uint32_t sum = saved_take(from);
     uint64_t bits = saved_take(from);
     bits |= (uint64_t)saved_take(from) << 32;
@@ -202,8 +203,8 @@ static bool saved_take_coefficients(struct source *from, struct saved *saved) {
     saved->own = (struct coefficients){.counts_per_rev = counts_per_rev};
     saved->loaded = (struct coefficients){.counts_per_rev = counts_per_rev};
     saved->unjudged = 0;
-    bool valid = counts_per_rev == saved->settings.parameters.counts_per_rev &&
-                 number <= LANES_LIMIT;
+    bool valid =
+        counts_per_rev == saved->settings.parameters.counts_per_rev && number <= LANES_LIMIT;
     for (uint32_t lane = 0; valid && lane < number; lane++) {
         valid = saved_take_lane(from, saved);
     }
@@ -238,8 +239,7 @@ enum saved_answer saved_read(const uint32_t *words, struct saved *saved, uint32_
     if (words[MAGIC_WORD] == ERASED) {
         return SAVED_EMPTY;
     }
-    if (words[MAGIC_WORD] != SAVED_MAGIC ||
-        length > SAVED_WORDS_MOST - SAVED_HEAD_WORDS - 1) {
+    if (words[MAGIC_WORD] != SAVED_MAGIC || length > SAVED_WORDS_MOST - SAVED_HEAD_WORDS - 1) {
         return SAVED_DAMAGED;
     }
     uint32_t end = SAVED_HEAD_WORDS + length;

@@ -7,8 +7,7 @@
 #include "assertion.h"
 
 const char *application_phase_name(enum application_phase phase) {
-    static const char *const names[] = {"no_core", "wait_for_index", "capture", "swap",
-                                        "held"};
+    static const char *const names[] = {"no_core", "wait_for_index", "capture", "swap", "held"};
     return (unsigned)phase <= PHASE_HELD ? names[phase] : "unknown";
 }
 
@@ -36,9 +35,8 @@ bool state_works(const struct application *application) {
 }
 
 double state_seconds(const struct application *application) {
-    double clock_hz = application->temperature_clock_hz > 0.0
-                          ? application->temperature_clock_hz
-                          : application->configuration.clock_hz;
+    double clock_hz = application->temperature_clock_hz > 0.0 ? application->temperature_clock_hz
+                                                              : application->configuration.clock_hz;
     return clock_hz > 0.0 ? (double)core_position(&application->core).time / clock_hz : 0.0;
 }
 

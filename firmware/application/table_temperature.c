@@ -44,8 +44,7 @@ void table_temperature_choose(struct table_temperature *table, enum temperature_
     table->tried_s = -READING_S;
 }
 
-void table_temperature_use(struct table_temperature *table, temperature_read *read,
-                           void *context) {
+void table_temperature_use(struct table_temperature *table, temperature_read *read, void *context) {
     table->read = read;
     table->context = context;
     table_temperature_choose(table, read != NULL ? TEMPERATURE_SENSOR : TEMPERATURE_NONE);
@@ -80,7 +79,8 @@ static double table_temperature_decay(double times) {
    T_s goes to T_s + (1 - a) (T - T_s) + (dt - tau (1 - a)) T',
    T - T_s to a (T - T_s) + tau (1 - a) T'.
    The gains are those with which z I - (I - K H) F has the determinant (z - q)^3: at z = 0, 1 and a. */
-static void table_temperature_observe(struct table_temperature *table, double celsius, double passed) {
+static void table_temperature_observe(struct table_temperature *table, double celsius,
+                                      double passed) {
     double tau = table->time_constant_s;
     double a = table_temperature_decay(passed / tau);
     double rest = 1.0 - a;
@@ -104,8 +104,8 @@ static void table_temperature_use_lag(struct table_temperature *table, double ti
     table->time_constant_s = tau;
 }
 
-static void table_temperature_take(struct table_temperature *table, double celsius, double time_constant_s,
-                                   double now_s) {
+static void table_temperature_take(struct table_temperature *table, double celsius,
+                                   double time_constant_s, double now_s) {
     double passed = now_s - table->read_s;
     table_temperature_use_lag(table, time_constant_s);
     if (passed > FORGOTTEN_LAGS * table->time_constant_s) {
@@ -122,14 +122,13 @@ static void table_temperature_take(struct table_temperature *table, double celsi
     table->read_s = now_s;
     table->failures = table->in_a_row = 0;
     table->state = TEMPERATURE_GOOD;
-    table->celsius =
-        time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
+    table->celsius = time_constant_s > 0.0 ? table->followed_c + table->behind_k : celsius;
 }
 
 /* A thermometer says 0 before its first conversion: what it says first has to come again. The observer
    begins with it. */
-static void table_temperature_confirm(struct table_temperature *table, double celsius, double jump_k,
-                                      double time_constant_s, double now_s) {
+static void table_temperature_confirm(struct table_temperature *table, double celsius,
+                                      double jump_k, double time_constant_s, double now_s) {
     uint32_t agree = 1;
     if (table->in_a_row > 0 && fabs(celsius - table->shown_c) <= jump_k) {
         agree += table->in_a_row;

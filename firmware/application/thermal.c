@@ -84,8 +84,8 @@ struct lane thermal_lane_at(const struct thermal *thermal, const struct lane *la
     struct vector value = thermal_vector_at(lane, slope, within - thermal->reference_mc / 1000.0);
     double turns = atan2(value.im, value.re) / (2.0 * PI);
     double amplitude = rint(vector_length(value) * AMPLITUDE_STEPS);
-    made.phase_offset = (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) &
-                        ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
+    made.phase_offset =
+        (uint32_t)rint((turns - floor(turns)) * PHASE_STEPS) & ((1U << ARCTRUE_PHASE_WIDTH) - 1U);
     /* thermal_extent() has let nothing through that no lane holds. */
     made.amplitude = (int32_t)fmin(amplitude, AMPLITUDE_WORD_MAX);
     return made;
@@ -137,7 +137,8 @@ double thermal_change_counts(const struct thermal *thermal, const struct coeffic
     for (uint32_t place = 0; place < lanes->lanes; place++) {
         const struct lane from = thermal_lane_at(thermal, &lanes->lane[place], from_celsius);
         const struct lane to = thermal_lane_at(thermal, &lanes->lane[place], to_celsius);
-        change += vector_length(vector_difference(thermal_vector_of(&to), thermal_vector_of(&from)));
+        change +=
+            vector_length(vector_difference(thermal_vector_of(&to), thermal_vector_of(&from)));
     }
     return change;
 }

@@ -32,8 +32,8 @@ static void turn_take_temperature(struct application *application) {
 /* The flags are sticky: the next turn is to be judged by itself. An index error that came since the
    refused turn ended is about to be cleared and is looked at here as well. */
 static void turn_after_refusal(struct application *application) {
-    bool told = application->report.reason == REFUSED_INDEX_ERROR ||
-                core_index_error(&application->core);
+    bool told =
+        application->report.reason == REFUSED_INDEX_ERROR || core_index_error(&application->core);
     if (told) {
         zeros_watch_doubt(application);
         zeros_follow_head2(application);

@@ -113,8 +113,8 @@ static void run(struct turn *turn, const struct calibration_settings *settings) 
     estimate_as_function_of_reading(&bench.workspace.reading, &bench.estimate);
     tell("reading_function", timer_ticks() - start, 0.0);
     start = timer_ticks();
-    reason = least_squares_estimate(&bench.workspace.least_squares, turn, settings,
-                                    &bench.estimate);
+    reason =
+        least_squares_estimate(&bench.workspace.least_squares, turn, settings, &bench.estimate);
     tell("least_squares", timer_ticks() - start, reason);
     start = timer_ticks();
     bool solved = plain_least_squares(&bench.workspace.plain, turn, &bench.estimate,

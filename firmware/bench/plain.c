@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "capture.h"
-#include "further_orders.h"
 #include "cholesky.h"
+#include "further_orders.h"
 #include "transfer_function.h"
 #include "units.h"
 
@@ -37,9 +37,8 @@ void plain_fourier(struct plain_workspace *workspace, const struct turn *turn,
             sum.re += difference * cos(angle);
             sum.im -= difference * sin(angle);
         }
-        struct vector error =
-            vector_product(vector_scaled(sum, 1.0 / turn->samples),
-                           transfer_function(order, estimate->separation_rad));
+        struct vector error = vector_product(vector_scaled(sum, 1.0 / turn->samples),
+                                             transfer_function(order, estimate->separation_rad));
         values[order - 1] = 2.0 * error.re;
         values[estimate->orders + order - 1] = -2.0 * error.im;
     }
@@ -104,9 +103,9 @@ double plain_further_orders(const struct further_workspace *made, const struct t
         struct reading reading = turn_reading(turn, sample);
         double one = reading.angle1 * rad;
         double two = reading.angle2 * rad;
-        double residual = (reading.difference * rad - estimate->measured_separation_rad) *
-                              ARCSEC_PER_RAD -
-                          fitted(estimate, two - shift) + fitted(estimate, one);
+        double residual =
+            (reading.difference * rad - estimate->measured_separation_rad) * ARCSEC_PER_RAD -
+            fitted(estimate, two - shift) + fitted(estimate, one);
         for (uint32_t place = 0; place < made->number; place++) {
             uint32_t order = made->order[place].order;
             struct vector unit1 = vector_unit(order * one);

@@ -35,9 +35,16 @@ static uint32_t check_of(const struct fault_record *held) {
 
 const char *fault_name(enum fault_code code) {
     static const char *const names[FAULTS] = {
-        "none",       "undefined_instruction", "supervisor_call", "prefetch_abort",
-        "data_abort", "stack_overflow",        "watchdog",        "hang",
-        "bus_error",  "assertion",
+        "none",
+        "undefined_instruction",
+        "supervisor_call",
+        "prefetch_abort",
+        "data_abort",
+        "stack_overflow",
+        "watchdog",
+        "hang",
+        "bus_error",
+        "assertion",
     };
     return (unsigned)code < FAULTS ? names[code] : "unknown";
 }

@@ -66,8 +66,8 @@ double cholesky_inverse_element(const double *inverse_factor, uint32_t size, uin
                                 uint32_t column) {
     double sum = 0.0;
     for (uint32_t inner = row; inner < size; inner++) {
-        sum += inverse_factor[packed_place(inner, row)] *
-               inverse_factor[packed_place(inner, column)];
+        sum +=
+            inverse_factor[packed_place(inner, row)] * inverse_factor[packed_place(inner, column)];
     }
     return sum;
 }

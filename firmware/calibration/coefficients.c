@@ -72,8 +72,8 @@ enum refusal coefficients_quantise(const struct estimate *estimate, const enum v
 
 bool coefficients_lane_is_valid(const struct lane *lane) {
     return lane->order != 0 && lane->order <= ORDER_MOST &&
-           lane->phase_offset < 1U << ARCTRUE_PHASE_WIDTH &&
-           lane->amplitude <= AMPLITUDE_MOST && lane->amplitude >= -AMPLITUDE_MOST - 1;
+           lane->phase_offset < 1U << ARCTRUE_PHASE_WIDTH && lane->amplitude <= AMPLITUDE_MOST &&
+           lane->amplitude >= -AMPLITUDE_MOST - 1;
 }
 
 const struct lane *coefficients_lane_of(const struct coefficients *coefficients, uint32_t order) {

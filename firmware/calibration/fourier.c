@@ -43,8 +43,8 @@ static struct means turn_means(const struct turn *turn) {
 }
 
 /* D_21[n] at angle 0, from the transform whose zero is the first sample. */
-static struct vector coefficient(const struct lines *lines, const struct turn *turn,
-                                 uint32_t order, double start_rad) {
+static struct vector coefficient(const struct lines *lines, const struct turn *turn, uint32_t order,
+                                 double start_rad) {
     struct vector line = vector_scaled(lines->sum[order - 1], 1.0 / turn->samples);
     struct vector upward = turn->step_counts > 0.0 ? line : vector_conjugate(line);
     return vector_product(upward, vector_unit(-(double)order * start_rad));
@@ -85,9 +85,8 @@ static void start_estimate(struct estimate *estimate, const struct turn *turn,
         .iterations = 1,
         .measured_separation_rad = 2.0 * PI * mean_counts / turn->counts_per_rev,
     };
-    estimate->separation_choice =
-        separation_judge(settings->nominal_separation_rad, estimate->measured_separation_rad,
-                         settings->separation);
+    estimate->separation_choice = separation_judge(
+        settings->nominal_separation_rad, estimate->measured_separation_rad, settings->separation);
     estimate->separation_rad = estimate->separation_choice == SEPARATION_MEASURED
                                    ? estimate->measured_separation_rad
                                    : settings->nominal_separation_rad;
@@ -105,8 +104,8 @@ enum refusal fourier_estimate(struct fourier_workspace *workspace, const struct 
                                       ARCSEC_PER_TURN / turn->counts_per_rev};
     double squares;
     unit_circle_prepare(&workspace->circle);
-    lines_transform(&workspace->lines, lines, &workspace->circle, difference_arcsec,
-                    &differences, turn->samples, &squares);
+    lines_transform(&workspace->lines, lines, &workspace->circle, difference_arcsec, &differences,
+                    turn->samples, &squares);
     start_estimate(estimate, turn, settings, means.difference_counts);
     for (uint32_t order = 1; order <= settings->orders; order++) {
         take_order(estimate, order, coefficient(&workspace->lines, turn, order, means.start_rad));

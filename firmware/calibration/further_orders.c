@@ -75,8 +75,7 @@ static void choose(struct further_workspace *workspace, const struct turn *turn,
 }
 
 static struct term term_of(struct further_workspace *workspace, const struct turn *turn,
-                           const struct estimate *estimate, struct vector shift,
-                           uint32_t sample) {
+                           const struct estimate *estimate, struct vector shift, uint32_t sample) {
     const struct unit_circle *circle = &workspace->circle;
     double turns_per_count = 1.0 / turn->counts_per_rev;
     double arcsec_per_count = ARCSEC_PER_TURN * turns_per_count;

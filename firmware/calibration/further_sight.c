@@ -33,9 +33,9 @@ static bool is_blurred(const struct further_workspace *workspace, const struct f
                    vector_length(doubled) > NOT_ORTHOGONAL * samples;
     for (uint32_t place = 0; place < workspace->number; place++) {
         double other = workspace->order[place].order;
-        blurred = blurred || (other != m && (is_whole_between((m + other) * least, (m + other) * most) ||
-                                             is_whole_between(fabs(m - other) * least,
-                                                              fabs(m - other) * most)));
+        blurred = blurred || (other != m &&
+                              (is_whole_between((m + other) * least, (m + other) * most) ||
+                               is_whole_between(fabs(m - other) * least, fabs(m - other) * most)));
     }
     return blurred;
 }
@@ -59,10 +59,9 @@ static struct sight sight_from_sums(const struct further_workspace *workspace,
     double variance = 2.0 * noise * mean;
     struct vector turned = vector_unit(order->order * further_orders_shift_rad(estimate));
     struct vector a1 = vector_scaled(vector_conjugate(order->head1), 2.0 * mean);
-    struct vector a2 = vector_product(
-        vector_scaled(vector_conjugate(order->head2), 2.0 * mean), turned);
-    struct vector d =
-        vector_product(vector_scaled(order->apart, mean), vector_conjugate(turned));
+    struct vector a2 =
+        vector_product(vector_scaled(vector_conjugate(order->head2), 2.0 * mean), turned);
+    struct vector d = vector_product(vector_scaled(order->apart, mean), vector_conjugate(turned));
     double apart = 1.0 - vector_square(d);
     if (apart >= TOLD_APART) {
         struct vector g = vector_difference(vector_product(a2, d), a1);
@@ -90,8 +89,7 @@ struct sight further_orders_sight(const struct further_workspace *workspace,
         if (found->order != order) {
             continue;
         }
-        struct sight sight =
-            sight_from_sums(workspace, estimate, found, gain_limit, applied);
+        struct sight sight = sight_from_sums(workspace, estimate, found, gain_limit, applied);
         if (sight.state == SIGHT_CLEAR && is_blurred(workspace, found, estimate->orders)) {
             sight.state = SIGHT_BLURRED;
         }

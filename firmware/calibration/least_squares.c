@@ -62,8 +62,8 @@ static double residual_of(const struct fit *fit, uint32_t sample, struct vector 
     struct reading reading = turn_reading(fit->turn, sample);
     const struct unit_circle *circle = &fit->workspace->circle;
     struct vector unit1 = unit_circle_at(circle, reading.angle1 * fit->turns_per_count);
-    struct vector unit2 = vector_product(
-        unit_circle_at(circle, reading.angle2 * fit->turns_per_count), fit->shift);
+    struct vector unit2 =
+        vector_product(unit_circle_at(circle, reading.angle2 * fit->turns_per_count), fit->shift);
     struct vector power1 = unit1;
     struct vector power2 = unit2;
     double model = values[2 * fit->orders];
@@ -112,8 +112,8 @@ static double take_step(const struct fit *fit, const double *unknowns) {
     for (uint32_t place = 0; place < layout->number; place++) {
         values[layout->order[place] - 1] += unknowns[place];
         values[fit->orders + layout->order[place] - 1] += unknowns[layout->number + place];
-        largest = fmax(largest, fmax(fabs(unknowns[place]),
-                                     fabs(unknowns[layout->number + place])));
+        largest =
+            fmax(largest, fmax(fabs(unknowns[place]), fabs(unknowns[layout->number + place])));
     }
     values[2 * fit->orders] += unknowns[2 * layout->number];
     return largest;
@@ -197,8 +197,8 @@ static enum refusal fit_consistently(struct fit *fit, const struct calibration_s
         double constant = fit->workspace->values[2 * fit->orders];
         estimate->measured_separation_rad = nominal + constant / ARCSEC_PER_RAD;
         if (estimate->iterations == 1) {
-            estimate->separation_choice = separation_judge(
-                nominal, estimate->measured_separation_rad, settings->separation);
+            estimate->separation_choice =
+                separation_judge(nominal, estimate->measured_separation_rad, settings->separation);
         }
         bool measured = estimate->separation_choice == SEPARATION_MEASURED;
         double used = measured ? constant : 0.0;

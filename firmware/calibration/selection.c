@@ -8,8 +8,8 @@
 #define FALSE_ALARM 0.05
 
 const char *verdict_name(enum verdict verdict) {
-    static const char *const names[] = {"applied", "not_seen", "gain", "not_significant",
-                                        "no_lane", "loaded"};
+    static const char *const names[] = {"applied",         "not_seen", "gain",
+                                        "not_significant", "no_lane",  "loaded"};
     return (unsigned)verdict <= VERDICT_LOADED ? names[verdict] : "unknown";
 }
 

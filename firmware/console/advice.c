@@ -27,7 +27,8 @@ static const struct {
     {"reversal", "the table turned back: nothing is lost, the next steady turn is taken"},
     {"jump",
      "a head moved by more than two steps at once: it lost counts, or the table was pushed"},
-    {"wrong_step", "the speed changed by more than a tenth: the next turn is sampled at equal angles"},
+    {"wrong_step",
+     "the speed changed by more than a tenth: the next turn is sampled at equal angles"},
     {"over_speed",
      "too few samples a turn: turn slower, set a shorter sample_period or less orders"},
     {"inconsistent_heads", "the heads count in different senses: exchange A and B of one of them"},
@@ -42,20 +43,28 @@ static const struct {
     {"noise", "much noisier than usual (noise_limit), or above alarm_noise_arcsec: vibration, an "
               "unsteady speed, cables"},
     {"not_better", "nothing is wrong: the coefficients in use are as good"},
-    {"error", "the correction in use leaves more than alarm_error_arcsec, or an order of a loaded file "
-              "is off by more than it scatters, see load status; new coefficients follow unless they "
-              "are frozen or loaded: then load a new file"},
+    {"error",
+     "the correction in use leaves more than alarm_error_arcsec, or an order of a loaded file "
+     "is off by more than it scatters, see load status; new coefficients follow unless they "
+     "are frozen or loaded: then load a new file"},
     {"separation", "the heads are not separation_deg apart, to alarm_separation_arcsec: if a head "
                    "was moved, set separation_deg to what status shows; else look at the index of "
                    "both heads"},
-    {"output", "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
-               "help released"},
-    {"core_reset", "the fabric was reset and is set up again: the correction is off until a turn of its own; the receiver may "
-                   "have lost counts and has to look for its zero; look at the board's supply and reset"},
-    {"swallowed", "edges of head 1 came faster than filter_length lets through, and counts are lost: turn slower, or set a "
-                  "shorter filter_length; make the servo safe, then clear_output, and let the receiver look for its zero"},
-    {"released", "the line drivers were released by a fault of release_sources: end what is still present (head1, "
-                 "head2, swallowed: clear_output clears the flags; correction_limited: forget or bypass on), make the servo safe, "
+    {"output",
+     "the output stands at a fault, see help cannot_keep_up, or its line drivers are released, see "
+     "help released"},
+    {"core_reset",
+     "the fabric was reset and is set up again: the correction is off until a turn of its own; the "
+     "receiver may "
+     "have lost counts and has to look for its zero; look at the board's supply and reset"},
+    {"swallowed", "edges of head 1 came faster than filter_length lets through, and counts are "
+                  "lost: turn slower, or set a "
+                  "shorter filter_length; make the servo safe, then clear_output, and let the "
+                  "receiver look for its zero"},
+    {"released", "the line drivers were released by a fault of release_sources: end what is still "
+                 "present (head1, "
+                 "head2, swallowed: clear_output clears the flags; correction_limited: forget or "
+                 "bypass on), make the servo safe, "
                  "then clear_output"},
     {"cannot_keep_up",
      "the output stands: it fell further behind than following_limit, and counts are lost for its "
@@ -72,26 +81,33 @@ static const struct {
                "from the host meanwhile"},
     {"jumped", "the thermometer said what the table cannot have become (temperature_jump_k): look "
                "at it, then temperature sensor"},
-    {"unchanged", "the thermometer, or the host, has told nothing new for temperature_still_s: look at "
-                  "it; where the table is as even as that, set it longer"},
-    {"not_copied", "a step of the turn does not fit into the copy: more samples a turn, or fewer than "
-                   "6,144; dump again"},
-    {"swap", "the core did not take new coefficients: the correction is off and everything is found "
-             "anew; if it comes again, do not use this board"},
+    {"unchanged",
+     "the thermometer, or the host, has told nothing new for temperature_still_s: look at "
+     "it; where the table is as even as that, set it longer"},
+    {"not_copied",
+     "a step of the turn does not fit into the copy: more samples a turn, or fewer than "
+     "6,144; dump again"},
+    {"swap",
+     "the core did not take new coefficients: the correction is off and everything is found "
+     "anew; if it comes again, do not use this board"},
     {"wrong_crc", "the frame was changed on the way, or is no frame: send it again"},
     {"wrong_frame", "another frame was expected: begin the load anew"},
     {"too_many_lanes", "more orders than the gateware has lanes: export fewer with --lanes"},
-    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds, maybe at a temperature of the file's range: is the file "
+    {"out_of_range", "an order, phase or amplitude is beyond what a lane holds, maybe at a "
+                     "temperature of the file's range: is the file "
                      "whole?"},
     {"order_twice", "two lanes of the file have the same order: write it anew"},
     {"not_whole", "frames are missing: begin the load anew"},
     {"another_table", "the coefficients were made for another counts_per_rev than is set here"},
-    {"too_steep", "with these coefficients the corrected angle could turn back: |d error/d angle| is "
-                  "1 or more, at some temperature of the file's range"},
-    {"worse_prediction", "the captured turn speaks against them: load status names an order that it "
-                         "measures otherwise; is it the file of this table, and is its index the same?"},
-    {"unseen_order", "two heads at this angle cannot see an order of them, so that no turn can judge it: "
-                     "leave it out, or arctrue load --force"},
+    {"too_steep",
+     "with these coefficients the corrected angle could turn back: |d error/d angle| is "
+     "1 or more, at some temperature of the file's range"},
+    {"worse_prediction",
+     "the captured turn speaks against them: load status names an order that it "
+     "measures otherwise; is it the file of this table, and is its index the same?"},
+    {"unseen_order",
+     "two heads at this angle cannot see an order of them, so that no turn can judge it: "
+     "leave it out, or arctrue load --force"},
     {"not_read_back", "the gateware does not hold what was written to it: do not use this board"},
     {"lost", "a fault has cleared the settings: they are as they were saved, else preset; set what "
              "differs, then bypass off"},
@@ -107,20 +123,23 @@ static const struct {
     {"under_way", "the save before has not ended yet: wait for its answer"},
     {"flash_silent", "the flash's controller does not answer: nothing is saved"},
     {"flash_stuck", "the flash does not end what was begun: what was saved before stays"},
-    {"flash_not_erased",
-     "the flash was not erased; is it protected? What was saved before stays"},
-    {"flash_not_read_back",
-     "the flash holds something else than was written; is it protected? What was saved before stays; save "
-     "again"},
+    {"flash_not_erased", "the flash was not erased; is it protected? What was saved before stays"},
+    {"flash_not_read_back", "the flash holds something else than was written; is it protected? "
+                            "What was saved before stays; save "
+                            "again"},
     {"unread", "the flash did not answer at the start: what was saved is not in use; start again"},
-    {"not_read_at_start", "the flash did not answer at the start: what was saved is not in use; start again "
-                          "to use it, or save again to replace it"},
-    {"fewer_orders", "the record holds more orders than would be saved now: let the table turn until "
-                     "they are active, or forget first if they are to go"},
-    {"golden_stays", "the golden image is never written again: the board starts it where the other is "
-                     "not whole"},
-    {"zero_lost", "a head lost counts: the core moved the zero of head 1 to its index, that of head "
-                  "2 is followed; look at cables and terminations"},
+    {"not_read_at_start",
+     "the flash did not answer at the start: what was saved is not in use; start again "
+     "to use it, or save again to replace it"},
+    {"fewer_orders",
+     "the record holds more orders than would be saved now: let the table turn until "
+     "they are active, or forget first if they are to go"},
+    {"golden_stays",
+     "the golden image is never written again: the board starts it where the other is "
+     "not whole"},
+    {"zero_lost",
+     "a head lost counts: the core moved the zero of head 1 to its index, that of head "
+     "2 is followed; look at cables and terminations"},
 };
 
 const char *advice_for(const char *name) {

@@ -405,8 +405,10 @@ static const struct command commands[] = {
     {"telemetry", "telemetry on | telemetry off: a line of JSON a turn", 2, 2, telemetry},
     {"forget", "forget: correction off, begin with nothing known", 1, 1, forget},
     {"clear_output",
-     "clear_output: end the fault of the output, whose missed counts stay lost, and enable released line "
-     "drivers again; it follows from the present position: make the servo safe first, let it look for its zero "
+     "clear_output: end the fault of the output, whose missed counts stay lost, and enable "
+     "released line "
+     "drivers again; it follows from the present position: make the servo safe first, let it look "
+     "for its zero "
      "afterwards",
      1, 1, clear_output},
     {"rearm", "rearm: look for the core and the index again", 1, 1, rearm},

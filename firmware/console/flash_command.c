@@ -6,8 +6,9 @@
 
 #include "crc32.h"
 
-const char flash_use[] = "flash status | flash erase ADDRESS | flash data ADDRESS WORDS CRC | flash "
-                         "check ADDRESS BYTES: what arctrue flash sends";
+const char flash_use[] =
+    "flash status | flash erase ADDRESS | flash data ADDRESS WORDS CRC | flash "
+    "check ADDRESS BYTES: what arctrue flash sends";
 
 enum { DIGITS_A_WORD = 8 };
 

@@ -4,13 +4,22 @@
 
 const char load_use[] =
     "load begin FRAMES COUNTS CRC | load lane N ORDER PHASE AMPLITUDE CRC | load slope N ORDER "
-    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST CRC | "
+    "COSINE SINE COSINE2 SINE2 CRC | load temperature T0 TIME_CONSTANT CRC | load range LEAST MOST "
+    "CRC | "
     "load force 1 CRC | load end CRC | load status | load abort: what arctrue load sends";
 
 #define WORD_MOST 4294967295.0
 
 enum { ARCSEC_DECIMALS = 6 };
-enum { BEGIN_WORDS = 5, LANE_WORDS = 7, SLOPE_WORDS = 9, TEMPERATURE_WORDS = 5, RANGE_WORDS = 5, FORCE_WORDS = 4, END_WORDS = 3 };
+enum {
+    BEGIN_WORDS = 5,
+    LANE_WORDS = 7,
+    SLOPE_WORDS = 9,
+    TEMPERATURE_WORDS = 5,
+    RANGE_WORDS = 5,
+    FORCE_WORDS = 4,
+    END_WORDS = 3
+};
 
 static void line(struct console *console, const char *text) {
     text_word(&console->sink, text);
@@ -61,8 +70,8 @@ static void lane(struct console *console, char *const *words) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
-    answer(console, load_lane(&console->application->load, (uint32_t)values[0],
-                              (uint32_t)values[1], (uint32_t)values[2], (int32_t)values[3], crc));
+    answer(console, load_lane(&console->application->load, (uint32_t)values[0], (uint32_t)values[1],
+                              (uint32_t)values[2], (int32_t)values[3], crc));
 }
 
 static void slope(struct console *console, char *const *words) {
@@ -101,8 +110,8 @@ static void range(struct console *console, char *const *words) {
         answer(console, LOAD_WRONG_CRC);
         return;
     }
-    answer(console, load_range(&console->application->load, (int32_t)values[0],
-                               (int32_t)values[1], crc));
+    answer(console,
+           load_range(&console->application->load, (int32_t)values[0], (int32_t)values[1], crc));
 }
 
 static void force(struct console *console, char *const *words) {

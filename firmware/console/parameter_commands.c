@@ -7,12 +7,11 @@
 
 const char set_use[] = "set PARAMETER VALUE";
 const char trigger_use[] = "trigger | trigger width CLOCKS: the pulse with each sample";
-const char sync_use[] =
-    "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
+const char sync_use[] = "sync | sync capture 1: a sample at each edge of the pin | sync falling 1";
 const char probe_use[] = "probe: where the table was at its last edge | probe falling 1";
-const char compare_use[] =
-    "compare | compare first COUNTS | compare interval COUNTS | compare on 1 | compare width CLOCKS: "
-    "pulses at an angle after the index and at every interval from there";
+const char compare_use[] = "compare | compare first COUNTS | compare interval COUNTS | compare on "
+                           "1 | compare width CLOCKS: "
+                           "pulses at an angle after the index and at every interval from there";
 
 enum { NAME_MOST = 32 };
 
@@ -67,7 +66,8 @@ static void set(const struct console *console, const char *name, const char *wor
     }
     switch (application_set(console->application, name, value, &description)) {
     case PARAMETER_SET:
-        line(sink, description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
+        line(sink,
+             description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
         break;
     case PARAMETER_OUT_OF_RANGE:
         tell_range(sink, name, description);

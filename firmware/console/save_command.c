@@ -16,8 +16,7 @@ void save_command(struct console *console, char *const *words, uint32_t number) 
     (void)words;
     (void)number;
     bool free = console->images == NULL || !console->images->busy;
-    enum save_answer answer =
-        free ? application_save(console->application) : SAVE_UNDER_WAY;
+    enum save_answer answer = free ? application_save(console->application) : SAVE_UNDER_WAY;
     if (answer != SAVE_DONE) {
         refuse(console, answer);
     }

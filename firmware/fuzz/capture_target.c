@@ -87,8 +87,8 @@ static void judge(const struct capture *capture) {
     const struct estimate *estimate = &fuzz.estimate;
     require(estimate_is_finite(estimate));
     select_orders(estimate, LANES, GAIN_LIMIT_DEFAULT, fuzz.verdicts);
-    enum refusal reason = coefficients_quantise(
-        estimate, fuzz.verdicts, capture->counts_per_rev, LANES, &fuzz.coefficients);
+    enum refusal reason = coefficients_quantise(estimate, fuzz.verdicts, capture->counts_per_rev,
+                                                LANES, &fuzz.coefficients);
     if (reason != NOT_REFUSED) {
         require(reason == REFUSED_AMPLITUDE);
         return;

@@ -108,8 +108,7 @@ static bool flash_erase(void *context, uint32_t address) {
     return true;
 }
 
-static bool flash_program(void *context, uint32_t address, const uint32_t *words,
-                          uint32_t number) {
+static bool flash_program(void *context, uint32_t address, const uint32_t *words, uint32_t number) {
     (void)context;
     require(address / 4 + number <= 2 * SAVED_WORDS_MOST && number <= FLASH_PAGE_WORDS);
     memcpy(&(&fuzz.flash[0][0])[address / 4], words, number * sizeof *words);

@@ -159,8 +159,8 @@ static void program(const struct fabric *fabric, bool high) {
 static void check(struct fabric *fabric) {
     uint32_t end = fabric->place + left(fabric, CHECK_BYTES);
     for (; fabric->place < end; fabric->place += WORD_BYTES) {
-        fabric->crc = crc32_add_word(fabric->crc,
-                                     read_at(fabric, fabric->image.address + fabric->place));
+        fabric->crc =
+            crc32_add_word(fabric->crc, read_at(fabric, fabric->image.address + fabric->place));
     }
     if (end < fabric->image.length) {
         return;
@@ -283,8 +283,7 @@ void fabric_look_again(struct fabric *fabric) {
 }
 
 bool fabric_usable(const struct fabric *fabric) {
-    return fabric->emulated || fabric->state == FABRIC_LOADED ||
-           fabric->state == FABRIC_CONFIGURED;
+    return fabric->emulated || fabric->state == FABRIC_LOADED || fabric->state == FABRIC_CONFIGURED;
 }
 
 const char *fabric_state_name(enum fabric_state state) {

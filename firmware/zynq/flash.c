@@ -167,8 +167,8 @@ uint32_t flash_open(void *context) {
     flash->sector_bytes = 0;
     select(flash, true);
     /* The command's byte, then those of the ID. */
-    bool answers = exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) &&
-                   exchange(flash, QSPI_TXD0, 0, &id[1]);
+    bool answers =
+        exchange(flash, QSPI_TXD0, COMMAND_ID, &id[0]) && exchange(flash, QSPI_TXD0, 0, &id[1]);
     select(flash, false);
     if (!answers) {
         return 0;

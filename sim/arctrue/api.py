@@ -10,12 +10,13 @@ from __future__ import annotations
 import base64
 import html
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from arctrue.measurement import MeasurementSet, read_measurement_set
+from arctrue.report.charts.chart import Chart
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
 from arctrue.workbench.compare.comparison import ModelComparison
@@ -109,10 +110,13 @@ class Pictures:
         )
 
 
-def _pictures(draw: Callable[[Path], Iterable[Path]]) -> Pictures:
-    """What ``draw`` writes to a folder."""
+def _pictures(charts: Mapping[str, Chart]) -> Pictures:
+    """Each chart as the PNG file of its name."""
+    from arctrue.report.charts.matplotlib_chart import save_charts
+
     with tempfile.TemporaryDirectory() as folder:
-        return Pictures({path.name: path.read_bytes() for path in draw(Path(folder))})
+        paths = save_charts(charts, Path(folder))
+        return Pictures({path.name: path.read_bytes() for path in paths})
 
 
 def _table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -186,9 +190,9 @@ class Model:
         """How the error fell. Raises ValueError for a model without a history."""
         if not self.content.history:
             raise ValueError("the model has no history yet; add an effect first")
-        from arctrue.report.model_plots import plot_history
+        from arctrue.report.charts.ladder import ladder
 
-        return _pictures(lambda folder: [plot_history(self.content.history, folder)])
+        return _pictures({"history": ladder(self.content.history)})
 
     def _repr_html_(self) -> str:
         rows = [
@@ -212,9 +216,9 @@ class Comparison:
 
     def plot(self) -> Pictures:
         """The residual by branches and its maps."""
-        from arctrue.report.residual_plots import plot_comparison
+        from arctrue.report.charts.comparison_charts import comparison_charts
 
-        return _pictures(lambda folder: plot_comparison(self.solution, self.result, folder))
+        return _pictures(comparison_charts(self.solution, self.result))
 
     def _repr_html_(self) -> str:
         rows = [
@@ -240,9 +244,9 @@ class Diagnosis:
         """The evidence for each candidate. Raises ValueError where the data are faulty."""
         if self.result.base is None:
             raise ValueError(f"nothing was fitted: the verdict is {self.verdict}")
-        from arctrue.report.model_plots import plot_candidates
+        from arctrue.report.charts.candidates import candidates_chart
 
-        return _pictures(lambda folder: [plot_candidates(self.result, folder)])
+        return _pictures({"candidates": candidates_chart(self.result)})
 
     def _repr_html_(self) -> str:
         said = "".join(f"<p>{html.escape(text)}</p>" for text in self.sentences)

@@ -20,7 +20,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from arctrue.gateware.mean_bank import HEADS_MOST, WEIGHT_FRACTION, WEIGHT_WIDTH
+from arctrue.gateware.capability import HEADS_MOST
+from arctrue.gateware.mean_set import WEIGHT_FRACTION, WEIGHT_WIDTH
 
 Float = NDArray[np.float64]
 

@@ -24,7 +24,8 @@ from arctrue.calibration.head_weights import (
     weights_without_each,
 )
 from arctrue.gateware.coefficients import Coefficients
-from arctrue.gateware.mean_bank import OFFSET_FRACTION, WEIGHT_FRACTION, MeanBank
+from arctrue.gateware.mean_bank import MeanBank
+from arctrue.gateware.mean_set import OFFSET_FRACTION, WEIGHT_FRACTION
 from arctrue.generated.number_formats import LANES_DEFAULT
 
 Float = NDArray[np.float64]

@@ -166,9 +166,10 @@ def calibrate(
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, calibration.coefficients, measurement.title or name)
         # matplotlib takes longer to import than the calibration to run.
-        from arctrue.calibration.plot import save_plot
+        from arctrue.report.charts.calibration_chart import calibration_chart
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        save_plot(calibration, measurement.title or name, picture)
+        save_chart(calibration_chart(calibration, measurement.title or name), picture)
         say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")
@@ -208,9 +209,11 @@ def _finish_alone(
         coefficients, picture = out / "coefficients.toml", out / "calibration.png"
         write_coefficient_file(coefficients, alone.coefficients, measurement.title or name)
         # matplotlib takes longer to import than the calibration to run.
-        from arctrue.calibration.plot import save_comparison
+        from arctrue.report.charts.calibration_chart import reference_calibration_chart
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        save_comparison(alone.comparison, measurement.title or name, picture)
+        chart = reference_calibration_chart(alone.comparison, measurement.title or name)
+        save_chart(chart, picture)
         say(f"\nCoefficients: {coefficients}\nPlot: {picture}")
     except OSError as error:
         _end(BAD_INPUT, f"{error.filename}: cannot be written: {error.strerror}")

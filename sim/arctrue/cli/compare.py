@@ -85,9 +85,10 @@ def compare(
         },
     )
     if out is not None:
-        from arctrue.report.residual_plots import plot_comparison
+        from arctrue.report.charts.comparison_charts import comparison_charts
+        from arctrue.report.charts.matplotlib_chart import save_charts
 
-        for path in plot_comparison(solution, result, out):
+        for path in save_charts(comparison_charts(solution, result), out):
             console.print(f"wrote {path}")
 
 
@@ -98,8 +99,12 @@ def _identifiability_data(told: Identifiability) -> dict[str, Any]:
 
 
 def _map_data(item: ResidualMap) -> dict[str, Any]:
-    """A map without the bin of every row."""
-    return {key: value for key, value in vars(item).items() if key not in ("group", "bins")}
+    """A map without the bin of every row and how it is drawn."""
+    return {
+        key: value
+        for key, value in vars(item).items()
+        if key not in ("group", "bins", "goes_round")
+    }
 
 
 def _print(result: ModelComparison, names: list[str], *, fitted_here: bool) -> None:

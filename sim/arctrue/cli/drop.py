@@ -50,6 +50,7 @@ def drop(
     if json_file is not None:
         write_json(json_file, step_data(bench, model, solution))
     if out is not None:
-        from arctrue.report.model_plots import plot_history
+        from arctrue.report.charts.ladder import ladder
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        console.print(f"wrote {plot_history(model.history, out)}")
+        console.print(f"wrote {save_chart(ladder(model.history), out / 'history.png')}")

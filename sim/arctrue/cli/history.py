@@ -42,6 +42,7 @@ def history(model_file: Path, json_file: Path | None, out: Path | None) -> None:
         {"schema": 1, "history": [structs.asdict(step) for step in with_one_floor(model.history)]},
     )
     if out is not None:
-        from arctrue.report.model_plots import plot_history
+        from arctrue.report.charts.ladder import ladder
+        from arctrue.report.charts.matplotlib_chart import save_chart
 
-        console.print(f"wrote {plot_history(model.history, out)}")
+        console.print(f"wrote {save_chart(ladder(model.history), out / 'history.png')}")

@@ -203,9 +203,10 @@ def import_(
     decided = tuple(one_line(text) for text in imported.notes)
     origin = Origin(one_line(command), f"arctrue {version('arctrue')}", decided)
     write_measurement_set(out, replace(imported.measurement, origin=origin))
-    from arctrue.report.import_figure import plot_imported
+    from arctrue.report.charts.imported_rows import imported_rows_chart
+    from arctrue.report.charts.matplotlib_chart import save_chart
 
-    picture = plot_imported(imported.measurement, out)
+    picture = save_chart(imported_rows_chart(imported.measurement), out / "first_plot.png")
     console.print(f"wrote {out}; first look: {picture}", soft_wrap=True)
 
 

@@ -14,13 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_set import OFFSET_FRACTION, WEIGHT_FRACTION, MeanSet
 
 Float = NDArray[np.float64]
-
-WEIGHT_FRACTION = 16
-WEIGHT_WIDTH = 18
-OFFSET_FRACTION = 4
-HEADS_LEAST, HEADS_MOST = 2, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,28 +39,10 @@ class MeanBank:
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""
         weights, offsets = np.asarray(self.weights), np.asarray(self.offsets)
-        heads = weights.size
-        if not HEADS_LEAST <= heads <= HEADS_MOST or offsets.shape != weights.shape:
-            raise ValueError(
-                f"expected a weight and an offset for each of {HEADS_LEAST} to {HEADS_MOST} "
-                f"heads, found {weights.size} weights and {offsets.size} offsets"
-            )
-        limit = 1 << (WEIGHT_WIDTH - 1)
-        if np.any((weights < -limit) | (weights >= limit)):
-            raise ValueError(f"weights: s1.16 holds {-limit} to {limit - 1}, found {weights}")
-        if int(weights.sum()) != 1 << WEIGHT_FRACTION:
-            raise ValueError(f"weights: their sum must be {1 << WEIGHT_FRACTION}, found {weights}")
+        MeanSet(tuple(weights.tolist()), tuple(offsets.tolist()), self.carrier, self.missing or 0)
         turn = self.lanes.counts_per_rev << OFFSET_FRACTION
-        if np.any((offsets < 0) | (offsets >= turn)):
+        if np.any(offsets >= turn):
             raise ValueError(f"offsets: expected 0 to {turn - 1}, found {offsets}")
-        for name, which in (("carrier", self.carrier), ("missing", self.missing)):
-            if which is not None and not 1 <= which <= heads:
-                raise ValueError(f"{name}: expected a head from 1 to {heads}, found {which}")
-        if self.missing is not None:
-            if self.missing == self.carrier:
-                raise ValueError(f"head {self.missing} is missing and cannot be the carrier")
-            if weights[self.missing - 1]:
-                raise ValueError(f"head {self.missing} is missing, but its weight is not 0")
         for name, words, kind in (
             ("weights", weights, np.int32),
             ("offsets", offsets, np.uint32),

@@ -23,12 +23,6 @@ def set_log_x(axes: Axes, *, label_minor_ticks: bool = False) -> None:
     _label_with_numbers(axes.xaxis, label_minor_ticks)
 
 
-def set_symmetric_log_x(axes: Axes, linear_to: float) -> None:
-    """Make the horizontal axis logarithmic on both sides of ±``linear_to``, linear between."""
-    axes.set_xscale("symlog", linthresh=linear_to)
-    _label_with_numbers(axes.xaxis, label_minor_ticks=False)
-
-
 def _label_with_numbers(axis: Axis, label_minor_ticks: bool) -> None:
     axis.set_major_formatter(FuncFormatter(_number))
     axis.set_minor_formatter(FuncFormatter(_number) if label_minor_ticks else NullFormatter())

@@ -8,7 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.report.png import COLOURS, QUIET, plain_axes, png_figure, save_png
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    COLOURS,
+    Axis,
+    Bars,
+    Chart,
+    Curve,
+    Level,
+    Panel,
+    angle_axis,
+)
+from arctrue.report.charts.matplotlib_chart import save_chart
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 DEVIATION_SCALE = 300
@@ -22,72 +33,52 @@ def figure_11_name(found: Mapping[str, Any]) -> str:
 
 
 def plot_experiment(found: Mapping[str, Any], folder: Path) -> Path:
-    """(a) error at every face, and corrected, enlarged; (b) its orders.
+    """Write Fig. 11; ``found``: ``ExperimentResult.as_json()``, from a run or a file."""
+    return save_chart(experiment_chart(found), folder / figure_11_name(found))
 
-    ``found``: ``ExperimentResult.as_json()``, from a run or a file.
-    """
+
+def experiment_chart(found: Mapping[str, Any]) -> Chart:
+    """(a) error at every face, and corrected, enlarged; (b) its orders."""
     published = found["published"]
-    faces = np.arange(published["faces"])
-    angle_deg = faces * (360.0 / faces.size)
-    figure = png_figure(8.6, 8.4)
-    whole, enlarged, orders = figure.subplots(3, 1, height_ratios=[3, 2, 2])
-    for errors, colour, label in (
-        (found["before"], BEFORE, "uncorrected"),
-        (found["after"], AFTER, "corrected"),
-    ):
-        whole.errorbar(
-            angle_deg,
-            errors["mean_arcsec"],
-            yerr=DEVIATION_SCALE * np.asarray(errors["deviation_arcsec"]),
-            color=colour,
-            marker="o",
-            markersize=3,
-            linewidth=1.2,
-            capsize=2,
-            elinewidth=0.7,
-            label=label,
-        )
-    whole.legend(frameon=False, ncols=2, loc="lower right")
-    whole.set_title(
-        f"(a) Error at {faces.size} faces, {found['settings']['cycles']} cycles; "
+    faces, cycles = published["faces"], found["settings"]["cycles"]
+    whole = Panel(
+        angle_axis("true angle"),
+        Axis("error", ARCSEC),
+        [
+            _errors(found["before"], BEFORE, "uncorrected", DEVIATION_SCALE),
+            _errors(found["after"], AFTER, "corrected", DEVIATION_SCALE),
+        ],
+        f"(a) Error at {faces} faces, {cycles} cycles; "
         f"bars: σ of equation (13) × {DEVIATION_SCALE}",
-        loc="left",
     )
-    enlarged.errorbar(
-        angle_deg,
-        found["after"]["mean_arcsec"],
-        yerr=found["after"]["deviation_arcsec"],
-        color=AFTER,
-        marker="o",
-        markersize=3,
-        linewidth=1.2,
-        capsize=2,
-        elinewidth=0.7,
+    enlarged = Panel(
+        angle_axis("true angle"),
+        Axis("error", ARCSEC),
+        [
+            _errors(found["after"], AFTER, "", 1),
+            *(Level(limit) for limit in published["after_arcsec"]),
+        ],
+        "Corrected, enlarged; bars: σ; broken: the paper's range",
     )
-    for limit in published["after_arcsec"]:
-        enlarged.axhline(limit, color=QUIET, linestyle=(0, (4, 3)), linewidth=1)
-    enlarged.set_title("Corrected, enlarged; bars: σ; broken: the paper's range", loc="left")
-    for axes in (whole, enlarged):
-        axes.set_ylabel("error, ″")
-        axes.set_xlim(-5, 360)
-        axes.set_xticks(range(0, 361, 45))
-        plain_axes(axes)
-    enlarged.set_xlabel("true angle, °")
     amplitude = np.asarray(found["residual_orders_arcsec"])
-    numbers = np.arange(1, amplitude.size + 1)
-    orders.bar(numbers, amplitude, color=AFTER, width=0.6)
-    orders.axhline(
-        expected_order_arcsec(published), color=QUIET, linestyle=(0, (4, 3)), linewidth=1
-    )
-    orders.set_title(
+    numbers = np.arange(1.0, amplitude.size + 1.0)
+    orders = Panel(
+        Axis("order", ticks=[(float(n), f"{n:.0f}") for n in numbers]),
+        Axis("amplitude", ARCSEC),
+        [Bars(numbers, amplitude, "", AFTER), Level(expected_order_arcsec(published))],
         "(b) Orders of the corrected error; broken: what u₁ and u₂ of independent faces give",
-        loc="left",
     )
-    orders.set_xlabel("order")
-    orders.set_ylabel("amplitude, ″")
-    orders.set_xticks(numbers)
-    plain_axes(orders)
-    return save_png(figure, folder, figure_11_name(found))
+    words = f"Fig. 11: error at {faces} faces before and after, and the orders that are left."
+    return Chart("paper_fig_11", words, [whole, enlarged, orders])
+
+
+def _errors(errors: Mapping[str, Any], colour: str, name: str, scale: float) -> Curve:
+    mean = np.asarray(errors["mean_arcsec"])
+    deviation = np.asarray(errors["deviation_arcsec"])
+    angle_deg = np.arange(mean.size) * (360.0 / mean.size)
+    return Curve(
+        angle_deg, mean, name, colour, kind="both", y_error=scale * deviation, width=1.2, size=3.0
+    )
 
 
 def expected_order_arcsec(published: Mapping[str, Any]) -> float:

@@ -109,8 +109,8 @@ def test_words_have_the_sum_one_and_let_little_through(places_deg: tuple[float, 
 @pytest.mark.parametrize(
     ("weights", "said"),
     [
-        ([32768, 32767], "their sum"),
-        ([1 << 17, -(1 << 16)], "s1.16 holds"),
+        ([32768, 32767], "expected a sum of 65536"),
+        ([1 << 17, -(1 << 16)], "the gateware holds"),
     ],
 )
 def test_a_bank_refuses_words_that_no_format_holds(weights: list[int], said: str) -> None:

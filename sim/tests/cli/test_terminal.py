@@ -18,7 +18,8 @@ from arctrue.base.printable import harmless, is_printable, one_line
 from arctrue.cli import main
 from arctrue.cli._terminal import Console
 from arctrue.measurement import write_measurement_set
-from arctrue.report.png import png_figure, save_png
+from arctrue.report.charts.chart import Axis, Chart, Panel
+from arctrue.report.charts.matplotlib_chart import save_chart
 
 CLEAR = "\x1b[2J"
 """Clears the terminal."""
@@ -177,6 +178,6 @@ def test_a_title_with_mathematics_is_drawn_as_it_is(small: Path, tmp_path: Path)
 
 
 def test_no_figure_reads_mathematics(tmp_path: Path) -> None:
-    figure = png_figure(2.0, 2.0)
-    figure.suptitle(r"table $\nosuch{$ 7")
-    assert save_png(figure, tmp_path, "x.png").stat().st_size > 0
+    panel = Panel(Axis("x"), Axis("y"), [], r"table $\nosuch{$ 7")
+    path = save_chart(Chart("title", "", [panel]), tmp_path / "x.png")
+    assert path.stat().st_size > 0

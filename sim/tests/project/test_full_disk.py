@@ -14,8 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from sim.tests.workbench.small_sets import measurement_set
 
 import arctrue
@@ -25,7 +23,8 @@ from arctrue.cli._workbench import write_json
 from arctrue.gateware.coefficient_file import write_coefficient_file
 from arctrue.gateware.coefficients import Coefficients
 from arctrue.measurement import write_measurement_set
-from arctrue.report.png import save_png
+from arctrue.report.charts.chart import Axis, Chart, Panel
+from arctrue.report.charts.matplotlib_chart import save_chart
 from arctrue.studies.simulate.truth import write_truth
 from arctrue.table.pins import PinEvents
 from arctrue.workbench.effects.new_effect import write_new_effect
@@ -47,11 +46,8 @@ def full_disk() -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def _figure() -> Figure:
-    figure = Figure(figsize=(2, 2))
-    FigureCanvasAgg(figure)
-    figure.subplots().plot([0, 1], [1, 0])
-    return figure
+def _chart() -> Chart:
+    return Chart("axes", "Empty axes.", [Panel(Axis("x"), Axis("y"), [])])
 
 
 def _pins() -> PinEvents:
@@ -65,7 +61,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     ),
     "figures.json": lambda path: write_json(path, {"values": list(range(100))}),
     "text": lambda path: write_whole_text(path, "x" * 100),
-    "picture.png": lambda path: save_png(_figure(), path.parent, path.name),
+    "picture.png": lambda path: save_chart(_chart(), path),
     "own.py": lambda path: write_new_effect(path.stem, path.parent),
     "pins.txt": lambda path: _pins().write(path),
 }

@@ -9,6 +9,8 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
+import pytest
+
 from arctrue.base.source_tree import ROOT
 
 
@@ -43,9 +45,10 @@ def test_cppcheck_still_finds_a_fault(tmp_path: Path) -> None:
     assert re.search(r"fault\.c:5:\d+: error: .*\[arrayIndexOutOfBounds\]", done.stderr)
 
 
-def test_cppcheck_is_pinned_and_that_version_is_installed() -> None:
+@pytest.mark.parametrize("tool", ["cppcheck", "clang-format"])
+def test_a_linter_of_c_is_pinned_and_that_version_is_installed(tool: str) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    pinned = f"cppcheck=={version('cppcheck')}"
+    pinned = f"{tool}=={version(tool)}"
     assert pinned in project["optional-dependencies"]["dev"]
     lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     assert re.search(rf"^{re.escape(pinned)} ", lock, re.MULTILINE)
@@ -53,4 +56,4 @@ def test_cppcheck_is_pinned_and_that_version_is_installed() -> None:
         r"^PACKAGES=\(([^)]*)\)", (ROOT / "scripts/setup.sh").read_text("utf-8"), re.M
     )
     assert packages
-    assert "cppcheck" not in packages[1].split()
+    assert tool not in packages[1].split()

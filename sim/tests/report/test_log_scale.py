@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from arctrue.report.log_scale import set_log_y, set_symmetric_log_x
+from arctrue.report.log_scale import set_log_y
 from arctrue.report.svg import to_svg
 
 SOURCES = Path(__file__).parents[2] / "arctrue"
@@ -32,16 +32,6 @@ def test_powers_of_ten_are_numbers() -> None:
 def test_minor_ticks_get_numbers_when_asked() -> None:
     assert "3" in _labels(to_svg(_figure(1.5, 6.0, label_minor_ticks=True)))
     assert "3" not in _labels(to_svg(_figure(1.5, 6.0)))
-
-
-def test_both_signs() -> None:
-    figure = Figure()
-    axes = figure.subplots()
-    axes.plot([-20_000, 20_000], [0, 1])
-    set_symmetric_log_x(axes, 10.0)
-    labels = _labels(to_svg(figure))
-    assert {"−10,000", "0", "10,000"} <= set(labels)
-    assert not any("$" in label for label in labels)
 
 
 def test_no_figure_sets_a_logarithmic_axis_by_itself() -> None:

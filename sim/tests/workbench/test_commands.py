@@ -52,6 +52,7 @@ def test_the_loop_by_hand(warm_set: Path, same_table_again: Path, tmp_path: Path
     assert _json(tmp_path / "c.json")["noise"]["reference"]["tests"]["normality_p"] > 0.001
     assert {path.name for path in pictures.iterdir()} == {
         "residual_branches.png",
+        "residual_findings.png",
         "residual_maps.png",
         "residual_lines.png",
         "residual_whitened.png",

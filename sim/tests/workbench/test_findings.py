@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
+from arctrue.report.charts.matplotlib_chart import chart_figure
+from arctrue.report.charts.residual_maps import residual_findings_chart
 from arctrue.workbench.compare.comparison import compare
 from arctrue.workbench.compare.findings import ExcessOf, Finding
 from arctrue.workbench.effects.registry import built_in
@@ -67,22 +69,20 @@ def test_share_of_the_excess() -> None:
 
 def test_the_picture_shows_what_the_text_says() -> None:
     """A bar a sentence, in the order of the sentences, as long as the share in it."""
-    from matplotlib.figure import Figure
-
-    from arctrue.report.residual_plots import draw_findings
-    from arctrue.workbench.compare.findings import Finding
-
-    told = [
+    found = [
         Finding("capture", "temperature × order 1", 0.97, 0.97, None, "97 % …"),
         Finding("capture", "time", 0.81, 0.02, "temperature × order 1", "time …"),
         Finding("reference", "direction", 0.4, 0.4, None, "40 % …"),
     ]
-    axes = Figure().subplots()
-    draw_findings(axes, told)
-    labels = [label.get_text() for label in axes.get_yticklabels()]
-    assert labels == [f"{item.channel}: {item.follows}" for item in told]
-    alone, beyond = ([bar.get_width() for bar in bars] for bars in axes.containers)
-    assert alone == [100.0 * item.share for item in told]
-    assert beyond == [100.0 * item.share_beyond for item in told]
-    low, high = axes.get_ylim()
-    assert low > high, "the first sentence stands above"
+    (axes,) = chart_figure(residual_findings_chart(found)).axes
+    places = dict(
+        zip((t.get_text() for t in axes.get_yticklabels()), axes.get_yticks(), strict=True)
+    )
+    assert list(places) == [f"{item.channel}: {item.follows}" for item in found]
+    assert sorted(places.values(), reverse=True) == list(places.values()), "the first stands above"
+    widths: dict[int, list[float]] = {}
+    for bar in (bar for bars in axes.containers for bar in bars):
+        middle = round(bar.get_y() + bar.get_height() / 2.0)
+        widths.setdefault(middle, []).append(bar.get_width())
+    for item, place in zip(found, places.values(), strict=True):
+        assert widths[round(place)] == [100.0 * item.share, 100.0 * item.share_beyond]

@@ -16,25 +16,39 @@ using instrument::Stimulus;
 using instrument::Track;
 using instrument::Wish;
 
-double sc_time_stamp() { return 0; }
+double sc_time_stamp() {
+    return 0;
+}
 
 #define EXPORTED extern "C" __attribute__((visibility("default")))
 
-EXPORTED Harness *instrument_new(void) { return new (std::nothrow) Harness(); }
+EXPORTED Harness *instrument_new(void) {
+    return new (std::nothrow) Harness();
+}
 
-EXPORTED void instrument_delete(Harness *harness) { delete harness; }
+EXPORTED void instrument_delete(Harness *harness) {
+    delete harness;
+}
 
-EXPORTED const char *instrument_message(const Harness *harness) { return harness->message.c_str(); }
+EXPORTED const char *instrument_message(const Harness *harness) {
+    return harness->message.c_str();
+}
 
-EXPORTED int64_t instrument_clock(const Harness *harness) { return harness->clock; }
+EXPORTED int64_t instrument_clock(const Harness *harness) {
+    return harness->clock;
+}
 
 EXPORTED double instrument_true_angle(const Harness *harness) {
     return harness->stimulus.true_angle(static_cast<double>(harness->clock));
 }
 
-EXPORTED int instrument_interrupt(Harness *harness) { return harness->interrupt_line(); }
+EXPORTED int instrument_interrupt(Harness *harness) {
+    return harness->interrupt_line();
+}
 
-EXPORTED void instrument_hold_reset(Harness *harness, int held) { harness->hold_reset(held != 0); }
+EXPORTED void instrument_hold_reset(Harness *harness, int held) {
+    harness->hold_reset(held != 0);
+}
 
 EXPORTED int instrument_run(Harness *harness, int64_t clocks, double true_angle, int interrupt,
                             int stimulus_end) {
@@ -95,7 +109,9 @@ EXPORTED void instrument_attach_events(Harness *harness, int64_t number, const i
                                     std::vector<uint8_t>(levels, levels + number), first);
 }
 
-EXPORTED void instrument_detach(Harness *harness) { harness->stimulus.detach(); }
+EXPORTED void instrument_detach(Harness *harness) {
+    harness->stimulus.detach();
+}
 
 EXPORTED void instrument_disturb(Harness *harness, int64_t number, const Disturbance *all,
                                  uint64_t seed) {

@@ -4,7 +4,9 @@
 
 namespace instrument {
 
-Bus::Bus(Varctrue_core &driven) : core(driven) { silence(); }
+Bus::Bus(Varctrue_core &driven) : core(driven) {
+    silence();
+}
 
 void Bus::stall(uint32_t most_clocks, uint64_t seed) {
     most_wait = most_clocks;
@@ -72,14 +74,16 @@ void Bus::see() {
         return;
     }
     if (writing) {
-        address_done = address_done || (core.s_axil_request_awvalid && core.s_axil_response_awready);
+        address_done =
+            address_done || (core.s_axil_request_awvalid && core.s_axil_response_awready);
         data_done = data_done || (core.s_axil_request_wvalid && core.s_axil_response_wready);
         if (core.s_axil_response_bvalid && core.s_axil_request_bready) {
             response = core.s_axil_response_bresp;
             busy = false;
         }
     } else {
-        address_done = address_done || (core.s_axil_request_arvalid && core.s_axil_response_arready);
+        address_done =
+            address_done || (core.s_axil_request_arvalid && core.s_axil_response_arready);
         if (core.s_axil_response_rvalid && core.s_axil_request_rready) {
             response = core.s_axil_response_rresp;
             data = core.s_axil_response_rdata;

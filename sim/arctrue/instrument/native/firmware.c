@@ -49,8 +49,7 @@ static bool flash_erase(void *context, uint32_t address) {
     return true;
 }
 
-static bool flash_program(void *context, uint32_t address, const uint32_t *words,
-                          uint32_t number) {
+static bool flash_program(void *context, uint32_t address, const uint32_t *words, uint32_t number) {
     struct processor *processor = context;
     memcpy(&processor->flash[0][0] + address / sizeof *words, words, number * sizeof *words);
     return true;

@@ -110,6 +110,8 @@ void Harness::hold_reset(bool held) {
     bus.silence();
 }
 
-bool Harness::interrupt_line() { return core.INTERRUPT_PORT != 0; }
+bool Harness::interrupt_line() {
+    return core.INTERRUPT_PORT != 0;
+}
 
 } // namespace instrument

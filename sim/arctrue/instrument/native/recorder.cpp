@@ -88,8 +88,8 @@ void Track::note(int64_t clock, int64_t level, const std::function<double(double
     if (settings.bins > 0 && std::isfinite(angle)) {
         double turns = angle / TURN_RAD;
         double error = static_cast<double>(level) - turns * settings.counts_per_rev;
-        auto bin = static_cast<int64_t>((turns - std::floor(turns)) *
-                                        static_cast<double>(settings.bins));
+        auto bin =
+            static_cast<int64_t>((turns - std::floor(turns)) * static_cast<double>(settings.bins));
         auto place = static_cast<size_t>(bin < settings.bins ? bin : settings.bins - 1);
         bin_edges[place]++;
         bin_sum[place] += error;

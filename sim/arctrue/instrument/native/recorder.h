@@ -26,7 +26,9 @@ class Track {
     };
 
     void start(const Settings &settings);
-    void stop() { recording = false; }
+    void stop() {
+        recording = false;
+    }
     // Levels after a clock. `true_angle` tells the angle at an instant, NaN where unknown.
     void see(int64_t clock, uint8_t levels, const std::function<double(double)> &true_angle);
 

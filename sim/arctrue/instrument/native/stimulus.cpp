@@ -21,9 +21,13 @@ int quadrature_step(uint8_t before, uint8_t after) {
     return step == 3 ? -1 : step;
 }
 
-int64_t Piece::intervals() const { return static_cast<int64_t>(curve[0].size()) - 3; }
+int64_t Piece::intervals() const {
+    return static_cast<int64_t>(curve[0].size()) - 3;
+}
 
-int64_t Piece::end_clock() const { return first_clock + intervals() * knot_clocks; }
+int64_t Piece::end_clock() const {
+    return first_clock + intervals() * knot_clocks;
+}
 
 bool Piece::holds(double clock) const {
     return clock >= static_cast<double>(first_clock) && clock <= static_cast<double>(end_clock());
@@ -146,8 +150,7 @@ bool Stimulus::follow_curves(int64_t clock) {
         if (counted && !graduation.may_jump && std::llabs(now - count[head]) > 1) {
             message = "head " + std::to_string(head + 1) + " makes " +
                       std::to_string(std::llabs(now - count[head])) + " counts in clock " +
-                      std::to_string(clock) +
-                      ": turn the table slower or take more clocks a count";
+                      std::to_string(clock) + ": turn the table slower or take more clocks a count";
             return false;
         }
         count[head] = now;

@@ -67,8 +67,12 @@ class Stimulus {
     // Levels in this clock; called once a clock, in order. False: see `message`.
     bool advance(int64_t clock, uint8_t *levels);
 
-    bool has_curves() const { return kind == CURVES; }
-    bool ended(int64_t clock) const { return kind != NOTHING && clock >= end_clock; }
+    bool has_curves() const {
+        return kind == CURVES;
+    }
+    bool ended(int64_t clock) const {
+        return kind != NOTHING && clock >= end_clock;
+    }
     // The true angle at an instant of the present or the last piece, radians; NaN without curves.
     double true_angle(double clock) const;
 

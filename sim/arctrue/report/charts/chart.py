@@ -102,6 +102,9 @@ class Bars:
     base: float = 0.0
     """Where a bar begins: a logarithmic axis has no 0."""
     width: float = 0.7
+    opacity: float = 1.0
+    labels: Sequence[str] = ()
+    """Text at the end of each bar."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,11 @@ def save_chart(chart: Chart, path: Path) -> Path:
     with _STYLE_IS_GLOBAL, house_style(), whole_file(path) as unfinished:
         chart_figure(chart).savefig(unfinished, dpi=130, metadata=metadata)
     return path
+
+
+def save_charts(charts: Mapping[str, Chart], folder: Path) -> list[Path]:
+    """Write each chart as the PNG file of its name. Raises OSError."""
+    return [save_chart(chart, folder / f"{name}.png") for name, chart in charts.items()]
 
 
 def chart_figure(chart: Chart) -> Figure:
@@ -161,11 +167,18 @@ def _draw_layer(figure: Figure, axes: Axes, layer: Layer, order: int) -> None:
             zorder=order,
         )
     elif isinstance(layer, Bars):
-        shape: dict[str, Any] = {"color": layer.colour, "label": name, "zorder": order}
+        shape: dict[str, Any] = {
+            "color": layer.colour,
+            "alpha": layer.opacity,
+            "label": name,
+            "zorder": order,
+        }
         if layer.lying:
-            axes.barh(layer.place, layer.length, layer.width, left=layer.base, **shape)
+            bars = axes.barh(layer.place, layer.length, layer.width, left=layer.base, **shape)
         else:
-            axes.bar(layer.place, layer.length, layer.width, bottom=layer.base, **shape)
+            bars = axes.bar(layer.place, layer.length, layer.width, bottom=layer.base, **shape)
+        if layer.labels:
+            axes.bar_label(bars, list(layer.labels), padding=4, fontsize=8)
     elif isinstance(layer, Level):
         axes.axhline(
             layer.value,

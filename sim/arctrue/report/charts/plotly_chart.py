@@ -206,9 +206,10 @@ def _traces(
                 "orientation": "h" if layer.lying else "v",
                 "width": layer.width,
                 "base": layer.base,
-                "marker": {"color": layer.colour},
+                "marker": {"color": layer.colour, "opacity": layer.opacity},
                 "name": _plain(layer.name),
                 "showlegend": bool(layer.name),
+                **_bar_labels(layer),
             }
         ]
     if isinstance(layer, HeatMap):
@@ -233,6 +234,12 @@ def _curve(layer: Curve) -> dict[str, Any]:
     if layer.y_error is not None:
         trace["error_y"] = {"array": _list(layer.y_error), "thickness": 1, "width": 2}
     return trace
+
+
+def _bar_labels(layer: Bars) -> dict[str, Any]:
+    if not layer.labels:
+        return {}
+    return {"text": [_plain(text) for text in layer.labels], "textposition": "outside"}
 
 
 def _heat_map(layer: HeatMap, upright: tuple[float, float]) -> dict[str, Any]:

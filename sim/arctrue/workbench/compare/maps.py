@@ -39,6 +39,8 @@ class ResidualMap:
     group: Integer = field(repr=False, compare=False)
     """Number of the bin of every row, shape (rows,)."""
     bins: int
+    goes_round: bool = False
+    """True for an angle or a phase."""
 
     @property
     def excess_share(self) -> float:
@@ -52,11 +54,12 @@ class _Binning:
     unit: str
     group: Integer
     centres: Float
+    goes_round: bool = False
 
 
 def _angle(angle_rad: Float, bins: int, condition: str) -> _Binning:
     group = np.floor(np.mod(angle_rad / (2.0 * np.pi), 1.0) * bins).astype(np.int64) % bins
-    return _Binning(condition, "deg", group, (np.arange(bins) + 0.5) * 360.0 / bins)
+    return _Binning(condition, "deg", group, (np.arange(bins) + 0.5) * 360.0 / bins, True)
 
 
 def _values(values: Float, condition: str, unit: str) -> _Binning | None:
@@ -70,11 +73,13 @@ def _values(values: Float, condition: str, unit: str) -> _Binning | None:
     return _Binning(condition, unit, group, centres)
 
 
-def _labels(labels: Integer | NDArray[np.floating], condition: str, unit: str) -> _Binning | None:
+def _labels(
+    labels: Integer | NDArray[np.floating], condition: str, unit: str, *, goes_round: bool = False
+) -> _Binning | None:
     names, group = np.unique(labels, return_inverse=True)
     if names.size < 2:
         return None
-    return _Binning(condition, unit, group.astype(np.int64), names.astype(np.float64))
+    return _Binning(condition, unit, group.astype(np.int64), names.astype(np.float64), goes_round)
 
 
 def _capture_binnings(rows: CaptureRows) -> Iterator[_Binning | None]:
@@ -96,7 +101,7 @@ def _capture_binnings(rows: CaptureRows) -> Iterator[_Binning | None]:
 def _reference_binnings(rows: ReferenceRows) -> Iterator[_Binning | None]:
     if np.unique(np.round(rows.target_rad, 6)).size <= ANGLE_BINS:
         degrees = np.round(np.mod(np.degrees(rows.target_rad), 360.0), 4)
-        yield _labels(degrees, "angle", "deg")
+        yield _labels(degrees, "angle", "deg", goes_round=True)
     else:
         yield _angle(rows.target_rad, ANGLE_BINS, "angle")
     if rows.direction is not None:
@@ -179,6 +184,7 @@ def _maps(
                 null_share=max(variance_share(null, binning.group, bins) for null in nulls),
                 group=binning.group,
                 bins=bins,
+                goes_round=binning.goes_round,
             )
         )
     return found

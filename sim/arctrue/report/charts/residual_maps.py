@@ -1,0 +1,105 @@
+"""What the model leaves against every condition, and how much of the excess follows each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from arctrue.base.percent import percent
+from arctrue.report.charts.chart import (
+    ARCSEC,
+    CHANNEL_COLOUR,
+    QUIET,
+    Axis,
+    Bars,
+    Chart,
+    Curve,
+    Level,
+    Panel,
+    angle_axis,
+)
+from arctrue.workbench.compare.findings import LEAST_SHARE, Finding
+from arctrue.workbench.compare.maps import ResidualMap
+
+_PART_OF_A_TURN_DEG = 180.0
+"""A set that covers less is drawn over what it covers."""
+_COLUMNS = 3
+_ROOM = 1.15
+"""Free room above and below the largest mean."""
+
+
+def residual_maps_chart(maps: Sequence[ResidualMap]) -> Chart:
+    """Means of the residual in bins of each condition, all panels of a channel at one scale."""
+    panels = [
+        _panel(item, _reach([other for other in maps if other.channel == channel]))
+        for channel in CHANNEL_COLOUR
+        for item in maps
+        if item.channel == channel
+    ]
+    words = "Mean of what the model leaves, against each condition."
+    return Chart("residual_maps", words, panels, columns=_COLUMNS, panel_height=2.3)
+
+
+def residual_findings_chart(findings: Sequence[Finding]) -> Chart:
+    """Two bars a finding: its share of the excess by itself, and beyond the stronger ones."""
+    layers = []
+    for channel, colour in CHANNEL_COLOUR.items():
+        rows = [place for place, item in enumerate(findings) if item.channel == channel]
+        if not rows:
+            continue
+        # The first sentence stands at the top.
+        place = -np.array(rows, dtype=np.float64)
+        alone = np.array([100.0 * findings[row].share for row in rows])
+        beyond = np.array([100.0 * findings[row].share_beyond for row in rows])
+        layers += [
+            Bars(place, alone, f"{channel}: by itself", colour, lying=True, opacity=0.3),
+            Bars(place, beyond, "beyond what is above it", colour, lying=True, width=0.35),
+        ]
+    ticks = [(-float(row), f"{item.channel}: {item.follows}") for row, item in enumerate(findings)]
+    panel = Panel(
+        Axis("share of the excess", "%", reach=(0.0, 100.0)),
+        Axis("", ticks=ticks),
+        layers,
+        "What the residual follows",
+    )
+    height = 1.2 + 0.3 * len(findings)
+    words = "Share of the excess that follows each condition, as compare says it."
+    return Chart("residual_findings", words, [panel], panel_height=height)
+
+
+def _reach(items: Sequence[ResidualMap]) -> float:
+    """Half the height of a channel's panels: what does not matter looks flat."""
+    return _ROOM * max(
+        float(np.max(np.abs(item.means_arcsec) + item.standard_errors_arcsec, initial=0.0))
+        for item in items
+    )
+
+
+def _panel(item: ResidualMap, reach: float) -> Panel:
+    matters = item.excess_share >= LEAST_SHARE
+    line = item.goes_round and item.channel == "capture"
+    curve = Curve(
+        item.centres,
+        item.means_arcsec,
+        "",
+        CHANNEL_COLOUR[item.channel] if matters else QUIET,
+        kind="both" if line else "points",
+        y_error=item.standard_errors_arcsec,
+        width=0.9,
+        size=3.0,
+    )
+    title = f"{percent(item.share, 1)} of the variance, chance {percent(item.null_share, 1)}"
+    if not matters:
+        title = f"less than {percent(LEAST_SHARE)} beyond chance"
+    y = Axis(f"{item.channel}, mean", ARCSEC, reach=(-reach, reach) if reach > 0.0 else None)
+    return Panel(_axis(item), y, [Level(0.0, dash="solid"), curve], title)
+
+
+def _axis(item: ResidualMap) -> Axis:
+    if item.goes_round and np.ptp(item.centres) > _PART_OF_A_TURN_DEG:
+        return angle_axis(item.condition)
+    ticks = None
+    if item.unit == "1" and np.array_equal(item.centres, np.rint(item.centres)):
+        ticks = [(float(value), f"{value:.0f}".replace("-", "−")) for value in item.centres]
+    return Axis(item.condition, item.unit, ticks=ticks)
