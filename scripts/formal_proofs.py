@@ -359,18 +359,21 @@ PROOFS = (
         breaks=(
             Break(
                 "it counts backwards",
-                "        up            := filtered(2) xor before(1);\n",
-                "        up            := filtered(1) xor before(2);\n",
+                "        up   <= a xor b_before;\n",
+                "        up   <= b xor a_before;\n",
+                entity="edge_counter",
             ),
             Break(
                 "the other head alone moves the zero",
-                "                       and zero_again and is_latest and ",
-                "                       and (zero_again or other_head_agrees) and is_latest and ",
+                "                and zero_again and is_latest and ",
+                "                and (zero_again or other_head_agrees) and is_latest and ",
+                entity="index_zero",
             ),
             Break(
                 "counts are put back unasked",
                 "        if (heal = '1' and is_small = '1') then\n",
                 "        if (is_small = '1') then\n",
+                entity="index_zero",
             ),
             Break(
                 "the filter lets a level through a clock too early",
@@ -385,8 +388,9 @@ PROOFS = (
             ),
             Break(
                 "both pins changing together are counted",
-                "      moves        := (a_changes xor b_changes) and not preload;\n",
-                "      moves        := (a_changes or b_changes) and not preload;\n",
+                "  comes     <= (a_changes xor b_changes) and not preload;\n",
+                "  comes     <= (a_changes or b_changes) and not preload;\n",
+                entity="edge_counter",
             ),
         ),
     ),

@@ -10,8 +10,8 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
+from arctrue.gateware.plausibility_check import COUNTER_MAX
 from arctrue.gateware.quadrature_decoder import (
-    COUNTER_MAX,
     DecoderInputs,
     DecoderTrace,
     quadrature_decoder,
