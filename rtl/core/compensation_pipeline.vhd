@@ -34,6 +34,9 @@
 -- **Put back.** `position` contains `put_back` counts for those that head 1 lost. A change of `zero_moved` tells the
 -- first angle from another zero; both travel with the angle, and what changed by it decays at the ramp rate.
 --
+-- **Mean.** With MEAN, angle and position are those of the carrier, and `mean_term`, `jumped` and `jump` of its reading
+-- come MEAN_LATENCY clocks after it (head_mean). `swap_comes` is high in the clock before the first angle of a new bank.
+--
 -- **Coefficients.** Written and swapped as described for coefficient_memory; the new bank holds
 -- from the angle in the clock after `swap`, or the next accepted one. A swap waits while the idle bank is
 -- filled after the one before, and for the end of a write that is under way.
@@ -55,7 +58,8 @@ entity compensation_pipeline is
   generic (
     LANES        : positive range 1 to LANES_MAX := LANES_DEFAULT;
     COSINE_WIDTH : positive                      := work.number_formats_pkg.COSINE_WIDTH;
-    FOLD         : positive range 1 to 8         := 1 -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD         : positive range 1 to 8         := 1; -- lanes that share a pipeline: 1, 2, 4 or 8
+    MEAN         : boolean                       := false -- the mean of the heads is corrected
   );
   port (
     clock              : in    std_ulogic;
@@ -67,6 +71,9 @@ entity compensation_pipeline is
     zero_moved         : in    std_ulogic             := '0';                 -- turns over with the first angle from another zero
     put_back           : in    u_signed(15 downto 0)  := (others => '0');     -- counts in position that no edge brought, modulo 2¹⁶
     referenced         : in    std_ulogic;                                    -- this angle counts from an index
+    mean_term          : in    u_signed(MEAN_TERM_WIDTH - 1 downto 0) := (others => '0'); -- counts, s19.20
+    jumped             : in    std_ulogic             := '0';                 -- the first angle of another carrier
+    jump               : in    u_signed(15 downto 0)  := (others => '0');     -- counts that the reading jumps by there
     counts_per_rev     : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts
     ramp_rate          : in    u_unsigned(31 downto 0);                       -- 2⁻¹¹ count a clock, u8.24
     ramp_acceleration  : in    u_unsigned(31 downto 0) := (others => '0');    -- 2⁻⁵⁹ count a clock and clock, 0: no bound
@@ -79,6 +86,8 @@ entity compensation_pipeline is
     read_data          : out   std_ulogic_vector(31 downto 0);                -- idle bank, 2 clocks later
     idle_offset        : out   u_signed(AMPLITUDE_WIDTH - 1 downto 0);        -- counts, s13.11, idle bank
     swap               : in    std_ulogic;                                    -- pulse: the idle bank becomes active
+    swap_allowed       : in    std_ulogic := '1';                             -- the next angle may be the first of a new bank
+    swap_comes         : out   std_ulogic;                                    -- it is
     swap_busy          : out   std_ulogic;                                    -- a swap waits, or the idle bank is not filled
     corrected_angle    : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts
     corrected_position : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts
@@ -114,6 +123,7 @@ architecture rtl of compensation_pipeline is
   constant PAIRS         : positive := (BUILT + 1) / 2;
   constant READING_DELAY : positive := DELAY_LINE_LATENCY + FOLD - 1;
   constant READING_WIDTH : positive := ANGLE_WIDTH + POSITION_WIDTH + 3 + 17;
+  constant MEAN_WIDTH    : positive := MEAN_TERM_WIDTH + 17;
 
   signal slot            : u_unsigned(2 downto 0);
   signal last_slot       : std_ulogic;
@@ -130,6 +140,9 @@ architecture rtl of compensation_pipeline is
   signal pair_sums       : std_ulogic_vector(PAIRS * PAIR_WIDTH - 1 downto 0);
   signal reading         : std_ulogic_vector(READING_WIDTH - 1 downto 0);
   signal delayed_reading : std_ulogic_vector(READING_WIDTH - 1 downto 0);
+  signal of_mean         : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
+  signal delayed_mean    : std_ulogic_vector(MEAN_WIDTH - 1 downto 0);
+  signal may_swap        : std_ulogic;
 
 begin
 
@@ -162,6 +175,7 @@ begin
 
   end process hold;
 
+  may_swap      <= last_slot and swap_allowed;
   angle_of_slot <= angle when FOLD = 1 or slot = 0 else
                    held_angle;
 
@@ -185,7 +199,8 @@ begin
       read_data         => read_data,
       idle_offset       => idle_offset,
       swap              => swap,
-      swap_allowed      => last_slot,
+      swap_allowed      => may_swap,
+      swap_comes        => swap_comes,
       swap_marker       => swap_marker,
       swap_busy         => swap_busy,
       slot              => slot,
@@ -233,10 +248,30 @@ begin
       delayed   => delayed_reading
     );
 
+  of_mean <= jumped & std_ulogic_vector(jump) & std_ulogic_vector(mean_term);
+
+  mean_of_heads : if MEAN generate
+
+    delay_of_mean : entity work.delay_line
+      generic map (
+        WIDTH  => MEAN_WIDTH,
+        CLOCKS => READING_DELAY - MEAN_LATENCY
+      )
+      port map (
+        clock     => clock,
+        undelayed => of_mean,
+        delayed   => delayed_mean
+      );
+
+  else generate
+    delayed_mean <= (others => '0');
+  end generate mean_of_heads;
+
   compensation : entity work.error_compensation
     generic map (
       LANES => BUILT,
-      FOLD  => FOLD
+      FOLD  => FOLD,
+      MEAN  => MEAN
     )
     port map (
       clock              => clock,
@@ -250,6 +285,9 @@ begin
       referenced         => delayed_reading(READING_WIDTH - 18),
       put_back           => u_signed(delayed_reading(READING_WIDTH - 2 downto READING_WIDTH - 17)),
       zero_moved         => delayed_reading(READING_WIDTH - 1),
+      mean_term          => u_signed(delayed_mean(MEAN_TERM_WIDTH - 1 downto 0)),
+      jump               => u_signed(delayed_mean(MEAN_WIDTH - 2 downto MEAN_TERM_WIDTH)),
+      jumped             => delayed_mean(MEAN_WIDTH - 1),
       counts_per_rev     => counts_per_rev,
       ramp_rate          => ramp_rate,
       ramp_acceleration  => ramp_acceleration,
