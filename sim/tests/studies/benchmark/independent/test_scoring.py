@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import main
+from arctrue.report.benchmark_page import benchmark_page
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import (
@@ -146,6 +147,31 @@ def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apa
         "white": (0, 1),
         "mount_log": (2, 6),
     }
+
+
+def test_page_tells_both_generators_and_every_world() -> None:
+    probability = {"periodic_error": 0.9, "none": 0.1}
+    false = judged({**named("hysteresis"), "probability": {"hysteresis": 0.9, "none": 0.1}})
+    right = judged({**named("periodic_error"), "probability": probability}, line(0.1, 2.0))
+    first = replace(right, task={**right.task, "world": "white", "content": "one"})
+    header = {
+        "plan": {"tier": "dev", "seed": 2, "sets": 7, "generator": "g", "scoring": "s"},
+        "code": {"arctrue": "a"},
+        "commit": "1234567890",
+        "subject": "arctrue",
+    }
+    text = benchmark_page(header, scored([*[false] * 2, *[right] * 4, first]))
+    assert "| | goal | all | simulated | independent |" in text
+    # 2 of 6 by Clopper and Pearson; the interval begins above 2 %.
+    assert "| mount_log | **33.3 (4.3 … 77.7) of 6** | 100.0 (39.8 … 100.0) of 4 | false" in text
+    assert "| calibration error, independent | ≤ 0.05 | **" in text
+    assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
+    for name, world in independent_worlds().items():
+        assert f"| {name} | {world.told} |" in text
+    # What is worst stands first, also where it comes last in the plan.
+    silent = judged({"verdict": "cannot_tell"}, line(0.1, 2.0))
+    text = benchmark_page(header, scored([silent, false]))
+    assert text.index("false name (hysteresis)") < text.index("silent (cannot_tell)")
 
 
 def test_plans_of_the_second_generator_hold_every_world_and_nulls(tmp_path: Path) -> None:
