@@ -57,6 +57,7 @@ count RMS does not count as visible.
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
     arctrue benchmark make FOLDER --tier quick --generator independent --limit 60 --seed 7
+    arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
     arctrue benchmark page FOLDER --peers PUBLIC --to docs/blind.md --out docs/images
