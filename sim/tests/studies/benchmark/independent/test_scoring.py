@@ -14,6 +14,7 @@ from click.testing import CliRunner
 from arctrue.cli import main
 from arctrue.report.benchmark_page import benchmark_page
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
+from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import Judged
 from arctrue.studies.benchmark.plan import (
     CASES,
@@ -101,6 +102,22 @@ def test_a_design_that_cannot_tell_may_leave_it_open(
 ) -> None:
     allowed = ["ambiguous", "unknown", "cannot_tell"]
     assert judged(verdict, line(0.1, 2.0), verdicts=allowed).outcome == expected
+
+
+def test_an_answer_that_is_allowed_is_no_miss_of_a_name() -> None:
+    rates = {item.name: item for item in SCORES}
+    first = rates["right first, of what the oracle sees of the catalogue"]
+    unknown = rates["unknown, of visible strangers"]
+    stranger = {**line(0.1, 2.0), "kind": "stranger"}
+    allowed = ["ambiguous", "unknown"]
+    sets = [
+        judged({"verdict": verdict}, effect, verdicts=allowed)
+        for effect in (line(0.1, 2.0), stranger)
+        for verdict in ("ambiguous", "unknown", "cannot_tell")
+    ]
+    # Of the line only "cannot tell" counts, of the stranger that and "unknown".
+    assert first.of(sets) == Rate(0, 1)
+    assert unknown.of(sets) == Rate(1, 2)
 
 
 def test_what_is_allowed_for_something_is_not_for_nothing() -> None:
