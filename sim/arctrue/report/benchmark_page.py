@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from arctrue.studies.benchmark.cases import Reason
-from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import (
     FALSE_ADEQUATE,
@@ -24,10 +23,10 @@ from arctrue.studies.benchmark.score import (
     WORLD_GOALS,
     goal_of,
 )
-from arctrue.studies.benchmark.worlds import WORLDS
 from arctrue.studies.campaign.store import told_state
 
-MOST_FAILURES = 20
+SETS_PAGE = "benchmark-sets.md"
+MOST_FAILURES = 12
 """Of those that stand on the page, in the order of SEVEREST."""
 SEVEREST = {FALSE_NAME: 0, FALSE_ADEQUATE: 1, FALSE_CLASS: 2}
 PICTURE_TOLD = "The same as a matrix, and how often a stated probability is right"
@@ -71,31 +70,6 @@ of workers or shards. One folder takes results of one state of the code only.
 On a cluster: [campaigns](campaigns.md).
 """
 
-WORLDS_TOLD = """## The sets
-
-24,000 rows a set: four runs (up, down, three times as fast, warm) and ten polygon cycles. Each
-world has sets with nothing in them, one cause of the catalogue, a product of parts that no
-catalogue has, a stranger outside the grammar of parts, and two or three causes at once. Causes and
-sizes are drawn from the ranges of `arctrue simulate --list`; draws that look like each other are
-not avoided.
-
-| world | what is bad in it |
-|---|---|
-"""
-
-SECOND_TOLD = """The second generator (`--generator independent`; `both`: a fifth of the sets) was
-written from the physics by somebody who had read neither the effects of the workbench nor the
-first generator, and imports nothing of them. Its noise is white, of Student's t, a relaxation, a
-random walk, 1/f by fractional integration, or a driven oscillator. A set states which answers are
-right: names that mean the same, verdicts that its design allows (where temperature rises with
-time, `ambiguous`: *left open, rightly*), and where a line lies: a name at another place is false.
-Its oracle projects each cause off 20 orders, the offsets of the runs and all other causes, and
-whitens by the noise drawn.
-
-| world | what is measured, and what may be hidden |
-|---|---|
-"""
-
 READING = """## How to read it
 
 *False name*: the set is said to have an effect that is not in it; a name for a stranger is one.
@@ -107,98 +81,6 @@ though the oracle sees something. *Stranger*: a cause that no effect of the cata
 of parts describes. *Product of parts*: a condition (temperature, speed, settling) times a wave of
 one order on the disc, the stator or a head. *A second name that is not there*: a name beside the
 right one, of an effect that is not in the set. Intervals are Clopper–Pearson, 95 %.
-
-## How independent the simulation is of the effects
-
-It moves discs, brackets and counters by exact plane geometry and solves for the reading; it shares
-no code with the workbench. Where a cause's own formula *is* the effect's, agreement says that the
-search and the statistics work, not that the physics is right.
-
-| effect | the same formula? |
-|---|---|
-"""
-INDEPENDENCE = {
-    "high_order_graduation": "The same: a wave of one order on the graduation.",
-    "head_angle_error": (
-        "To first order: the bracket is turned about the axis and the ray from the disc's centre "
-        "is exact; the effect is a constant and the slope of the fitted error."
-    ),
-    "subdivision_error": (
-        "No: offset, gain and phase of sine and cosine through atan2; the effect is a series of "
-        "the electrical phase."
-    ),
-    "radial_error_motion": (
-        "To first order: the axis moves on an ellipse, the rays are exact; the effect is the "
-        "motion over the radius."
-    ),
-    "bearing_ball_pass": (
-        "To first order, as radial motion, at an order that is not whole and is searched."
-    ),
-    "vibration": (
-        "The same: a sine of one frequency with a phase of its own each run. The head is turned "
-        "about the axis by it and the ray is exact; the effect leaves the slope of the error out."
-    ),
-    "hysteresis": (
-        "No: the shaft winds up on a loop of Dahl's friction, over a stroke after each reversal; "
-        "the effect is a constant a direction."
-    ),
-    "timing_skew": (
-        "To first order: head 2 is read where the table is by then, with the error of that place; "
-        "the effect is delay times speed."
-    ),
-    "latency": "The same: what is read is the angle at which the table was one delay earlier.",
-    "thermal_head_drift": (
-        "To first order: the bracket is turned about the axis in proportion to the warming and "
-        "the ray is exact; the effect leaves the slope of the error out."
-    ),
-    "thermal_eccentricity": (
-        "To first order: the disc's centre moves in proportion to the warming, the rays are exact; "
-        "the effect is a first order times the warming."
-    ),
-    "count_slip": (
-        "The same: a step at an instant of one run. It is of whole counts; the effect's is of any "
-        "size."
-    ),
-    "graduation_defect": (
-        "No: dirt has edges of any steepness and may be lopsided; the effect is a bell."
-    ),
-    "drive_gear_error": (
-        "No: the pitch wobbles once a turn, which modulates the phase of the teeth's wave: lines "
-        "on both sides of it whose sizes and phases belong together. The effect is that wave with "
-        "as many of its multiples and neighbouring lines as the data show, each free."
-    ),
-    "polygon_face_error": "The same: a constant a face.",
-    "polygon_eccentricity": (
-        "Nearly: tilt, roll and hollow faces are put in as such, and come to a wave of the first "
-        "order and a gain of cos 1° − 1 = −0.015 %; the effect is the wave."
-    ),
-    "autocollimator_gain": (
-        "The same: a share of the table's error. The effect takes the share of the fitted error."
-    ),
-    "reference_drift": (
-        "No: a rate and on top a temperature that walks at random; the effect is in proportion to "
-        "time."
-    ),
-    "warm_ovality": "The same product: warming times a wave of the second order on the disc.",
-    "centrifugal_lobes": "The same product: speed squared times a wave of the third order on it.",
-    "half_order": (
-        "To first order: the axis moves on a line at a half-integer order, the rays are exact; the "
-        "parts are a wave of any order fixed to the stator."
-    ),
-    "settling_bracket": (
-        "The same: an exponential since the start or since the run began, whose time constant is "
-        "searched; the bracket is turned about the axis and the ray is exact."
-    ),
-}
-"""Of every cause of the catalogue and every product of parts: what agreement with it shows."""
-NOISE_TOLD = """The strangers have no formula in the workbench. Noise is for the most part of the
-form that a diagnosis fits, which is white noise and up to seven relaxations (Ornstein–Uhlenbeck) of
-given time constants, with a scale a run and 36 scales around the turn: *ornstein_uhlenbeck* and
-*wandering_reference* are one relaxation of another time constant, *pink* and *power_law* sums of
-many, *autoregressive* is one in rows in place of seconds that begins anew in each run. *by_angle*
-has a cosine in place of 36 steps. Outliers are Student's t of two degrees of freedom, shifts of an
-index mark uniform whole counts; the workbench has neither distribution. It takes the temperature
-as the sensor shows it, and the speed from the angle and the time of the rows.
 """
 
 
@@ -241,21 +123,13 @@ def benchmark_page(
     if picture is not None:
         lines += [f"![{PICTURE_TOLD}]({picture})", ""]
     lines += ["### Not as it should be", "", *_failures(found, reasons or {}), ""]
-    lines += _static()
-    return "\n".join(lines)
-
-
-def _static() -> list[str]:
-    """What does not depend on a result."""
-    lines = [WORLDS_TOLD.rstrip()]
     lines += [
-        f"| {name} | {' '.join((make.__doc__ or '').split())} |" for name, make in WORLDS.items()
+        READING.rstrip(),
+        "",
+        f"What the sets are: [the sets of the benchmark]({SETS_PAGE}).",
+        "",
     ]
-    lines += ["", SECOND_TOLD.rstrip()]
-    lines += [f"| {name} | {world.told} |" for name, world in independent_worlds().items()]
-    lines += ["", READING.rstrip()]
-    lines += [f"| `{name}` | {told} |" for name, told in INDEPENDENCE.items()]
-    return [*lines, "", NOISE_TOLD]
+    return "\n".join(lines)
 
 
 def _provenance(header: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
@@ -481,19 +355,16 @@ def _sizes(found: Mapping[str, Any]) -> list[str]:
 
 
 def _by_effect(found: Mapping[str, Any]) -> list[str]:
-    lines = [
-        "By effect, in limits: the smallest that was put first, the largest that was not.",
-        "",
-        "| effect | put first | smallest put first | largest not put first |",
-        "|---|---|---|---|",
-    ]
+    """Each effect in a phrase: how many, and the largest that was not put first."""
+    told = []
     for name, item in found["found_by_effect"].items():
-        smallest, largest = (
-            "–" if value is None else f"{value:.3g}"
-            for value in (item["smallest_put_first"], item["largest_not_put_first"])
-        )
-        lines.append(f"| {name} | {item['hits']} of {item['of']} | {smallest} | {largest} |")
-    return lines
+        largest = item["largest_not_put_first"]
+        missed = "" if largest is None else f" ({largest:.3g})"
+        told.append(f"{name} {item['hits']} of {item['of']}{missed}")
+    return [
+        f"Put first, by effect, and in brackets the largest that was not, in limits: "
+        f"{', '.join(told) or 'none'}."
+    ]
 
 
 def said_words(item: Mapping[str, Any]) -> str:
@@ -525,10 +396,9 @@ def _failures(found: Mapping[str, Any], reasons: Mapping[str, Reason]) -> list[s
     rest = "" if whole else "; `arctrue benchmark score FOLDER` lists all"
     lines = [
         f"{number} sets whose outcome is none that a set should come to, or of which a second name "
-        f"is said that is not there{rest}. Each: its world and what is bad in it, what is hidden, "
-        "its size (also in limits: over the smallest that the oracle finds), the outcome, what was "
-        "said, the command that makes the set again in the folder `FOLDER`, and why it fails: "
-        f"{looked_into} of {len(failures)} have been looked into.",
+        f"is said that is not there{rest}. Limits: the size over the smallest that the oracle "
+        f"finds. The command makes the set again; {looked_into} of {len(failures)} have been "
+        "looked into.",
         "",
     ]
     for item in shown:

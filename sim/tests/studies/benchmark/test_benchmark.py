@@ -15,7 +15,8 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.measurement import read_measurement_set
-from arctrue.report.benchmark_page import INDEPENDENCE, MOST_FAILURES, benchmark_page
+from arctrue.report.benchmark_page import MOST_FAILURES, benchmark_page
+from arctrue.report.benchmark_sets_page import INDEPENDENCE
 from arctrue.studies.benchmark import plan as plan_module
 from arctrue.studies.benchmark.answers import AnswersError, score_folders
 from arctrue.studies.benchmark.cases import (
@@ -353,7 +354,7 @@ def test_reason_of_a_case_stands_beside_its_failure_and_stays(tmp_path: Path) ->
     stale = "*Looked into when latency, and beside it vibration was said: A line is left by the lag"
     assert f"(adequate). `{failed.command()}` {stale}" in text
     assert text.count(command) == 2
-    assert "why it fails: 2 of 3 have been looked into." in text
+    assert "makes the set again; 2 of 3 have been looked into." in text
 
 
 def test_reasons_in_the_tree_are_sentences() -> None:

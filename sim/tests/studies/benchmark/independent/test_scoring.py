@@ -13,6 +13,7 @@ from click.testing import CliRunner
 
 from arctrue.cli import main
 from arctrue.report.benchmark_page import benchmark_page
+from arctrue.report.benchmark_sets_page import benchmark_sets_page
 from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
 from arctrue.studies.benchmark.outcome import Judged
@@ -183,8 +184,11 @@ def test_page_tells_both_generators_and_every_world() -> None:
     assert "| mount_log | **33.3 (4.3 … 77.7) of 6** | 100.0 (39.8 … 100.0) of 4 | false" in text
     assert "| calibration error, independent | ≤ 0.05 | **" in text
     assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
+    # Four of the second generator and one of the first.
+    assert "in limits: periodic_error 5 of 5." in text
+    sets = benchmark_sets_page()
     for name, world in independent_worlds().items():
-        assert f"| {name} | {world.told} |" in text
+        assert f"| {name} | {world.told} |" in sets
     # What is worst stands first, also where it comes last in the plan.
     silent = judged({"verdict": "cannot_tell"}, line(0.1, 2.0))
     text = benchmark_page(header, scored([silent, false]))
