@@ -73,7 +73,13 @@ def _visible(item: Judged) -> bool:
 
 
 def _catalogue(item: Judged) -> bool:
-    return bool(item.seen("catalogue")) and not item.has_stranger
+    return bool(item.seen("catalogue")) and not item.has_stranger and not item.left_open
+
+
+def _stranger(item: Judged) -> bool:
+    """A stranger is visible and nothing else, and the answer is not another one that is allowed."""
+    alone = bool(item.seen("stranger")) and not item.seen("catalogue")
+    return alone and (item.answer["verdict"] == "unknown" or not item.left_open)
 
 
 def _nothing(item: Judged) -> bool:
@@ -135,7 +141,7 @@ SCORES = (
     ),
     Score(
         "unknown, of visible strangers",
-        lambda item: bool(item.seen("stranger")) and not item.seen("catalogue"),
+        _stranger,
         lambda item: item.answer["verdict"] == "unknown",
         at_least=0.9,
     ),
