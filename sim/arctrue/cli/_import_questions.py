@@ -55,7 +55,7 @@ class Import:
     def questions(self, first: Ambiguous) -> list[Ambiguous]:
         """``first``, which is open, and those that are open as well as far as can be known."""
         others = open_questions(self._try, NONE)
-        return [first, *(asked for asked in others if asked.option != first.option)]
+        return [first, *(asked for asked in others if asked.name != first.name)]
 
     def all_open(self, first: Ambiguous) -> str:
         """What a script is told: every question, what to type, and the first rows."""
@@ -92,7 +92,7 @@ class Asker:
             for line in self.import_.preview():
                 note(line)
             open_ = self.import_.questions(asked)
-            note(f"open: {', '.join(item.option for item in open_)}")
+            note(f"open: {', '.join(item.name for item in open_)}")
         return self.ask(asked)
 
 

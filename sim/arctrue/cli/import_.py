@@ -57,7 +57,7 @@ def _ask(asked: Ambiguous) -> str:
         return str(click.prompt(asked.option.strip("-"), err=True))
     answers = click.Choice([*asked.answers, *asked.numbered])
     # The question lists the columns with their numbers.
-    label = asked.option.strip("-") + (", number or name" if asked.numbered else "")
+    label = asked.name.strip("-") + (", number or name" if asked.numbered else "")
     return str(click.prompt(label, type=answers, show_choices=not asked.numbered, err=True))
 
 

@@ -50,6 +50,10 @@ class Score:
     hits: Callable[[Judged], bool]
     at_most: float | None = None
     at_least: float | None = None
+    world_at_most: float | None = None
+    """Looser than ``at_most``: of a single world; None: the same."""
+    white_at_least: float | None = None
+    """Stricter than ``at_least``: of the world of white noise; None: the same."""
 
     def of(self, sets: Iterable[Judged]) -> Rate:
         """The rate over the sets that count."""
@@ -85,6 +89,7 @@ SCORES = (
         _any,
         lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
         at_most=0.01,
+        world_at_most=0.02,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
     Score(
@@ -97,6 +102,7 @@ SCORES = (
         _catalogue,
         lambda item: item.outcome in (RIGHT, FIRST),
         at_least=0.9,
+        white_at_least=0.97,
     ),
     Score("named, of the same", _catalogue, lambda item: item.outcome == RIGHT),
     Score(
@@ -136,9 +142,7 @@ SCORES = (
         at_most=0.01,
     ),
 )
-"""Goals of the verdicts; those of single worlds are looser: see :data:`WORLD_GOALS`."""
-WORLD_GOALS = {"false name or falsely adequate": 0.02}
-WHITE_RIGHT_FIRST = 0.97
+"""Goals of the verdicts."""
 
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
@@ -173,10 +177,10 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
 def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
     """At most and at least, of one world or ``all``."""
     most, least = score.at_most, score.at_least
-    if world != "all" and score.name in WORLD_GOALS:
-        most = WORLD_GOALS[score.name]
-    if world == "white" and score.name.startswith("right first"):
-        least = WHITE_RIGHT_FIRST
+    if world != "all" and score.world_at_most is not None:
+        most = score.world_at_most
+    if world == "white" and score.white_at_least is not None:
+        least = score.white_at_least
     return most, least
 
 
@@ -274,7 +278,7 @@ def confusion(sets: Sequence[Judged]) -> dict[str, dict[str, int]]:
         said = item.said
         if truth == "several" and item.outcome in (RIGHT, FIRST):
             said = "one of them"
-        elif said.startswith("ambiguous"):
+        elif item.answer["verdict"] == "ambiguous":
             said = f"ambiguous ({item.outcome})"
         found.setdefault(truth, Counter())[said] += 1
     return {truth: dict(found[truth].most_common()) for truth in sorted(found)}
