@@ -62,8 +62,10 @@ _OF_THE_DATA = ("--zero", "--clock-offset", "--order")
 """What the data ask only once columns and units are known."""
 
 
-def open_questions(attempt: Callable[[Choices], object], no: str) -> list[Ambiguous]:
-    """All questions of ``attempt``, and not only the first.
+def open_questions(
+    attempt: Callable[[Choices], object], no: str, given: Mapping[str, str]
+) -> list[Ambiguous]:
+    """All questions of ``attempt`` that ``given`` does not answer, and not only the first.
 
     Each is answered for the time being, with ``no`` where that is the last of its answers and
     another column can stand for it, else with the first one; what the answer leads to is asked
@@ -78,7 +80,7 @@ def open_questions(attempt: Callable[[Choices], object], no: str) -> list[Ambigu
         return asked.answers[-1 if may_lack else 0]
 
     with suppress(ValueError, OSError):
-        attempt(Choices(answer))
+        attempt(Choices(answer, given=dict(given)))
     return found
 
 
