@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
-from scripts.page_server import page_server
+from sim.tests.page.page_server import page_server
 
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import EXPERIMENTS
