@@ -272,7 +272,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_stay",
         "a row that the recording got wrong is fitted to",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "far = np.flatnonzero(size > threshold * scatter)",
         "far = np.flatnonzero(size > 1e9 * scatter)",
         f"{OUTLIERS}::test_each_single_wrong_row_is_masked_and_no_other",
@@ -280,7 +280,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_of_few_rows_is_known",
         "a scatter that few rows tell is taken for the true one, and good rows are left out",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "return max(FAR_SIGMA, float(student.isf(0.5 * FALSE_ROWS / max(rows, 1), freedom)))",
         "return FAR_SIGMA",
         f"{OUTLIERS}::test_a_scatter_that_few_rows_tell_asks_for_more",
@@ -288,7 +288,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_reading_vouches_for_itself",
         "a reading counts among those that it is compared with",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        at = first + place + (place >= rank)\n",
         "        at = first + place\n",
         f"{OUTLIERS}::test_white_noise_of_few_rows_has_no_outliers",
@@ -296,7 +296,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "outliers_beside_missing_rows_stay",
         "rows on both sides of a gap are compared as if none were missing",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "        if step[place] > SIDE_ROWS * float(np.median(around)):\n",
         "        if step[place] > 1e9 * float(np.median(around)):\n",
         f"{OUTLIERS}::test_a_wrong_row_beside_missing_rows_is_masked",
@@ -312,7 +312,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "rows_between_gaps_are_far",
         "a few rows between two gaps are compared with what stands beyond, wave and all",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "            without_wave(difference_arcsec[start:end], angle),\n",
         "            difference_arcsec[start:end],\n",
         f"{OUTLIERS}::test_a_wrong_row_between_two_gaps_is_masked_and_the_rows_around_it_are_not",
@@ -320,7 +320,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "scatter_in_steps",
         "the scatter of whole counts is taken half a count too large",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "overall = NORMAL_MAD * max(float(middle(np.abs(away))), half)",
         "overall = NORMAL_MAD * (float(middle(np.abs(away))) + half)",
         f"{OUTLIERS}::test_the_scatter_of_whole_counts_is_that_of_the_noise",
@@ -328,7 +328,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "each_reversal_is_an_outlier",
         "what comes again after each reversal is left out as single wrong rows",
-        "sim/arctrue/workbench/observations/outliers.py",
+        "sim/arctrue/workbench/observations/outliers/single_rows.py",
         "found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter",
         "found[number] = False",
         f"{OUTLIERS}::test_what_comes_again_after_each_reversal_is_kept",

@@ -11,6 +11,7 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
 from numpy.typing import NDArray
+from sim.tests.gateware.equation_9 import correction_bound_counts, error_of_words_counts
 
 from arctrue.gateware.coefficient_memory import CoefficientMemory, bank_words
 from arctrue.gateware.coefficients import Coefficients
@@ -24,7 +25,6 @@ from arctrue.generated.number_formats import (
     PHASE_LATENCY,
     PIPELINE_LATENCY,
 )
-from tb.core.equation_9 import correction_bound_counts, error_of_words_counts
 
 LANES = int(os.environ.get("LANES", "4"))
 ANGLES = int(os.environ.get("ANGLES", "500"))

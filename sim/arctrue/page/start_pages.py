@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from flask import Blueprint, render_template, request
 from werkzeug.exceptions import RequestEntityTooLarge
 from werkzeug.wrappers import Response
 
-from arctrue.importing import Ambiguous, AmbiguousError
+from arctrue.importing import Ambiguous
 from arctrue.measurement import write_measurement_set
 from arctrue.measurement.description import read_description
 from arctrue.page.addresses import to_step
@@ -21,7 +22,7 @@ from arctrue.page.looks import Looks
 from arctrue.page.people import PEOPLE_ERRORS, sentence
 from arctrue.page.session import SET, Opened, Session, Step, now
 from arctrue.page.settings import MEGABYTE, PageSettings
-from arctrue.page.uploads import keep, receive
+from arctrue.page.uploads import OpenQuestionsError, keep, receive
 from arctrue.studies.simulate.experiment import EXPERIMENTS
 from arctrue.studies.simulate.hidden import hidden_effect
 from arctrue.studies.simulate.simulated_set import Wanted, simulate_set
@@ -43,14 +44,15 @@ def start_pages(
     pages = Blueprint("start", __name__)
 
     def start(status: int = 200, **told: Any) -> tuple[str, int]:
-        """``told``: a sentence beside the part that it is about; a question of an import."""
+        """``told``: a sentence beside the part that it is about; the questions of an import."""
         sessions = [(session, session.opened) for session in looks.sessions.all()[:20]]
         shown: dict[str, Any] = {
             "open": "",
             "drop": "",
             "generate": "",
-            "asked": None,
+            "asked": [],
             "answers": {},
+            "previews": [],
             "kept": "",
         }
         return (
@@ -104,9 +106,15 @@ def start_pages(
             if not paths:
                 paths = keep(request.files.getlist("file"), place / _UPLOAD)
             session, step = _received(looks, place, paths, answers, commands)
-        except AmbiguousError as error:
-            asked = _told(error.asked, place / _UPLOAD)
-            return start(422, asked=asked, answers=answers, kept=place.name)
+        except OpenQuestionsError as error:
+            asked = [_without_folder(item, place / _UPLOAD) for item in error.asked]
+            return start(
+                422,
+                asked=asked,
+                answers=error.answers,
+                previews=error.previews,
+                kept=place.name,
+            )
         except PEOPLE_ERRORS as error:
             shutil.rmtree(place, ignore_errors=True)
             return start(422, drop=sentence(error, place / SET, place / _UPLOAD, place))
@@ -188,7 +196,6 @@ def _received(
     return looks.first(place, opened)
 
 
-def _told(asked: Ambiguous, folder: Path) -> Ambiguous:
+def _without_folder(asked: Ambiguous, folder: Path) -> Ambiguous:
     """The question without the server's own path."""
-    question = asked.question.replace(f"{folder}/", "")
-    return Ambiguous(asked.option, question, list(asked.answers), asked.free_text)
+    return replace(asked, question=asked.question.replace(f"{folder}/", ""))

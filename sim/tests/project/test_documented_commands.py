@@ -28,7 +28,7 @@ BLOCK = re.compile(r"^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$", re.MULTIL
 INSTRUMENT = "needs the compiled gateware; minutes at the size of the page"
 ELSEWHERE = {
     "arctrue capture": ("needs a device", "sim/tests/cli/test_monitor.py"),
-    "arctrue flash": ("needs a device", "sim/tests/cli/test_flash.py"),
+    "arctrue flash": ("needs a device", "scripts/tests/image/test_flash_command.py"),
     "arctrue revolution": (INSTRUMENT, "sim/tests/studies/revolution/test_revolution.py"),
     "arctrue alpha": ("half a minute", "sim/tests/studies/head_angle/test_alpha.py"),
     "arctrue methods": ("a minute", "sim/tests/studies/methods/test_methods_page.py"),
@@ -46,24 +46,24 @@ ELSEWHERE = {
 }
 """Commands of the documents that are run by another test: why not here, and by which."""
 TARGETS = {
-    "bitstream": ("routes a chip: hours", "sim/tests/device_build"),
-    "compare-lanes": ("minutes; its parts there", "sim/tests/synth/test_compare_lanes.py"),
-    "coverage-firmware": ("minutes; its counts", "sim/tests/project/test_firmware_coverage.py"),
-    "coverage-gateware": ("hours; its counts", "sim/tests/synth/test_gateware_coverage.py"),
+    "bitstream": ("routes a chip: hours", "scripts/tests/device_build"),
+    "compare-lanes": ("minutes; its parts there", "scripts/tests/synth/test_compare_lanes.py"),
+    "coverage-firmware": ("minutes; its counts", "scripts/tests/project/test_firmware_coverage.py"),
+    "coverage-gateware": ("hours; its counts", "scripts/tests/synth/test_gateware_coverage.py"),
     "demo": ("five minutes; its acts at a small size", "sim/tests/studies/demo"),
-    "docs": ("writes files; here they are compared", "sim/tests/project/test_documents.py"),
+    "docs": ("writes files; here they are compared", "scripts/tests/project/test_documents.py"),
     "firmware": ("cross-compiled there", "sim/tests/firmware/test_qemu.py"),
-    "flash": ("needs a board; the scripts run beside a false OpenOCD", "sim/tests/flash"),
-    "flash-bitstream": ("needs a board, as flash", "sim/tests/flash"),
+    "flash": ("needs a board; the scripts run beside a false OpenOCD", "scripts/tests/flash"),
+    "flash-bitstream": ("needs a board, as flash", "scripts/tests/flash"),
     "format": ("changes files; the lint is a part of make test", "Makefile"),
-    "image": ("its script there", "sim/tests/image"),
+    "image": ("its script there", "scripts/tests/image"),
     "instrument": ("what it builds is what these tests use", "sim/tests/instrument"),
-    "mutate": ("hours; its list there", "sim/tests/project/test_documents.py"),
+    "mutate": ("hours; its list there", "scripts/tests/project/test_documents.py"),
     "site": ("built there", "sim/tests/project/test_site.py"),
-    "synth": ("an hour; its parts there", "sim/tests/synth"),
+    "synth": ("an hour; its parts there", "scripts/tests/synth"),
     "test": ("it is what runs this", "Makefile"),
     "warming": ("minutes, half an hour", "sim/tests/studies/hidden_effect/test_thermal.py"),
-    "verify-bitstream": ("needs a routed chip; its parts there", "sim/tests/device_build"),
+    "verify-bitstream": ("needs a routed chip; its parts there", "scripts/tests/device_build"),
 }
 """Targets of make in the documents: why they are not run here, and what tests them."""
 

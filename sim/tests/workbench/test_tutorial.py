@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from scripts.make_effects_page import PAGE, effects_page
 from sim.tests.workbench.page_commands import (
     Command,
     FileToWrite,
@@ -88,10 +87,6 @@ def test_comparison_of_lines(wanted: str, line: str, expected: bool) -> None:
 def test_a_missing_line_is_told() -> None:
     with pytest.raises(AssertionError, match="not in the output: Verdict: named"):
         assert_shown(Command(["arctrue"], ["Verdict: named"]), "Verdict: unknown\n")
-
-
-def test_the_effects_page_is_up_to_date() -> None:
-    assert (DOCS / PAGE.name).read_text(encoding="utf-8") == effects_page(), "run make docs"
 
 
 @pytest.mark.parametrize(

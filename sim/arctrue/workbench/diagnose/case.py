@@ -285,7 +285,7 @@ def _is_sure(item: Candidate) -> bool:
 
 def _same(best: Candidate, product: Candidate) -> bool:
     """The product is the effect itself in other words, and not only on this poor set."""
-    if best.effect.unspecific and product.effect.parts[0].startswith("order:"):
+    if best.effect.unspecific and product.effect.unconditional_orders:
         return True
     if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
         return True

@@ -79,8 +79,6 @@ MORE_READINGS_THAN_COEFFICIENTS = NextMeasurement(
     "that nothing tells the noise (or state standard_uncertainty_arcsec)",
     None,
 )
-OF_FIRST_RUN = " run 0"
-"""End of the names of columns that belong to the first run."""
 AT_ONE_SPEED = NextMeasurement(
     "one run with five times as many samples a turn: the line is there at one speed only, and may "
     "be the alias of another",
@@ -219,15 +217,11 @@ def _showing(truth: Candidate, there: Observations) -> Observations:
     solution = truth.solution
     coefficients = []
     for index, term in enumerate(solution.terms):
-        known = dict(
-            zip(
-                term.effect.column_names(solution.observations),
-                solution.coefficients[solution.part(index)],
-                strict=True,
-            )
-        )
+        fitted = solution.coefficients[solution.part(index)]
+        known = dict(zip(term.effect.column_names(solution.observations), fitted, strict=True))
         # What is free in each run goes on as it was in the first.
-        of_first = [value for name, value in known.items() if name.endswith(OF_FIRST_RUN)]
+        runs = term.effect.column_runs(solution.observations)
+        of_first = [value for value, run in zip(fitted, runs, strict=True) if run == 0]
         again = of_first or list(known.values())
         names = term.effect.column_names(there)
         coefficients += [

@@ -263,6 +263,11 @@ class Effect(ABC):
         """Public names of the parts that it is put together from; none: an effect of its own."""
         return []
 
+    @property
+    def unconditional_orders(self) -> bool:
+        """True for a product of parts that is orders of the angle, whatever the conditions are."""
+        return False
+
     def describe(self, parameters: Mapping[str, Parameter]) -> str:
         """The effect in a few words, with its size; the default is its name."""
         return self.name
@@ -310,6 +315,13 @@ class Effect(ABC):
     @abstractmethod
     def column_names(self, observations: Observations) -> list[str]:
         """One name a coefficient, for instance ``cos 3``."""
+
+    def column_runs(self, observations: Observations) -> tuple[int | None, ...]:
+        """The run of the capture that each coefficient belongs to; None: to the whole set.
+
+        Default: no coefficient belongs to one run.
+        """
+        return (None,) * len(self.column_names(observations))
 
     def capture_columns(
         self, rows: CaptureRows, nonlinear: Nonlinear, context: FitContext

@@ -322,6 +322,10 @@ class ProductOfParts(Effect):
         names += [f"order:{order:g}" for order in self.orders]
         return [*names, self.frame]
 
+    @property
+    def unconditional_orders(self) -> bool:
+        return not self.condition.part and self.electrical_head is None and bool(self.orders)
+
     def column_names(self, observations: Observations) -> list[str]:
         if not self.orders:
             return ["size"]

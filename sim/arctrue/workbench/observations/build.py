@@ -11,7 +11,7 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN, RAD_PER_ARCSEC
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.workbench.observations.observations import Observations
-from arctrue.workbench.observations.outliers import MaskedRow
+from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.part import part_of, part_of_reference
 from arctrue.workbench.observations.polygon_faces import faces_of
 from arctrue.workbench.observations.reference_speed import reference_speed
