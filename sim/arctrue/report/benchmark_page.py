@@ -235,10 +235,10 @@ def _by_world(found: Mapping[str, Any]) -> list[str]:
     """The rates that decide, by world; and how often each outcome came that should not."""
     false, right = found["rates"][FALSE], found["rates"][RIGHT_FIRST]
     (first,) = (score for score in SCORES if score.name == RIGHT_FIRST)
-    (wrong,) = (score for score in SCORES if score.name == FALSE)
-    assert wrong.world_at_most is not None
+    (false_goal,) = (score for score in SCORES if score.name == FALSE)
+    assert false_goal.world_at_most is not None
     lines = [
-        f"By world. In bold: the false rate's interval begins above {100 * wrong.world_at_most:g} "
+        f"By world. In bold: the false rate's interval begins above {100 * false_goal.world_at_most:g} "
         "%, by which a world fails, and a rate of right first below 90 % (white: 97 %).",
         "",
         "| world | false name or falsely adequate | right first, where seen | outcomes that should "
