@@ -37,6 +37,12 @@ Channel = TypeVar("Channel", Capture, Reference)
 DENSE_STEP_DEG = 1.0
 """Rows of a pass as near as this show what lies between them; far ones need repeated visits."""
 SAME_STATION_DEG = 1e-6
+LEAST_AGAIN = 2.0
+"""Times that a rounded value comes again: a file of fewer digits than its noise has more."""
+SAME_VALUE = 1e-12
+"""Of the largest value: below it two values of a file are one but for their last bit."""
+WHOLE_STEPS = 0.01
+"""Of a step: what decimals of the file leave of a whole number of steps."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +84,27 @@ def used_reference_rows(reference: Reference, *, mask_outliers: bool) -> UsedRow
     return _with_outliers(reference, kept, "reference", masked, outlying, away)
 
 
+def display_step(values: Float) -> float:
+    """Step in which an instrument shows its values, 0 where they are not rounded; (rows,) → step.
+
+    The smallest difference of two values, where every difference is a whole number of it and a
+    value comes again LEAST_AGAIN times in the mean: values of 64 bits come again only if rounded.
+    """
+    different = np.unique(values)
+    if different.size < 2 or values.size < LEAST_AGAIN * different.size:
+        return 0.0
+    steps = np.diff(different)
+    step = float(steps[steps > SAME_VALUE * float(np.abs(values).max())].min(initial=np.inf))
+    if not np.isfinite(step):
+        return 0.0
+    whole = steps / step
+    return step if bool(np.all(np.abs(whole - np.round(whole)) < WHOLE_STEPS)) else 0.0
+
+
 def _reference_outliers(rows: Reference) -> tuple[Boolean, Float]:
-    least = rows.standard_uncertainty_arcsec or 0.0
+    # Rounding alone scatters by its step over √12, and readings that it makes alike tell no less.
+    rounding = display_step(rows.error_arcsec) / float(np.sqrt(12.0))
+    least = max(rows.standard_uncertainty_arcsec or 0.0, rounding)
     passes = passes_of(rows)
     number = np.zeros(rows.error_arcsec.size, dtype=np.int64)
     sense = np.ones(rows.error_arcsec.size, dtype=np.int64)

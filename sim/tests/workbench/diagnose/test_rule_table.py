@@ -36,6 +36,7 @@ def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: 
     effect = SimpleNamespace(unspecific=False, step_at=("run", "instant") if step else None)
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
+        moved_arcsec={"capture": gain**0.5},
         effect=effect, solution=SimpleNamespace(observations=SimpleNamespace(capture=None)),
     )  # fmt: skip
 
