@@ -238,8 +238,9 @@ def _by_world(found: Mapping[str, Any]) -> list[str]:
     (false_goal,) = (score for score in SCORES if score.name == FALSE)
     assert false_goal.world_at_most is not None
     lines = [
-        f"By world. In bold: the false rate's interval begins above {100 * false_goal.world_at_most:g} "
-        "%, by which a world fails, and a rate of right first below 90 % (white: 97 %).",
+        "By world. In bold: the false rate's interval begins above "
+        f"{100 * false_goal.world_at_most:g} %, by which a world fails, and a rate of "
+        "right first below 90 % (white: 97 %).",
         "",
         "| world | false name or falsely adequate | right first, where seen | outcomes that should "
         "not be |",

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.classes import (
     Similar,
@@ -17,12 +18,14 @@ from arctrue.workbench.diagnose.classes import (
     stands_in,
     without_unspecific,
 )
+from arctrue.workbench.diagnose.confounded import confounded_with
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
 from arctrue.workbench.diagnose.excluded import look_alikes
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
+from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 NEAR_TIE = 6.0
@@ -35,8 +38,9 @@ LACK_OF_FIT = 1e-4
 REFUSED_P = LACK_OF_FIT
 """As sure as a lack of fit: an effect that is refused tells one."""
 OF_THE_SAME_KIND = 0.1
-"""Share of the first effect's gain: what is left beside it and is larger, a third of its size, may
-be its own shape, that the catalogue does not have. Smaller, it is a matter of its own."""
+"""Share of the first effect's gain and of its mean square: what is left beside it and is larger, a
+third of its size, may be its own shape, that the catalogue does not have. Smaller, it is a matter
+of its own."""
 AGAIN = 3
 """Events of one set that are a habit: two may be chance."""
 DEEPEST = 3
@@ -54,6 +58,8 @@ class Case:
     decided: Callable[[Case], Decision]
     """What the rules say of a case."""
     depth: int = 1
+    adding: Adding | None = None
+    """The model with effects added as a command adds them; None: that of the survey."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -166,6 +172,11 @@ class Case:
         return look_alikes(best, survey.residuals, survey.untestable, self.effects)
 
     @cached_property
+    def confounded(self) -> Candidate | None:
+        """The best growing with another condition, which these rows cannot tell from its own."""
+        return None if self.best is None else confounded_with(self.best, NEAR_TIE)
+
+    @cached_property
     def stand_in(self) -> Candidate | None:
         """A product of parts that explains what the best explains, and is none of its class."""
         best, product = self.best, self.product
@@ -181,19 +192,38 @@ class Case:
             return None
         if self.best is item:
             return self.with_best
-        return replace(self, survey=self.with_first(self.survey, item), depth=self.depth + 1)
+        return replace(
+            self, survey=self.with_first(self.survey, item), depth=self.depth + 1, adding=None
+        )
 
     @cached_property
     def with_best(self) -> Case | None:
         """The case with the best in the model."""
         if self.best is None or self.depth >= DEEPEST:
             return None
-        return replace(self, survey=self.with_first(self.survey, self.best), depth=self.depth + 1)
+        return replace(
+            self, survey=self.with_first(self.survey, self.best), depth=self.depth + 1, adding=None
+        )
 
     @cached_property
     def beside(self) -> Decision | None:
         """What is said with the best in the model."""
         return None if self.with_best is None else self.with_best.decision
+
+    @cached_property
+    def _added(self) -> Adding:
+        return self.adding or Adding(self.survey.base, self.effects)
+
+    @property
+    def before(self) -> Left:
+        """What is left without the best."""
+        return self._added.before
+
+    @cached_property
+    def before_and_after(self) -> tuple[Left, Left] | None:
+        """The same, and with the best added; None where it cannot be added."""
+        after = None if self.best is None else self._added.after(self.best.name)
+        return None if after is None else (self.before, after)
 
     def once_more(self, event: Candidate) -> Candidate | None:
         """The event once more, at another instant, and about as large.

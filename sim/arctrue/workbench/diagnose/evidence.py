@@ -24,6 +24,7 @@ from arctrue.workbench.diagnose.regular import RegularCause
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
+from arctrue.workbench.inference.block_share import block_share
 from arctrue.workbench.inference.canonical_correlation import canonical_correlations
 from arctrue.workbench.inference.held_out import falls, held_out_with
 from arctrue.workbench.inference.likelihood_ratio import (
@@ -278,7 +279,11 @@ def _judged(
         before, after = held_out_with(
             base.terms, item.term, base.observations, base.context, base.noise
         )
-        return replace(item, held_out=after, improvement=falls(before, after, base.noise))
+        # A product of parts says what is seen, and is no name.
+        named = item.asked is not None
+        share = block_share(found.base, item.effect, item.nonlinear) if named else None
+        improvement = falls(before, after, base.noise)
+        return replace(item, held_out=after, improvement=improvement, share=share)
     return item
 
 

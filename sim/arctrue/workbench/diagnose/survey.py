@@ -24,6 +24,10 @@ OF_A_CONSTANT = 0.1
 RUNS_ARE_THE_SAMPLE = 0.5
 """Share of the index in the variance of an effect's size."""
 
+LEAST_HELD_OUT = 0.5
+"""Share of its own error that other blocks must predict: with less, leaving it out does better
+than taking it for what it seems to be."""
+
 
 @dataclass(frozen=True)
 class FitOfChannel:
@@ -100,10 +104,11 @@ class Survey:
         return size >= FAR_TOO_SMALL * self.matters_arcsec
 
     def confirmed(self, item: Candidate) -> bool:
-        """It matters, held-out rows show it, and so does every pass over its place."""
+        """It matters, rows and blocks left out show it, and so does every pass over its place."""
         return (
             self.matters(item)
             and _holds_out(item)
+            and (item.share is None or item.share.share > LEAST_HELD_OUT)
             and on_every_pass(item, self.base)
             and not self.may_be_a_constant_of_the_model(item)
         )

@@ -245,6 +245,13 @@ class Effect(ABC):
         """Orders of ε(ψ) whose cos, sin coefficients this effect's first columns are."""
         return ()
 
+    def electrical_order(self, observations: Observations) -> float:
+        """Highest order of the angle that columns at the phase of a reading follow; 0: none.
+
+        The noise of the reading is in such columns, times this order.
+        """
+        return 0.0
+
     def lanes(
         self,
         coefficients: NDArray[np.float64],

@@ -37,6 +37,7 @@ def _item(name: str, gain: float, *, p: float = 1e-12, real: bool = True, step: 
     return SimpleNamespace(
         name=name, gain=gain, delta_bic=gain, p_corrected=p, rank=1, evidence=object(), real=real,
         regular=None,
+        moved_arcsec={"capture": gain**0.5},
         effect=effect, solution=SimpleNamespace(observations=SimpleNamespace(capture=None)),
     )  # fmt: skip
 
