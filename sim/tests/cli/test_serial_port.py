@@ -64,7 +64,7 @@ def device() -> Iterator[Device]:
     made = Device(firmware_like)
     yield made
     os.close(made.far)
-    # A thread that still reads would take the lines of the next test, whose file has the same number.
+    # A thread that still reads would take lines of the next test: its file has the same number.
     made.join(PATIENCE_S)
     os.close(made.near)
 
