@@ -13,8 +13,8 @@ def add_entity_options(parser: argparse.ArgumentParser, default: str) -> None:
         "--generic",
         action="append",
         default=[],
-        metavar="NAME=INTEGER",
-        help="value of a generic; may be repeated",
+        metavar="NAME=VALUE",
+        help="value of a generic, a whole number, true or false; may be repeated",
     )
 
 
@@ -22,8 +22,9 @@ def generics_of(parser: argparse.ArgumentParser, chosen: argparse.Namespace) -> 
     """Value by name, the name in upper case. Ends the program for a text of another form."""
     try:
         return {
-            name.upper(): int(value)
+            name.upper(): value == "true" if value in {"true", "false"} else int(value)
             for name, _, value in (entry.partition("=") for entry in chosen.generic)
         }
     except ValueError:
-        parser.error(f"a generic is NAME=INTEGER, found {' '.join(chosen.generic)}")
+        found = " ".join(chosen.generic)
+        parser.error(f"a generic is NAME=INTEGER, NAME=true or NAME=false, found {found}")
