@@ -30,7 +30,7 @@ from arctrue.calibration.heads_columns import HeadSees, Layout, State
 from arctrue.calibration.heads_estimate import HeadsEstimate
 from arctrue.calibration.heads_gain import MotionOrders, order_gain
 from arctrue.calibration.noise import ResidualSpectrum
-from arctrue.gateware.mean_bank import HEADS_MOST
+from arctrue.gateware.capability import HEADS_MOST
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
