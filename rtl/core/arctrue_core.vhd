@@ -13,6 +13,9 @@
 --
 -- **Number formats.** Addresses in bytes; everything else through the register map.
 --
+-- **Rotation.** ROTATION says how a lane finds its cosine: `cordic`, as in the paper, or `table` (table_rotation), in fewer
+-- look-up tables. Latency and formats are the same. The register `capability` shows it.
+--
 -- **Compensation** is applied while `control.compensate` is set and head 1 has seen its index. The
 -- position that is corrected is the one that no index changes, so the output makes no step when
 -- the index is found; the difference of the correction decays at the ramp rate.
@@ -37,7 +40,8 @@ entity arctrue_core is
   generic (
     LANES         : positive range 1 to LANES_MAX := LANES_DEFAULT;         -- harmonics
     CAPTURE_DEPTH : positive range 2 to 16384     := CAPTURE_DEPTH_DEFAULT; -- samples a bank
-    FOLD          : positive range 1 to 8         := 1                      -- lanes that share a pipeline: 1, 2, 4 or 8
+    FOLD          : positive range 1 to 8         := 1;                     -- lanes that share a pipeline: 1, 2, 4 or 8
+    ROTATION      : string                        := "cordic"               -- or "table": how a lane finds its cosine
   );
   port (
     clock           : in    std_ulogic;
@@ -90,6 +94,8 @@ architecture rtl of arctrue_core is
   -- Clocks from an edge of a pulse input to its strobe, the filter off, and of head 1 to its position.
   constant PULSE_CLOCKS    : positive := 4;
   constant POSITION_CLOCKS : positive := 5;
+
+  constant IS_TABLE : boolean := ROTATION = "table";
 
   -- What a fault is called in the register `alarm`.
   constant FAULT_KINDS : positive := 6;
@@ -336,7 +342,8 @@ begin
     generic map (
       LANES        => LANES,
       COSINE_WIDTH => COSINE_WIDTH,
-      FOLD         => FOLD
+      FOLD         => FOLD,
+      ROTATION     => ROTATION
     )
     port map (
       clock              => clock,
@@ -561,6 +568,9 @@ begin
   hwif_in.core_configuration.capture_depth.next_q <= std_ulogic_vector(to_unsigned(CAPTURE_DEPTH, 15));
   hwif_in.pipeline.fold.next_q                    <= std_ulogic_vector(to_unsigned(FOLD, 4));
   hwif_in.pipeline.latency.next_q                 <= std_ulogic_vector(to_unsigned(PIPELINE_LATENCY + FOLD - 1, 8));
+  hwif_in.capability.heads.next_q                 <= std_ulogic_vector(to_unsigned(heads'length, 3));
+  hwif_in.capability.rotation.next_q              <= '1' when IS_TABLE else
+                                                     '0';
   hwif_in.chip_dna_low.value.next_q               <= chip_dna(31 downto 0);
   hwif_in.chip_dna_high.value.next_q              <= chip_dna(56 downto 32);
   hwif_in.chip_dna_high.known.next_q              <= chip_dna_known;

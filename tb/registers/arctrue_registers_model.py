@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 WORD = 0xFFFF_FFFF
 
-CONSTANTS = {0x000: 0x41524354, 0x004: 0x000700}
+CONSTANTS = {0x000: 0x41524354, 0x004: 0x000800}
 """Address: value."""
 
 READ_WRITE = {
@@ -52,6 +52,7 @@ READ_ONLY = {
     0x018: (WORD, "chip_dna_low"),
     0x01C: (0x81FF_FFFF, "chip_dna_high"),
     0x02C: (0x1FFFFFF, "counts_per_rev_active"),
+    0x0A8: (0x17, "capability"),
     0x080: (0x3F3F_01FF, "status"),
     0x084: (0xFFFF, "swap_count"),
     0x088: (0xFFFF, "overrun_count"),
