@@ -33,6 +33,7 @@ entity arctrue_registers_harness is
     chip_dna_low                   : in    std_ulogic_vector(31 downto 0);
     chip_dna_high                  : in    std_ulogic_vector(31 downto 0);
     clock_hz                       : in    std_ulogic_vector(31 downto 0);
+    capability                     : in    std_ulogic_vector(31 downto 0);
     counts_per_rev_active          : in    std_ulogic_vector(31 downto 0);
     status                         : in    std_ulogic_vector(31 downto 0);
     swap_count                     : in    std_ulogic_vector(31 downto 0);
@@ -188,6 +189,8 @@ begin
   hwif_in.capability.heads.next_q <= capability(2 downto 0);
   hwif_in.capability.mean.next_q <= capability(3);
   hwif_in.clock_hz.value.next_q <= clock_hz;
+  hwif_in.capability.heads.next_q <= capability(2 downto 0);
+  hwif_in.capability.rotation.next_q <= capability(4);
   hwif_in.counts_per_rev_active.value.next_q <= counts_per_rev_active(24 downto 0);
   hwif_in.status.compensating.next_q <= status(0);
   hwif_in.status.ramp_busy.next_q <= status(1);

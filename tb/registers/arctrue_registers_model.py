@@ -59,7 +59,7 @@ READ_ONLY = {
     0x090: (0xFFFF, "zero"),
     0x094: (WORD, "zero_slip"),
     0x098: (WORD, "put_back"),
-    0x0A8: (0xF, "capability"),
+    0x0A8: (0x1F, "capability"),
     0x0C0: (0x7F, "head1_flags"),
     0x0C4: (WORD, "head1_faults"),
     0x0C8: (0xFFFF, "head1_overspeeds"),

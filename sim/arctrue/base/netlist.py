@@ -89,7 +89,7 @@ def write_netlist(
     entity: str,
     folder: Path,
     *,
-    generics: Mapping[str, int] | None = None,
+    generics: Mapping[str, int | str] | None = None,
     folders: Sequence[Path] = SOURCE_FOLDERS,
 ) -> Path:
     """Write ``folder/<entity>.v``, the Verilog netlist of ``entity``, and return its path.
