@@ -129,8 +129,8 @@ warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases), and its page
-	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER)
+blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
+	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
 	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
 	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)

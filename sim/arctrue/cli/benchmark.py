@@ -60,7 +60,7 @@ def benchmark() -> None:
     help="Who makes the sets: the simulated table, the second generator, or both (a fifth).",
 )
 @click.option("--limit", type=click.IntRange(min=1), help="The tier's first sets only.")
-@click.option("--seed", type=SEED, help="In place of the tier's seed.")
+@click.option("--seed", type=SEED, help="Seed of all sets; without it, the one of the tier.")
 @for_people
 def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int | None) -> None:
     """Write the plan: what is sealed, then the seed of all sets."""
@@ -169,7 +169,7 @@ def score(
     multiple=True,
     type=click.Choice(list(INJECTIONS)),
     metavar="NAME",
-    help="Only this one, as often as needed.  [default: all]",
+    help="Only this effect, as often as needed.  [default: all]",
 )
 @click.option(
     "--times",

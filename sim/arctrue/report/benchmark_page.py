@@ -51,10 +51,10 @@ count RMS does not count as visible.
 
     make blind                                   # dev: 600 sets; TIER=quick, public, sealed, cases
     make blind TIER=calibration                  # 180 sets: how often a sure answer is wrong
+    make blind TIER=sealed SETS="--generator both --limit 1500"   # a fifth of the second generator
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
-    arctrue benchmark make FOLDER --tier quick --generator independent --limit 60 --seed 7
     arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
