@@ -17,8 +17,8 @@ module quadrature_decoder_rules (
     // Inputs that are not connected may take any value in any clock.
     quadrature_decoder decoder (
         .clock(clock), .reset(reset), .a(a), .b(b), .filter_length(filter_length),
-        .zero_again(zero_again), .heal(heal), .zero_moved(zero_moved), .put_back(put_back),
-        .position(position), .step(step), .step_up(step_up), .illegal(illegal)
+        .zero_again(zero_again), .heal(heal), .decoded_zero_moved(zero_moved), .decoded_put_back(put_back),
+        .decoded_position(position), .decoded_step(step), .decoded_step_up(step_up), .decoded_illegal(illegal)
     );
 
     localparam LONGEST = 7; // of filter_length

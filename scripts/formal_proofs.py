@@ -359,18 +359,21 @@ PROOFS = (
         breaks=(
             Break(
                 "it counts backwards",
-                "        up            := filtered(2) xor before(1);\n",
-                "        up            := filtered(1) xor before(2);\n",
+                "        up   <= a xor b_before;\n",
+                "        up   <= b xor a_before;\n",
+                entity="edge_counter",
             ),
             Break(
                 "the other head alone moves the zero",
-                "                       and zero_again and is_latest and ",
-                "                       and (zero_again or other_head_agrees) and is_latest and ",
+                "                and zero_again and is_latest and ",
+                "                and (zero_again or other_head_agrees) and is_latest and ",
+                entity="index_zero",
             ),
             Break(
                 "counts are put back unasked",
                 "        if (heal = '1' and is_small = '1') then\n",
                 "        if (is_small = '1') then\n",
+                entity="index_zero",
             ),
             Break(
                 "the filter lets a level through a clock too early",
@@ -385,8 +388,9 @@ PROOFS = (
             ),
             Break(
                 "both pins changing together are counted",
-                "      moves        := (a_changes xor b_changes) and not preload;\n",
-                "      moves        := (a_changes or b_changes) and not preload;\n",
+                "  comes     <= (a_changes xor b_changes) and not preload;\n",
+                "  comes     <= (a_changes or b_changes) and not preload;\n",
+                entity="edge_counter",
             ),
         ),
     ),
@@ -572,6 +576,40 @@ PROOFS = (
                 "a read of a coefficient is acknowledged twice",
                 "      read_under_way <= read_under_way(0) & ",
                 "      read_under_way <= (read_under_way(0) or read_under_way(1)) & ",
+            ),
+        ),
+    ),
+    Proof(
+        name="turn_difference",
+        entity="turn_difference",
+        claims=(
+            "the difference is that of the angles modulo the turn, for any counts_per_rev and "
+            "another pair of angles in every clock",
+            "it is the one on the shorter way round",
+        ),
+        limits="angles below counts_per_rev, which stands still",
+        depth=5,
+        cover_depth=8,
+        breaks=(
+            Break(
+                "half a turn counts as the shorter way up",
+                "above_2    := twice - turn;",
+                "above_2    := twice - turn - 1;",
+            ),
+            Break(
+                "half a turn down is folded",
+                "above_2(above_2'high) = '0' then",
+                "above_2(above_2'high) = '0' or below_2 = 0 then",
+            ),
+            Break(
+                "a turn is added where one is to be taken away",
+                "difference <= less_2;",
+                "difference <= more_2;",
+            ),
+            Break(
+                "an angle's highest bit is taken for its sign",
+                "u_signed('0' & minuend)",
+                "resize(u_signed(minuend), straight_1'length)",
             ),
         ),
     ),

@@ -10,8 +10,8 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from arctrue.workbench.diagnose.rules import rule_table
@@ -40,6 +40,7 @@ WAY = (
 )
 
 DECLARATION = re.compile(r"^(?P<names>[\w\s,]+?)\s*:\s*(?P<rest>.+)$")
+RECORD = re.compile(r"^  type (\w+) is record\n(.*?)^  end record", re.MULTILINE | re.DOTALL)
 MODE = re.compile(r"^(?P<mode>inout|in|out|buffer)\s+(?P<type>.+)$", re.IGNORECASE)
 
 
@@ -151,6 +152,15 @@ def read_entity(root: Path, source: Path) -> Entity:
     )
 
 
+def find_records(root: Path) -> dict[str, tuple[Item, ...]]:
+    """The elements of each record type of the packages below rtl/."""
+    return {
+        name: read_items(body, path.relative_to(root))
+        for path in sorted((root / "rtl").rglob("*_pkg.vhd"))
+        for name, body in RECORD.findall(path.read_text(encoding="utf-8"))
+    }
+
+
 def find_entities(root: Path) -> list[Entity]:
     """All entities below rtl/, along the data's way."""
     entities: list[Entity] = []
@@ -185,14 +195,20 @@ def _generics_table(items: tuple[Item, ...]) -> list[str]:
     return lines
 
 
-def _ports_table(items: tuple[Item, ...]) -> list[str]:
+def _ports_table(items: tuple[Item, ...], records: Mapping[str, tuple[Item, ...]]) -> list[str]:
+    """A row a port; the elements of a record port follow it."""
     lines = ["| Port | Direction | Type | |", "|---|---|---|---|"]
     for item in items:
-        if item.heading:
-            lines.append(f"| **{_cell(item.heading)}** | | | |")
-        lines.append(
-            f"| {_code(item.names)} | {item.mode} | {_code(item.type_)} | {_cell(item.remark)} |"
-        )
+        elements = [
+            replace(element, names=f"{item.names}.{element.names}", mode=item.mode)
+            for element in records.get(item.type_, ())
+        ]
+        for row in (item, *elements):
+            if row.heading:
+                lines.append(f"| **{_cell(row.heading)}** | | | |")
+            lines.append(
+                f"| {_code(row.names)} | {row.mode} | {_code(row.type_)} | {_cell(row.remark)} |"
+            )
     return lines
 
 
@@ -233,7 +249,7 @@ def entity_page(root: Path, entity: Entity, entities: list[Entity]) -> str:
     if entity.generics:
         lines += ["## Generics", "", *_generics_table(entity.generics), ""]
     if entity.ports:
-        lines += ["## Ports", "", *_ports_table(entity.ports), ""]
+        lines += ["## Ports", "", *_ports_table(entity.ports, find_records(root)), ""]
     lines += ["## See also", "", *_related(root, entity, entities)]
     return "\n".join(lines) + "\n"
 

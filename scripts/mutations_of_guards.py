@@ -549,7 +549,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "a_period_is_noise",
         "rows of one phase of the signal are not compared for the noise",
-        "sim/arctrue/workbench/model/noise_floor.py",
+        "sim/arctrue/workbench/noise/repeats.py",
         "min(at_one_angle, at_one_phase or at_one_angle, rms_arcsec)",
         "min(at_one_angle, rms_arcsec)",
         "sim/tests/workbench/test_noise_floor.py::test_an_error_within_the_signal_period_is_no_noise",

@@ -26,10 +26,11 @@ struct average {
 
 void average_clear(struct average *average);
 
-/* Take in a turn. `keep`: what one turn leaves of the weight of those before, 0 to 1. */
+/* Takes in a turn; an order keeps its average where a change within the turn explains the difference.
+   `keep`: what one turn leaves of the weight of those before, 0 to 1. */
 void average_add(struct average *average, const struct estimate *turn, double keep);
 
-/* The average in place of the turn's own values and covariances. */
+/* Writes the average in place of the turn's own values and covariances. */
 void average_apply(const struct average *average, struct estimate *turn);
 
 #endif

@@ -20,7 +20,8 @@ double harmonic_uncertainty(const struct harmonic *harmonic) {
     }
     double separation = harmonic->by_separation_cosine * harmonic->by_separation_cosine +
                         harmonic->by_separation_sine * harmonic->by_separation_sine;
-    return sqrt(0.5 * (harmonic->variance_cosine + harmonic->variance_sine + separation));
+    double change = harmonic->by_change * harmonic->by_change;
+    return sqrt(0.5 * (harmonic->variance_cosine + harmonic->variance_sine + separation) + change);
 }
 
 bool estimate_is_finite(const struct estimate *estimate) {

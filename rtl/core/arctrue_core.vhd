@@ -30,6 +30,7 @@ library ieee;
 
   use work.arctrue_registers_pkg.all;
   use work.axi_lite_pkg.all;
+  use work.decoder_pkg.all;
   use work.number_formats_pkg.all;
 
 entity arctrue_core is
@@ -82,34 +83,7 @@ architecture rtl of arctrue_core is
 
   subtype time_count is u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);
 
-  -- What a decoder tells.
-  type head is record
-    position             : position_count;
-    angle                : angle_count;
-    turn_position        : position_count;
-    index_seen           : std_ulogic;
-    index_strobe         : std_ulogic;
-    index_position       : position_count;
-    index_direction      : std_ulogic;
-    index_interval       : position_count;
-    index_error          : std_ulogic;
-    index_error_count    : u_unsigned(15 downto 0);
-    illegal              : std_ulogic;
-    illegal_count        : u_unsigned(15 downto 0);
-    overspeed            : std_ulogic;
-    overspeed_count      : u_unsigned(15 downto 0);
-    swallowed            : std_ulogic;
-    last_edge_time       : time_count;
-    direction            : std_ulogic;
-    phase_of_zero        : u_unsigned(1 downto 0);
-    index_trusted        : std_ulogic;
-    zero_moved           : std_ulogic;
-    zero_moves           : u_unsigned(15 downto 0);
-    zero_slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
-    put_back             : position_count;
-  end record head;
-
-  type head_pair is array (1 to 2) of head;
+  type head_pair is array (1 to 2) of decoded_head;
 
   type filter_pair is array (1 to 2) of u_unsigned(7 downto 0);
 
@@ -285,31 +259,7 @@ begin
         zero_again           => zero_again(number),
         heal                 => heal(number),
         other_head_agrees    => agrees(number),
-        position             => heads(number).position,
-        angle                => heads(number).angle,
-        turn_position        => heads(number).turn_position,
-        index_seen           => heads(number).index_seen,
-        index_strobe         => heads(number).index_strobe,
-        index_position       => heads(number).index_position,
-        index_direction      => heads(number).index_direction,
-        index_interval       => heads(number).index_interval,
-        index_error          => heads(number).index_error,
-        index_error_count    => heads(number).index_error_count,
-        illegal              => heads(number).illegal,
-        illegal_count        => heads(number).illegal_count,
-        overspeed            => heads(number).overspeed,
-        overspeed_count      => heads(number).overspeed_count,
-        swallowed            => heads(number).swallowed,
-        last_edge_time       => heads(number).last_edge_time,
-        direction            => heads(number).direction,
-        phase_of_zero        => heads(number).phase_of_zero,
-        index_trusted        => heads(number).index_trusted,
-        zero_moved           => heads(number).zero_moved,
-        zero_moves           => heads(number).zero_moves,
-        zero_slip            => heads(number).zero_slip,
-        put_back             => heads(number).put_back,
-        step                 => open,
-        step_up              => open
+        decoded              => heads(number)
       );
 
   end generate decoders;

@@ -16,6 +16,10 @@
 --   amplitude         s13.11  counts, 2 * A_n of equation (9); 25 bits, the DSP48E1's A port
 --   pair sum          s15.27  counts, two lanes' amplitude * cosine with every bit of the products
 --   correction        s19.11  counts, the sum over up to 64 lanes
+--   head offset       u24.4   counts, the reading of a head where the mean is 0
+--   head weight       s1.16   share of a head in the mean; the sum over the heads is 2**16
+--   head difference   s16.4   counts, a head's reading less the carrier's, limited
+--   mean term         s19.20  counts, what the mean adds to the correction
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -48,6 +52,10 @@ package number_formats_pkg is
   constant DELAY_LINE_LATENCY         : positive := 25;
   constant PIPELINE_LATENCY           : positive := 29;
 
+  -- Clocks from the readings of the heads to their difference within a turn, and to the mean's term.
+  constant DIFFERENCE_LATENCY         : positive := 3;
+  constant MEAN_LATENCY               : positive := 10;
+
   -- Clocks from an angle at the phase unit to its phase offset there: the first multiplier's adder takes it.
   constant PHASE_OFFSET_CLOCK         : positive := 2;
 
@@ -68,6 +76,16 @@ package number_formats_pkg is
 
   -- Samples of both heads in one capture bank: 12,000 a turn at 30 deg/s and 1 kHz, and a margin.
   constant CAPTURE_DEPTH_DEFAULT      : positive := 12288;
+
+  -- The mean of the heads.
+  constant HEADS_MAX                  : positive := 4;
+  constant HEAD_OFFSET_WIDTH          : positive := 28;
+  constant HEAD_OFFSET_FRACTION       : positive := 4;
+  constant HEAD_WEIGHT_WIDTH          : positive := 18;
+  constant HEAD_WEIGHT_FRACTION       : positive := 16;
+  constant HEAD_DIFFERENCE_WIDTH      : positive := 21;
+  constant MEAN_TERM_WIDTH            : positive := 40;
+  constant MEAN_TERM_FRACTION         : positive := 20;
 
   constant TIMESTAMP_WIDTH            : positive := 64;
   constant CLOCK_HZ                   : positive := 100000000;

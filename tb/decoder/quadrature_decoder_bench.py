@@ -11,8 +11,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 from sim.tests.gateware.quadrature_decoder_scenarios import Stimuli, scenarios_to_run, stimuli
 
+from arctrue.gateware.plausibility_check import COUNTER_MAX
 from arctrue.gateware.quadrature_decoder import (
-    COUNTER_MAX,
     DecoderInputs,
     DecoderTrace,
     quadrature_decoder,

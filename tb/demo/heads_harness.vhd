@@ -8,6 +8,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.decoder_pkg.all;
   use work.number_formats_pkg.all;
 
 entity heads_harness is
@@ -31,9 +32,19 @@ end entity heads_harness;
 
 architecture simulation of heads_harness is
 
-  signal pins : std_ulogic_vector(5 downto 0);
+  type head_pair is array (1 to 2) of decoded_head;
+
+  signal pins  : std_ulogic_vector(5 downto 0);
+  signal heads : head_pair;
 
 begin
+
+  head1_turn_position <= heads(1).turn_position;
+  head2_turn_position <= heads(2).turn_position;
+  head1_angle         <= heads(1).angle;
+  head2_angle         <= heads(2).angle;
+  index_seen          <= heads(2).index_seen & heads(1).index_seen;
+  faults              <= heads(2).illegal & heads(2).index_error & heads(1).illegal & heads(1).index_error;
 
   player : entity work.edge_player
     generic map (
@@ -60,24 +71,7 @@ begin
       timestamp            => (others => '0'),
       clear                => '0',
       rearm                => '0',
-      position             => open,
-      angle                => head1_angle,
-      turn_position        => head1_turn_position,
-      direction            => open,
-      step                 => open,
-      step_up              => open,
-      last_edge_time       => open,
-      index_seen           => index_seen(0),
-      index_strobe         => open,
-      index_position       => open,
-      index_direction      => open,
-      index_interval       => open,
-      index_error          => faults(0),
-      index_error_count    => open,
-      illegal              => faults(1),
-      illegal_count        => open,
-      overspeed            => open,
-      overspeed_count      => open
+      decoded              => heads(1)
     );
 
   head2 : entity work.quadrature_decoder
@@ -93,24 +87,7 @@ begin
       timestamp            => (others => '0'),
       clear                => '0',
       rearm                => '0',
-      position             => open,
-      angle                => head2_angle,
-      turn_position        => head2_turn_position,
-      direction            => open,
-      step                 => open,
-      step_up              => open,
-      last_edge_time       => open,
-      index_seen           => index_seen(1),
-      index_strobe         => open,
-      index_position       => open,
-      index_direction      => open,
-      index_interval       => open,
-      index_error          => faults(2),
-      index_error_count    => open,
-      illegal              => faults(3),
-      illegal_count        => open,
-      overspeed            => open,
-      overspeed_count      => open
+      decoded              => heads(2)
     );
 
 end architecture simulation;

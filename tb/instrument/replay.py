@@ -36,7 +36,7 @@ OPTIMISE = "-O0"
 MOST_SECONDS = 600
 PORT = re.compile(r"VL_(IN|OUT)(?:8|16|64|W)?\(&?(\w+),(\d+),0(?:,\d+)?\);")
 # GHDL's netlist has a port an element too, named with the whole name of the record port.
-RECORD_PORT = re.compile(r"(\w+_axil_(?:request|response))_(\w+)")
+RECORD_PORT = re.compile(r"(\w+_axil_request|\w+_axil_response|decoded)_(\w+)")
 
 PROGRAM = """
 #include <cstdint>

@@ -6,6 +6,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.decoder_pkg.all;
   use work.number_formats_pkg.all;
 
 entity quadrature_loopback_harness is
@@ -36,7 +37,17 @@ architecture bench of quadrature_loopback_harness is
   signal b : std_ulogic;
   signal z : std_ulogic;
 
+  signal received : decoded_head;
+
 begin
+
+  position     <= received.position;
+  angle        <= received.angle;
+  index_seen   <= received.index_seen;
+  index_strobe <= received.index_strobe;
+  index_error  <= received.index_error;
+  illegal      <= received.illegal;
+  overspeed    <= received.overspeed;
 
   sender : entity work.quadrature_output
     port map (
@@ -75,25 +86,7 @@ begin
       timestamp            => to_unsigned(0, TIMESTAMP_WIDTH),
       clear                => '0',
       rearm                => '0',
-      position             => position,
-      angle                => angle,
-      turn_position        => open,
-      phase_of_zero        => open,
-      direction            => open,
-      step                 => open,
-      step_up              => open,
-      last_edge_time       => open,
-      index_seen           => index_seen,
-      index_strobe         => index_strobe,
-      index_position       => open,
-      index_direction      => open,
-      index_interval       => open,
-      index_error          => index_error,
-      index_error_count    => open,
-      illegal              => illegal,
-      illegal_count        => open,
-      overspeed            => overspeed,
-      overspeed_count      => open
+      decoded              => received
     );
 
 end architecture bench;

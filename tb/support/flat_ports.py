@@ -17,8 +17,12 @@ CONTEXT = re.compile(r"^(?:library|  use) .*;$", re.MULTILINE)
 
 
 def flat_name(record_port: str, element: str) -> str:
-    """The name of an element's port: that of a bus without the direction, then the element's."""
-    return f"{record_port.rpartition('_')[0]}_{element}"
+    """The name of an element's port: that of a bus without the direction, then the element's.
+
+    A record port named in one word is no bus: its elements keep their own names.
+    """
+    bus = record_port.rpartition("_")[0]
+    return f"{bus}_{element}" if bus else element
 
 
 def _clause(entity: str, keyword: str) -> str:

@@ -65,6 +65,13 @@ class WholeTurns:
     """Median step of head 1, with sign."""
     masked: int = 0
     """Samples between the first and the last that the set says not to use."""
+    further_counts: tuple[NDArray[np.int64], ...] = ()
+    """Of heads 3 and 4, where there are."""
+
+    @property
+    def heads(self) -> tuple[NDArray[np.int64], ...]:
+        """Counts of every head, head 1 first, each (n,)."""
+        return (self.head1_counts, self.head2_counts, *self.further_counts)
 
     @property
     def samples(self) -> int:
@@ -114,19 +121,16 @@ def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
 def _verified(
     capture: Capture, run: int, rows: slice, counts_per_rev: int, most_order: int
 ) -> WholeTurns:
-    heads = (capture.head1_counts[rows], capture.head2_counts[rows])
-    for head, column in (
-        ("time", capture.time_s[rows]),
-        ("head 1", heads[0]),
-        ("head 2", heads[1]),
-    ):
+    heads = tuple(head[rows] for head in capture.heads)
+    named = [(f"head {number}", head) for number, head in enumerate(heads, start=1)]
+    for head, column in (("time", capture.time_s[rows]), *named):
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
             raise CaptureRefusedError("nan", f"{head} is not a number", run, int(bad[0]))
     kept = np.arange(heads[0].size)
     if capture.mask is not None:
         kept = np.flatnonzero(~capture.mask[rows])
-        heads = (heads[0][kept], heads[1][kept])
+        heads = tuple(head[kept] for head in heads)
     samples = heads[0].size
     if samples < 2:
         raise CaptureRefusedError("short_of_a_turn", f"it has {samples} sample", run)
@@ -149,12 +153,13 @@ def _verified(
     inside = travel < turns * counts_per_rev - 0.5 * abs(step)
     used = int(np.count_nonzero(inside))
     masked = int(kept[used - 1] - kept[0]) + 1 - used
-    return WholeTurns(run, turns, heads[0][:used], heads[1][:used], step, masked)
+    further = tuple(head[:used] for head in heads[2:])
+    return WholeTurns(run, turns, heads[0][:used], heads[1][:used], step, masked, further)
 
 
 def _check_steps(
     run: int,
-    heads: tuple[NDArray[np.int64], NDArray[np.int64]],
+    heads: tuple[NDArray[np.int64], ...],
     kept: NDArray[np.int64],
     medians: list[float],
     counts_per_rev: int,
@@ -173,7 +178,7 @@ def _check_steps(
             index = int(bad[0])
             over_one = int(steps[index] - median * (gaps[index] - 1))
             faults.append((int(kept[index + 1]), number, over_one, median))
-    if np.sign(medians[0]) != np.sign(medians[1]) and not faults:
+    if len(set(np.sign(medians).tolist())) > 1 and not faults:
         raise CaptureRefusedError(
             "inconsistent_heads", "the heads count in opposite directions; swap A and B of one", run
         )

@@ -26,9 +26,10 @@ from arctrue.studies.benchmark.cases import FILE as CASES_FILE
 from arctrue.studies.benchmark.cases import keep, kept_reasons
 from arctrue.studies.benchmark.digests import set_name
 from arctrue.studies.benchmark.frozen import differing, freeze, is_public, task_digest
+from arctrue.studies.benchmark.independent.world import HIDDEN, independent_worlds
 from arctrue.studies.benchmark.intervals import Rate
-from arctrue.studies.benchmark.plan import TIERS, make_plan, read_plan
-from arctrue.studies.benchmark.score import SURE, is_failure, scored
+from arctrue.studies.benchmark.plan import SOURCES, TIERS, make_plan, read_plan
+from arctrue.studies.benchmark.score import SIMULATED, SURE, is_failure, scored
 from arctrue.studies.benchmark.sets import make_set
 from arctrue.studies.benchmark.subject import SUBJECTS, find_subject
 from arctrue.studies.benchmark.worlds import CONTENTS, SAMPLES_A_RUN, WORLDS
@@ -49,10 +50,19 @@ def benchmark() -> None:
 @click.option(
     "--tier", type=click.Choice(list(TIERS)), required=True, help="Which sets, and how many."
 )
+@click.option(
+    "--generator",
+    type=click.Choice(list(SOURCES)),
+    default=SIMULATED,
+    show_default=True,
+    help="Who makes the sets: the simulated table, the second generator, or both (a fifth).",
+)
+@click.option("--limit", type=click.IntRange(min=1), help="The tier's first sets only.")
+@click.option("--seed", type=SEED, help="In place of the tier's seed.")
 @for_people
-def make(folder: Path, tier: str) -> None:
+def make(folder: Path, tier: str, generator: str, limit: int | None, seed: int | None) -> None:
     """Write the plan: what is sealed, then the seed of all sets."""
-    plan = make_plan(tier, folder)
+    plan = make_plan(tier, folder, generator, limit, seed)
     console.print(
         f"{plan.sets} sets, seed {plan.seed}; generator {plan.generator}, scoring {plan.scoring}"
     )
@@ -125,6 +135,15 @@ def score(
     write_json(json_file, found)
     for name, by_world in found["rates"].items():
         console.print(f"{name}: {Rate(by_world['all']['hits'], by_world['all']['of'])}")
+    for name, stated in found["probability_by_generator"].items():
+        for figure in ("calibration_error", "log_score_gain") if stated else ():
+            item = stated[figure]
+            console.print(
+                f"{figure.replace('_', ' ')}, {name}: "
+                f"{item['value']:.3f} ({item['low']:.3f} … {item['high']:.3f})"
+            )
+    if found["failed_worlds"]:
+        console.print(f"worlds that fail: {', '.join(found['failed_worlds'])}")
     for kind, wrong in (found["probability"] or {}).get("wrong_where_sure", {}).items():
         console.print(f"wrong, of {kind} at more than {SURE:g}: {Rate(wrong['hits'], wrong['of'])}")
     reasons = kept_reasons()
@@ -170,12 +189,17 @@ def page(
 @click.argument("folder", type=OutputFolder())
 @click.option(
     "--world",
-    type=click.Choice(list(WORLDS)),
+    type=click.Choice([*WORLDS, *independent_worlds()]),
     metavar="NAME",
     required=True,
-    help=f"One of {', '.join(WORLDS)}.",
+    help=f"One of {', '.join(WORLDS)}; of the second generator {', '.join(independent_worlds())}.",
 )
-@click.option("--content", type=click.Choice(CONTENTS), required=True, help="What is hidden in it.")
+@click.option(
+    "--content",
+    type=click.Choice([*CONTENTS, HIDDEN]),
+    required=True,
+    help="What is hidden in it; of the second generator nothing or hidden.",
+)
 @click.option("--seed", type=SEED, required=True, help="Seed of the set.")
 @click.option(
     "--samples",

@@ -28,6 +28,7 @@ from arctrue.workbench.diagnose.diagnosis import MATTERS_COUNTS, Diagnosis
 from arctrue.workbench.diagnose.diagnosis import diagnose as diagnose_model
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.inference.left import Left
 from arctrue.workbench.model.growth import settle
 
 SHOWN = 8
@@ -124,25 +125,20 @@ def _adopted(result: Diagnosis, name: str, folder: Path) -> Path:
     return write_adopted(found, name, result.description or "", folder)
 
 
-def _rows(item: Candidate) -> list[tuple[str, ...]]:
-    """One row a channel, the name and the evidence in the first."""
-    after = {
-        "capture": item.solution.capture_sigma_arcsec,
-        "reference": item.solution.reference_sigma_arcsec,
-    }
+def _rows(item: Candidate, after: Left | None) -> list[tuple[str, ...]]:
+    """One row a channel, the name and the evidence in the first; a dash where it was not added."""
     first = (item.name, probability(item.p_corrected), figure(item.delta_bic, 0))
-    rows: list[tuple[str, ...]] = []
-    for channel, value in after.items():
-        if value is None:
-            continue
-        fall = item.improvement.get(channel)
-        held_out = (
-            "–"
-            if fall is None
-            else f"{figure(fall.fall_arcsec, 3)} ± {figure(fall.standard_error_arcsec, 3)}"
+    if after is None:
+        return [(*first, "", "–", "–")]
+    return [
+        (
+            *(first if place == 0 else ("", "", "")),
+            channel,
+            figure(value, 4),
+            figure(after.heldout_rms_arcsec.get(channel), 4),
         )
-        rows.append((*(("", "", "") if rows else first), channel, figure(value, 3), held_out))
-    return rows
+        for place, (channel, value) in enumerate(after.rms_arcsec.items())
+    ]
 
 
 def _by_what_lacks(untestable: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
@@ -161,23 +157,27 @@ def _print(result: Diagnosis) -> None:
             number("p"),
             number("ΔBIC"),
             words("channel"),
-            number("RMS\nafter ″"),
-            number("fall of RMS\nheld out ″"),
+            number("left with\nit, RMS ″"),
+            number("held\nout ″"),
         )
         gaining = sum(item.delta_bic > 0.0 for item in result.candidates)
         shown = result.candidates[: min(SHOWN, max(gaining, SHOWN_AT_LEAST))]
         for item in shown:
-            for row in _rows(item):
+            for row in _rows(item, result.left.get(item.name)):
                 candidates.add_row(*row)
         console.print(candidates)
         if len(result.candidates) > len(shown):
             more = len(result.candidates) - len(shown)
             console.print(f"{more} more candidates are not shown; --json has all of them.")
-    for channel, fit in result.channels.items():
-        p_value = float("nan") if fit.lack_of_fit_p is None else fit.lack_of_fit_p
+    before = result.before
+    for channel, value in {} if before is None else before.rms_arcsec.items():
+        assert before is not None
+        lack = result.channels[channel].lack_of_fit_p
         console.print(
-            f"{channel}: residual {fit.residual_rms_arcsec:.3f}″ RMS, noise of the repeats "
-            f"{fit.noise_arcsec:.3f}″, lack of fit p {probability(p_value)}"
+            f"{channel}: left {figure(value, 4)}″ RMS, held out "
+            f"{figure(before.heldout_rms_arcsec.get(channel), 4)}″, noise of the repeats "
+            f"{figure(before.noise_arcsec[channel], 4)}″, lack of fit p "
+            f"{probability(float('nan') if lack is None else lack)}"
         )
     for lacking, names in _by_what_lacks(result.untestable).items():
         console.print(f"Not tested: {', '.join(names)}. The set lacks {lacking}.")

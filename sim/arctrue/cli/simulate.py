@@ -80,6 +80,13 @@ def _list_and_exit(context: click.Context, _: click.Parameter, asked: bool) -> N
     show_default=True,
     help="Largest error, in counts, with which a head finds its index; drawn anew in each run.",
 )
+@click.option(
+    "--heads",
+    type=click.IntRange(2, 4),
+    default=2,
+    show_default=True,
+    help="How many heads the table has.",
+)
 @click.option("--seed", type=SEED, help="Seed of the set; without it, a new set every time.")
 @click.option(
     "--again",
@@ -113,6 +120,7 @@ def simulate(
     hidden: bool,
     experiment: str,
     index_scatter: int,
+    heads: int,
     seed: int | None,
     again: int,
     further: tuple[str, ...],
@@ -139,6 +147,7 @@ def simulate(
         again=again,
         further=further,
         noise=[_noise(text) for text in noises],
+        heads=heads,
     )
     for leftover in ("capture.csv", "reference.csv"):
         # An older set's file would be taken for this one's.

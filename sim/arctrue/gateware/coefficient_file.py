@@ -1,14 +1,16 @@
 """The coefficient file: what ``arctrue calibrate`` writes and the gateware loads.
 
 TOML. The integer words are what is loaded; the values beside them say the same in arcseconds and
-degrees, and reading checks that they do. Lanes that are not listed have amplitude 0.
+degrees, and reading checks that they do. Lanes that are not listed have amplitude 0. What schema 3
+adds is described in docs/map-extensions.md.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +22,7 @@ from arctrue.base.toml_file import read_toml
 from arctrue.base.typed_content import ContentError, Number, typed
 from arctrue.base.units import ARCSEC_PER_TURN
 from arctrue.base.whole_file import write_whole_text
+from arctrue.gateware.capability import Capability
 from arctrue.gateware.coefficients import (
     AMPLITUDE_LSB_COUNTS,
     ORDER_MAX,
@@ -27,12 +30,23 @@ from arctrue.gateware.coefficients import (
     check_counts_per_rev,
     phase_step,
 )
+from arctrue.gateware.extension import (
+    POINT_LIMIT,
+    POINTS,
+    WINDOW_EXPONENT_MOST,
+    Conditions,
+    Extension,
+    LocalTable,
+)
+from arctrue.gateware.mean_set import OFFSET_ONE, WEIGHT_ONE, MeanSet
 from arctrue.gateware.thermal import SLOPE_LSB_COUNTS, ThermalLanes
 from arctrue.generated.number_formats import LANES_MAX, PHASE_STEP_WIDTH, PHASE_WIDTH
 
 SCHEMA = 1
 THERMAL_SCHEMA = 2
-"""Of a file with lanes that follow the temperature; any other is of schema 1."""
+"""Of a file with lanes that follow the temperature and no extension."""
+EXTENDED_SCHEMA = 3
+"""Of a file with a part that needs a generic of the gateware; any other is of schema 1."""
 
 # How far a value for people may be from its word, in units of the word: half for the rounding
 # of a value that was typed in, and a little for the digits written.
@@ -91,8 +105,66 @@ class _ThermalFile(_File, forbid_unknown_fields=True, kw_only=True):
     lane: list[_ThermalLane] = []  # type: ignore[assignment]
 
 
+class _ExtendedLane(_ThermalLane, forbid_unknown_fields=True, kw_only=True):
+    order: Annotated[float, Meta(ge=0, le=ORDER_MAX)]  # type: ignore[assignment]
+    turn_step: Annotated[int, Meta(ge=0, lt=2**PHASE_STEP_WIDTH)] = 0
+    modulator: str = "one"
+
+
+class _MeanHead(Struct, forbid_unknown_fields=True):
+    weight: Number
+    weight_word: int
+    offset_counts: Number
+    offset_word: int
+    delay_clocks: int = 0
+
+
+class _Mean(Struct, forbid_unknown_fields=True):
+    carrier: int
+    head: list[_MeanHead]
+
+
+class _Conditions(Struct, forbid_unknown_fields=True):
+    width_counts: Number
+    dead_zone_counts: int
+    nominal_deg_per_s: Number
+
+
+class _LocalTable(Struct, forbid_unknown_fields=True):
+    width_turn: Number
+    fraction_bits: int
+    starts_counts: list[int]
+    points: list[Annotated[int, Meta(ge=-POINT_LIMIT, lt=POINT_LIMIT)]]
+
+
+class _Without(Struct, forbid_unknown_fields=True):
+    head: int
+    carrier: int
+    weight_words: list[int]
+    offset_words: list[int]
+    offset_word: int
+    lane: list[_ExtendedLane] = []
+
+
+class _ExtendedFile(_File, forbid_unknown_fields=True, kw_only=True):
+    schema: Literal[3]  # type: ignore[assignment]
+    temperature: _Temperature | None = None
+    lane: list[_ExtendedLane] = []  # type: ignore[assignment]
+    mean: _Mean | None = None
+    conditions: _Conditions | None = None
+    local_table: _LocalTable | None = None
+    without: list[_Without] = []
+
+
 class _OnlySchema(Struct):
-    schema: Literal[1, 2]
+    schema: Literal[1, 2, 3]
+
+
+_DECLARED: Mapping[int, type[_File]] = {
+    1: _File,
+    THERMAL_SCHEMA: _ThermalFile,
+    EXTENDED_SCHEMA: _ExtendedFile,
+}
 
 
 class CoefficientFileError(ValueError):
@@ -109,12 +181,12 @@ def write_coefficient_file(path: Path | str, coefficients: Coefficients, title: 
 
 def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
     """The text of a coefficient file."""
-    arcsec = ARCSEC_PER_TURN / coefficients.counts_per_rev
+    schema = SCHEMA if coefficients.thermal is None else THERMAL_SCHEMA
     lines = [
         "# Coefficients of the gateware: offset + sum of amplitude * cos(order * angle + phase).",
         "# Loaded: phase_step (turn a count / 2^48), phase_offset (turn / 2^24), amplitude and",
         "# offset.word (count / 2^11). The other values say the same for people.",
-        f"schema = {SCHEMA if coefficients.thermal is None else THERMAL_SCHEMA}",
+        f"schema = {schema if coefficients.extension is None else EXTENDED_SCHEMA}",
     ]
     if title:
         lines.append(f"title = {json.dumps(title, ensure_ascii=False)}")
@@ -141,24 +213,45 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
             f"least_c = {thermal.least_c!r}",
             f"most_c = {thermal.most_c!r}",
         ]
+    lines += _extension_lines(coefficients.extension)
+    lines += _lane_lines(coefficients, "lane")
+    for entry in coefficients.extension.without if coefficients.extension else ():
+        lines += _without_lines(entry)
+    return "\n".join(lines) + "\n"
+
+
+def _lane_lines(coefficients: Coefficients, table: str) -> list[str]:
+    """An array of tables called ``table``: lanes that hold something."""
+    arcsec = ARCSEC_PER_TURN / coefficients.counts_per_rev
+    thermal = coefficients.thermal
+    extension = coefficients.extension or Extension()
+    modulators, turn_steps = dict(extension.modulators), dict(extension.turn_steps)
+    lines: list[str] = []
     for lane in range(coefficients.lanes):
         amplitude = int(coefficients.amplitudes[lane])
         step = int(coefficients.phase_steps[lane])
         offset = int(coefficients.phase_offsets[lane])
-        if amplitude == step == offset == 0:
+        turn_step = turn_steps.get(lane, 0)
+        if amplitude == step == offset == turn_step == 0:
             continue
+        order = int(coefficients.orders[lane])
         lines += [
             "",
-            "[[lane]]",
+            f"[[{table}]]",
             f"lane = {lane}",
-            f"order = {coefficients.orders[lane]}",
+            f"order = {_real_order(step, turn_step, coefficients.counts_per_rev)!r}"
+            if turn_step
+            else f"order = {order}",
             f"amplitude_arcsec = {float(f'{amplitude * AMPLITUDE_LSB_COUNTS * arcsec:.9g}')!r}",
             f"phase_deg = {math.degrees(coefficients.phases_rad[lane]):.6f}",
             f"phase_step = {step}",
             f"phase_offset = {offset}",
             f"amplitude = {amplitude}",
         ]
-        order = int(coefficients.orders[lane])
+        if turn_step:
+            lines.append(f"turn_step = {turn_step}")
+        if lane in modulators:
+            lines.append(f"modulator = {json.dumps(modulators[lane])}")
         if thermal is not None and order in thermal.orders:
             words = thermal.slopes[thermal.orders.index(order)].tolist()
             said = [float(f"{word * SLOPE_LSB_COUNTS * arcsec:.9g}") for word in words]
@@ -167,21 +260,82 @@ def coefficient_file_text(coefficients: Coefficients, title: str = "") -> str:
                 f"slope_arcsec_per_k2 = {said[2:]}",
                 f"slope = {words}",
             ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
-def read_coefficient_file(path: Path | str) -> Coefficients:
-    """Read and check a coefficient file.
+def _extension_lines(extension: Extension | None) -> list[str]:
+    """The tables of schema 3 that stand before the lanes."""
+    lines: list[str] = []
+    if extension is None:
+        return lines
+    if extension.mean:
+        mean = extension.mean
+        lines += ["", "[mean]", f"carrier = {mean.carrier}"]
+        for weight, offset, delay in zip(
+            mean.weights, mean.offsets, mean.delays_clocks, strict=True
+        ):
+            lines += [
+                "",
+                "[[mean.head]]",
+                f"weight = {weight / WEIGHT_ONE!r}",
+                f"weight_word = {weight}",
+                f"offset_counts = {offset / OFFSET_ONE!r}",
+                f"offset_word = {offset}",
+                f"delay_clocks = {delay}",
+            ]
+    if extension.conditions:
+        conditions = extension.conditions
+        lines += [
+            "",
+            "[conditions]",
+            f"width_counts = {conditions.width / OFFSET_ONE!r}",
+            f"dead_zone_counts = {conditions.dead_zone_counts}",
+            f"nominal_deg_per_s = {conditions.nominal_deg_per_s!r}",
+        ]
+    if extension.local_table:
+        table = extension.local_table
+        lines += [
+            "",
+            "[local_table]",
+            f"width_turn = {2.0**-table.width_exponent!r}",
+            f"fraction_bits = {table.fraction_bits}",
+            f"starts_counts = {list(table.starts_counts)}",
+            f"points = {list(table.points)}",
+        ]
+    return lines
+
+
+def _without_lines(entry: Coefficients) -> list[str]:
+    """The prepared set for a missing head."""
+    mean = entry.extension.mean if entry.extension else None
+    assert mean is not None, "checked by Coefficients"
+    return [
+        "",
+        "[[without]]",
+        f"head = {mean.missing}",
+        f"carrier = {mean.carrier}",
+        f"weight_words = {list(mean.weights)}",
+        f"offset_words = {list(mean.offsets)}",
+        f"offset_word = {entry.offset}",
+        *_lane_lines(entry, "without.lane"),
+    ]
+
+
+def read_coefficient_file(path: Path | str, bitstream: Capability | None = None) -> Coefficients:
+    """Read and check a coefficient file that ``bitstream`` is to load; None: the default build.
 
     Raises CoefficientFileError for a file that is not there or not TOML, a key that is missing,
-    unknown or of the wrong type, a word outside its format, or words that contradict the values
-    beside them.
+    unknown or of the wrong type, a word outside its format, words that contradict the values
+    beside them, or a part that the bitstream cannot hold, with the generic that builds it.
     """
     path = Path(path)
     try:
         content = read_toml(path)
-        thermal = typed(content, _OnlySchema).schema == THERMAL_SCHEMA
-        return _coefficients(typed(content, _ThermalFile if thermal else _File))
+        declared = _DECLARED[typed(content, _OnlySchema).schema]
+        coefficients = _coefficients(typed(content, declared))
+        if coefficients.extension is not None:
+            _check_loadable(coefficients.extension, bitstream or Capability())
+        return coefficients
     except FileNotFoundError as error:
         raise CoefficientFileError(
             f"{path}: no such file; 'arctrue calibrate' writes one"
@@ -192,13 +346,43 @@ def read_coefficient_file(path: Path | str) -> Coefficients:
         raise CoefficientFileError(f"{path}: {error}") from error
 
 
+def _check_loadable(extension: Extension, bitstream: Capability) -> None:
+    """Raise ContentError where the bitstream lacks what the file needs."""
+    lacking = bitstream.lacking(extension.needs)
+    if lacking:
+        raise ContentError(
+            f"it needs a bitstream that is built with {', '.join(lacking)}; this one is not. Build "
+            "that one, or export without what needs it"
+        )
+
+
 def _coefficients(file: _File) -> Coefficients:
     check_counts_per_rev(file.counts_per_rev)
     _agree("offset.counts", file.offset.counts, "word", file.offset.word, AMPLITUDE_LSB_COUNTS)
+    lanes, slopes = _lanes(file.lane, "lane", file)
+
+    thermal = None
+    if isinstance(file, _ThermalFile | _ExtendedFile) and file.temperature is not None:
+        thermal = _thermal(file.temperature, slopes)
+    elif slopes:
+        raise ContentError("temperature: is missing, but a lane has a slope")
+    return Coefficients(
+        *_words(lanes, file.lanes),
+        file.offset.word,
+        file.counts_per_rev,
+        thermal,
+        _extension(file, lanes) if isinstance(file, _ExtendedFile) else None,
+    )
+
+
+def _lanes(
+    listed: Sequence[_Lane], key: str, file: _File
+) -> tuple[dict[int, _Lane], dict[int, tuple[int, ...]]]:
+    """Lanes by their number, and slopes by order; raises ContentError for what contradicts."""
     lanes: dict[int, _Lane] = {}
     slopes: dict[int, tuple[int, ...]] = {}
-    for number, lane in enumerate(file.lane, start=1):
-        place = f"lane[{number}]"
+    for number, lane in enumerate(listed, start=1):
+        place = f"{key}[{number}]"
         if lane.lane >= file.lanes:
             raise ContentError(
                 f"{place}.lane: expected a whole number from 0 to {file.lanes - 1}, "
@@ -211,19 +395,118 @@ def _coefficients(file: _File) -> Coefficients:
         if isinstance(lane, _ThermalLane) and lane.slope is not None:
             _check_slope(place, lane, file.counts_per_rev)
             slopes[lane.order] = lane.slope
+    return lanes, slopes
 
-    def words(key: str) -> NDArray[Any]:
-        found = [getattr(lanes[at], key) if at in lanes else 0 for at in range(file.lanes)]
+
+def _words(
+    lanes: Mapping[int, _Lane], count: int
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Phase steps, phase offsets and amplitudes of ``count`` lanes."""
+
+    def of_key(key: str) -> NDArray[Any]:
+        found = [getattr(lanes[at], key) if at in lanes else 0 for at in range(count)]
         return np.array(found, dtype=np.int64)
 
-    return Coefficients(
-        words("phase_step"),
-        words("phase_offset"),
-        words("amplitude"),
-        file.offset.word,
-        file.counts_per_rev,
-        _thermal(file.temperature, slopes) if isinstance(file, _ThermalFile) else None,
+    return of_key("phase_step"), of_key("phase_offset"), of_key("amplitude")
+
+
+def _of_lanes(lanes: Mapping[int, _Lane]) -> dict[str, Any]:
+    """Modulators and turn steps, as the extension holds them."""
+    extended = {at: lane for at, lane in lanes.items() if isinstance(lane, _ExtendedLane)}
+    return {
+        "modulators": tuple(
+            (at, lane.modulator) for at, lane in sorted(extended.items()) if lane.modulator != "one"
+        ),
+        "turn_steps": tuple(
+            (at, lane.turn_step) for at, lane in sorted(extended.items()) if lane.turn_step
+        ),
+    }
+
+
+def _extension(file: _ExtendedFile, lanes: Mapping[int, _Lane]) -> Extension:
+    mean = _mean(file.mean) if file.mean else None
+    conditions = table = None
+    if file.conditions:
+        width = file.conditions.width_counts * OFFSET_ONE
+        if width != round(width):
+            raise ContentError("conditions.width_counts: expected sixteenths of a count")
+        conditions = Conditions(
+            round(width), file.conditions.dead_zone_counts, file.conditions.nominal_deg_per_s
+        )
+    if file.local_table:
+        table = _local_table(file.local_table)
+    without = []
+    for number, entry in enumerate(file.without, start=1):
+        place = f"without[{number}]"
+        if mean is None or not 1 <= entry.head <= mean.heads:
+            raise ContentError(f"{place}.head: head {entry.head} is not in [mean]")
+        if entry.head in {before.head for before in file.without[: number - 1]}:
+            raise ContentError(f"{place}.head: head {entry.head} is listed twice")
+        if len(entry.weight_words) != mean.heads:
+            raise ContentError(f"{place}.weight_words: expected {mean.heads}, one a head of [mean]")
+        of_set, slopes = _lanes(entry.lane, f"{place}.lane", file)
+        if slopes:
+            raise ContentError(f"{place}.lane: a prepared set cannot follow the temperature")
+        try:
+            set_mean = MeanSet(
+                tuple(entry.weight_words),
+                tuple(entry.offset_words),
+                entry.carrier,
+                entry.head,
+                mean.delays_clocks,
+            )
+        except ValueError as error:
+            raise ContentError(f"{place}: {error}") from error
+        without.append(
+            Coefficients(
+                *_words(of_set, file.lanes),
+                entry.offset_word,
+                file.counts_per_rev,
+                None,
+                Extension(mean=set_mean, conditions=conditions, **_of_lanes(of_set)),
+            )
+        )
+    return Extension(
+        mean, conditions, **_of_lanes(lanes), local_table=table, without=tuple(without)
     )
+
+
+def _mean(table: _Mean) -> MeanSet:
+    for number, head in enumerate(table.head, start=1):
+        place = f"mean.head[{number}]"
+        _agree(f"{place}.weight", head.weight, "weight_word", head.weight_word, 1 / WEIGHT_ONE)
+        _agree(
+            f"{place}.offset_counts",
+            head.offset_counts,
+            "offset_word",
+            head.offset_word,
+            1 / OFFSET_ONE,
+        )
+    try:
+        return MeanSet(
+            tuple(head.weight_word for head in table.head),
+            tuple(head.offset_word for head in table.head),
+            table.carrier,
+            0,
+            tuple(head.delay_clocks for head in table.head),
+        )
+    except ValueError as error:
+        raise ContentError(f"mean: {error}") from error
+
+
+def _local_table(table: _LocalTable) -> LocalTable:
+    exponents = [e for e in range(WINDOW_EXPONENT_MOST + 1) if table.width_turn == 2.0**-e]
+    if not exponents:
+        raise ContentError(
+            f"local_table.width_turn: expected 1, 1/2, to 1/{1 << WINDOW_EXPONENT_MOST}, "
+            f"found {table.width_turn}"
+        )
+    points = list(table.points)
+    while points and points[-1] == 0:
+        points.pop()
+    if len(points) > POINTS:
+        raise ContentError(f"local_table.points: expected {POINTS} at most, found {len(points)}")
+    return LocalTable(tuple(points), tuple(table.starts_counts), exponents[0], table.fraction_bits)
 
 
 def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> ThermalLanes:
@@ -241,16 +524,46 @@ def _thermal(table: _Temperature, slopes: Mapping[int, tuple[int, ...]]) -> Ther
 
 def _check_words(place: str, lane: _Lane, counts_per_rev: int) -> None:
     """Raise ContentError where the words of a lane are not what its values say."""
-    needed = phase_step(lane.order, counts_per_rev)
-    if lane.phase_step != needed:
-        raise ContentError(
-            f"{place}.phase_step: found {lane.phase_step}, but order {lane.order} at "
-            f"{counts_per_rev} counts a turn needs {needed}; change both or neither"
-        )
+    if isinstance(lane, _ExtendedLane):
+        _check_real_order(place, lane, counts_per_rev)
+    else:
+        needed = phase_step(lane.order, counts_per_rev)
+        if lane.phase_step != needed:
+            raise ContentError(
+                f"{place}.phase_step: found {lane.phase_step}, but order {lane.order} at "
+                f"{counts_per_rev} counts a turn needs {needed}; change both or neither"
+            )
     unit = AMPLITUDE_LSB_COUNTS * ARCSEC_PER_TURN / counts_per_rev
     _agree(f"{place}.amplitude_arcsec", lane.amplitude_arcsec, "amplitude", lane.amplitude, unit)
     step_deg = 360.0 / 2**PHASE_WIDTH
     _agree(f"{place}.phase_deg", lane.phase_deg, "phase_offset", lane.phase_offset, step_deg, 360.0)
+
+
+def _check_real_order(place: str, lane: _ExtendedLane, counts_per_rev: int) -> None:
+    """Raise ContentError where phase step or turn step is not that of the order.
+
+    The order is a number of 53 bits: a step may differ by its rounding and by a half.
+    """
+    turn = 1 << PHASE_STEP_WIDTH
+    order = Fraction(lane.order)
+    slack = Fraction(_AGREEMENT) + order * Fraction(turn, 2**52)
+    for key, step, needed in (
+        ("phase_step", lane.phase_step, order * turn / counts_per_rev),
+        ("turn_step", lane.turn_step, order % 1 * turn),
+    ):
+        away = (step - needed) % turn
+        if min(away, turn - away) > slack:
+            raise ContentError(
+                f"{place}.{key}: found {step}, but order {lane.order} at {counts_per_rev} counts "
+                f"a turn needs {round(needed) % turn}; change both or neither"
+            )
+
+
+def _real_order(step: int, turn_step: int, counts_per_rev: int) -> float:
+    """The order nearest to what the phase step says whose fraction the turn step gives."""
+    turn = 1 << PHASE_STEP_WIDTH
+    fraction = Fraction(turn_step, turn)
+    return float(round(Fraction(step * counts_per_rev, turn) - fraction) + fraction)
 
 
 def _check_slope(place: str, lane: _ThermalLane, counts_per_rev: int) -> None:

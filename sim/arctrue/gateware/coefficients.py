@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from arctrue.gateware.extension import Extension
+from arctrue.gateware.mean_set import OFFSET_ONE
 from arctrue.gateware.thermal import ThermalLanes, as_lane
 from arctrue.generated.number_formats import (
     AMPLITUDE_FRACTION,
@@ -43,7 +45,8 @@ class Coefficients:
     Φ in 2⁻²⁴ turn; ``amplitudes``: int32 (lanes,), 2·A_n of equation (9) in 2⁻¹¹ count;
     ``offset``: in 2⁻¹¹ count, added to the sum; ``counts_per_rev``: the turn that K was worked
     out for; ``thermal``: how some of the lanes follow the temperature, which the firmware works
-    out.
+    out; ``extension``: mean, conditions, real orders and table, where the gateware is built with
+    them. A lane with a turn step has a real order, of which ``orders`` holds the nearest whole one.
 
     Raises ValueError for a word that its format cannot hold.
     """
@@ -54,6 +57,7 @@ class Coefficients:
     offset: int
     counts_per_rev: int
     thermal: ThermalLanes | None = None
+    extension: Extension | None = None
 
     def __post_init__(self) -> None:
         """Check every word against its format and make the arrays read-only."""
@@ -88,11 +92,33 @@ class Coefficients:
             raise ValueError(f"a phase step, phase offset and amplitude a lane: found {sizes}")
         if not 1 <= self.lanes <= LANES_MAX:
             raise ValueError(f"lanes: {self.lanes}, the gateware has 1 to {LANES_MAX}")
+        self._check_extension()
         if not -AMPLITUDE_WORD_MAX - 1 <= self.offset <= AMPLITUDE_WORD_MAX:
             raise ValueError(
                 f"offset: {self.offset}, the format holds "
                 f"{-AMPLITUDE_WORD_MAX - 1} to {AMPLITUDE_WORD_MAX}"
             )
+
+    def _check_extension(self) -> None:
+        """Raise ValueError where the extension names lanes or counts that are not there."""
+        if self.extension is None:
+            return
+        named = {lane for lane, _ in (*self.extension.modulators, *self.extension.turn_steps)}
+        if not named <= set(range(self.lanes)):
+            raise ValueError(f"extension: lane {max(named)}, there are lanes 0 to {self.lanes - 1}")
+        if self.extension.mean:
+            for head, offset in enumerate(self.extension.mean.offsets, start=1):
+                if offset >= self.counts_per_rev * OFFSET_ONE:
+                    raise ValueError(
+                        f"offset of head {head}: {offset / OFFSET_ONE:g} counts, expected less "
+                        f"than the turn's {self.counts_per_rev}"
+                    )
+        for entry in self.extension.without:
+            mean = entry.extension.mean if entry.extension else None
+            if mean is None or not mean.missing:
+                raise ValueError("without: each set needs a mean that leaves out a head")
+            if (entry.lanes, entry.counts_per_rev) != (self.lanes, self.counts_per_rev):
+                raise ValueError("without: each set has the lanes and counts a turn of the file")
 
     def __eq__(self, other: object) -> bool:
         """Whether every word is the same."""
@@ -105,6 +131,7 @@ class Coefficients:
             and np.array_equal(self.phase_offsets, other.phase_offsets)
             and np.array_equal(self.amplitudes, other.amplitudes)
             and self.thermal == other.thermal
+            and self.extension == other.extension
         )
 
     def at(self, celsius: float) -> Coefficients:

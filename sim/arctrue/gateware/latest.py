@@ -16,3 +16,28 @@ def latest(event: NDArray[np.bool_]) -> NDArray[np.int64]:
 def value_at(clock: NDArray[np.int64], values: NDArray[Any], otherwise: int) -> NDArray[Any]:
     """``values`` at ``clock``, and ``otherwise`` where that is -1; shape (clocks,)."""
     return np.where(clock >= 0, values[clock], values.dtype.type(otherwise))
+
+
+def clock_before(clock: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The clock found one clock ago, -1 (none) in the first clock."""
+    return np.concatenate([[-1], clock[:-1]])
+
+
+def earlier(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Values one clock ago, 0 in the first clock."""
+    return np.concatenate([np.zeros_like(values[:1]), values[:-1]])
+
+
+def was(event: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the event was one clock ago."""
+    return np.concatenate([[False], event[:-1]])
+
+
+def wrapped(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Counts as a position of 32 bits holds them."""
+    return (counts + 2**31) % 2**32 - 2**31
+
+
+def outputs(begin: int, values: NDArray[Any]) -> NDArray[np.int64]:
+    """A register in every clock: ``begin`` at power-up, then its values after each clock."""
+    return np.concatenate([[begin], values]).astype(np.int64)

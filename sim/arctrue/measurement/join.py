@@ -86,12 +86,18 @@ def _same_table(sets: Sequence[MeasurementSet], names: Sequence[str]) -> Table:
             if value is None:
                 continue
             first, before = found.setdefault(key.name, (name, value))
-            slack = SAME_SEPARATION_DEG if key.name == "head_separation_deg" else 0.0
-            if abs(value - before) > slack:
+            slack = SAME_SEPARATION_DEG if key.name.startswith("head_") else 0.0
+            if np.size(value) != np.size(before) or np.any(
+                np.abs(np.subtract(value, before)) > slack
+            ):
                 raise JoinError(
                     f"{name} is of another table than {first}: {key.name} is {value}, not {before}"
                 )
-    return Table(**{key: value for key, (_, value) in found.items()})
+    values = {key: value for key, (_, value) in found.items()}
+    if "head_places_deg" in values:
+        # The second of them, of the same set.
+        del values["head_separation_deg"]
+    return Table(**values)
 
 
 def _no_twins(sets: Sequence[MeasurementSet], names: Sequence[str]) -> None:

@@ -15,7 +15,10 @@ from arctrue.base.typed_content import line_of_text
 
 SCHEMA = 1
 CAPTURE_COLUMNS = ("run", "time_s", "head1_counts", "head2_counts")
-CAPTURE_OPTIONAL = ("temperature_c", "u_arcsec", "mask")
+FURTHER_HEADS = ("head3_counts", "head4_counts")
+"""Columns of a capture of three or four heads."""
+HEAD_COLUMNS = ("head1_counts", "head2_counts", *FURTHER_HEADS)
+CAPTURE_OPTIONAL = (*FURTHER_HEADS, "temperature_c", "u_arcsec", "mask")
 REFERENCE_COLUMNS = ("target_deg", "error_arcsec")
 REFERENCE_OPTIONAL = (
     "run",
@@ -29,7 +32,15 @@ REFERENCE_OPTIONAL = (
 )
 TRUTHS = ("mask", "trusted")
 """Columns of truth values."""
-WHOLE_COLUMNS = ("run", "head1_counts", "head2_counts", "cycle", "direction", "mask")
+WHOLE_COLUMNS = (
+    "run",
+    "head1_counts",
+    "head2_counts",
+    *FURTHER_HEADS,
+    "cycle",
+    "direction",
+    "mask",
+)
 """Whole numbers in 64 bits; all other columns are floats."""
 COLUMNS = {
     *CAPTURE_COLUMNS,
@@ -50,6 +61,7 @@ AnyNumber = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 NotNegative = Annotated[float, Meta(ge=0, le=LARGEST)]
 Positive = Annotated[float, Meta(gt=0, le=LARGEST)]
 Count = Annotated[int, Meta(ge=1, le=LARGEST - 1)]
+HeadPlace = Annotated[float, Meta(gt=-360, lt=360)]
 
 
 @dataclass(frozen=True)
@@ -59,13 +71,52 @@ class Table:
     counts_per_rev: Annotated[int, Meta(ge=4, le=2**62)] | None = None
     grating_lines: Count | None = None
     disc_diameter_mm: Positive | None = None
-    head_separation_deg: Annotated[float, Meta(gt=-360, lt=360)] | None = None
+    head_separation_deg: HeadPlace | None = None
+    """Of two heads; the second entry of ``head_places_deg`` where that is given."""
     index_detection_arcsec: Annotated[float, Meta(ge=0, le=3600)] | None = None
     """Standard uncertainty of how far apart the heads detect the same index mark."""
     drive_gear_teeth: Positive | None = None
     faces: Count | None = None
     index_repeatability_counts: NotNegative | None = None
     """How well an index mark repeats from run to run, standard deviation of one head."""
+    head_places_deg: Annotated[tuple[HeadPlace, ...], Meta(min_length=2, max_length=4)] | None = (
+        None
+    )
+    """Of every head after head 1, which stands at 0: in place of ``head_separation_deg``."""
+
+    def __post_init__(self) -> None:
+        """Take ``head_separation_deg`` from the places.
+
+        Raises ValueError for places that do not begin at 0, that coincide, or that another
+        separation contradicts.
+        """
+        places, separation = self.head_places_deg, self.head_separation_deg
+        if places is None:
+            return
+        if places[0] != 0.0:
+            raise ValueError(
+                f"head_places_deg: expected 0 for head 1, from which the others are counted, "
+                f"found {places[0]:g}"
+            )
+        turned = sorted(place % 360.0 for place in places)
+        if len(set(turned)) < len(turned):
+            raise ValueError(
+                f"head_places_deg: expected a place of its own for every head, found {list(places)}"
+            )
+        if separation is not None and separation != places[1]:
+            raise ValueError(
+                f"head_separation_deg: expected {places[1]:g} as head_places_deg has it for head "
+                f"2, found {separation:g}; leave it out"
+            )
+        object.__setattr__(self, "head_separation_deg", places[1])
+
+    @property
+    def places_deg(self) -> tuple[float, ...] | None:
+        """Of every head after head 1, degrees; None where not even a separation is given."""
+        if self.head_places_deg is not None:
+            return self.head_places_deg
+        separation = self.head_separation_deg
+        return None if separation is None else (0.0, separation)
 
 
 def _column(name: str, value: Any) -> NDArray[Any]:
@@ -128,11 +179,12 @@ class _Rows:
 
 @dataclass(frozen=True)
 class Capture(_Rows):
-    """Both heads over time, arrays (n,); the runs stand one after another.
+    """All heads over time, arrays (n,); the runs stand one after another.
 
-    ``u_arcsec``: standard uncertainty of R₂ − R₁ in each row. ``mask``: True where the row must
-    not be used. ``trusted``: True where the row must be used although it looks like an outlier.
-    ``conditions``: further columns of numbers by their names.
+    ``head3_counts``, ``head4_counts``: None where there is no such head. ``u_arcsec``: standard
+    uncertainty of R₂ − R₁ in each row. ``mask``: True where the row must not be used. ``trusted``:
+    True where the row must be used although it looks like an outlier. ``conditions``: further
+    columns of numbers by their names.
     """
 
     run: Integer
@@ -145,6 +197,20 @@ class Capture(_Rows):
     mask: Boolean | None = None
     trusted: Boolean | None = None
     conditions: Mapping[str, Float] = field(default_factory=dict)
+    head3_counts: Integer | None = None
+    head4_counts: Integer | None = None
+
+    def __post_init__(self) -> None:
+        """As for all rows. Raises ValueError for a head 4 without a head 3, too."""
+        super().__post_init__()
+        if self.head4_counts is not None and self.head3_counts is None:
+            raise ValueError("head4_counts: expected head3_counts with it, which is not there")
+
+    @property
+    def heads(self) -> tuple[Integer, ...]:
+        """The counts of every head, head 1 first."""
+        further = (self.head3_counts, self.head4_counts)
+        return (self.head1_counts, self.head2_counts, *(h for h in further if h is not None))
 
 
 @dataclass(frozen=True)

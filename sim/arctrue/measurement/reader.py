@@ -22,6 +22,7 @@ from arctrue.measurement.mask_file import with_mask_file
 from arctrue.measurement.measurement_set import (
     CAPTURE_COLUMNS,
     CAPTURE_OPTIONAL,
+    HEAD_COLUMNS,
     REFERENCE_COLUMNS,
     REFERENCE_OPTIONAL,
     Capture,
@@ -129,22 +130,49 @@ def _capture(
     _require_for_capture(description)
     file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
     columns = _typed(file, _joined(list(_checked_blocks(file))))
+    _require_a_place_each(description, path, columns)
     _count_on_past_the_turn(description, path, columns, warnings)
     warnings.extend(file.warnings)
     keys = description.keys.capture
     return Capture(**columns, clock_hz=None if keys is None else keys.clock_hz)
 
 
+def _require_a_place_each(description: Description, path: Path, columns: dict[str, Any]) -> None:
+    """Refuse a capture whose heads are not as many as the places of its table."""
+    places = description.keys.table.places_deg
+    assert places is not None
+    there = [name for name in HEAD_COLUMNS if name in columns]
+    if there != list(HEAD_COLUMNS[: len(there)]):
+        raise MeasurementError(
+            "missing", path, "is missing; a capture of four heads has all of them",
+            row=1, column="head3_counts",
+        )  # fmt: skip
+    if len(there) != len(places):
+        key = "table.head_places_deg"
+        raise MeasurementError(
+            "value",
+            description.path,
+            f"{key}: expected a place for each of the {len(there)} heads of {path.name}, found "
+            f"{len(places)}; {_places_of(len(there))}",
+        )
+
+
+def _places_of(heads: int) -> str:
+    example = [0, 33, 162.5, 300.5][:heads]
+    return f"write head_places_deg = {example} with the angles of your table after head 1"
+
+
 def _count_on_past_the_turn(
     description: Description, path: Path, columns: dict[str, Any], warnings: list[str]
 ) -> None:
-    """Unwrap heads whose counts start anew at each turn, and bring head 2 beside head 1 again."""
+    """Unwrap heads whose counts start anew at each turn, and bring them near head 1 again."""
     table = description.keys.table
-    counts_per_rev, separation_deg = table.counts_per_rev, table.head_separation_deg
+    counts_per_rev, places_deg = table.counts_per_rev, table.places_deg
     assert counts_per_rev is not None
-    assert separation_deg is not None
+    assert places_deg is not None
+    heads = [name for name in HEAD_COLUMNS if name in columns]
     wrapped = 0
-    for name in ("head1_counts", "head2_counts"):
+    for name in heads:
         columns[name], wraps = unwrapped_counts(
             columns[name], columns["run"], columns["time_s"], counts_per_rev
         )
@@ -155,13 +183,14 @@ def _count_on_past_the_turn(
                 "counted on past the turn"
             )
     if wrapped:
-        columns["head2_counts"] = same_turn(
-            columns["head1_counts"],
-            columns["head2_counts"],
-            columns["run"],
-            counts_per_rev,
-            separation_deg,
-        )
+        for name, place_deg in zip(heads[1:], places_deg[1:], strict=True):
+            columns[name] = same_turn(
+                columns["head1_counts"],
+                columns[name],
+                columns["run"],
+                counts_per_rev,
+                place_deg,
+            )
 
 
 def _reference(

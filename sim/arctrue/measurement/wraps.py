@@ -59,15 +59,15 @@ def unwrapped_counts(
 
 def same_turn(
     head1_counts: Integer,
-    head2_counts: Integer,
+    other_counts: Integer,
     run: Integer,
     counts_per_rev: int,
-    head_separation_deg: float,
+    place_deg: float,
 ) -> Integer:
-    """Counts of head 2 (n,) brought within half a turn of head 1 + α in each run."""
-    apart = round(head_separation_deg / 360.0 * counts_per_rev)
-    found = head2_counts.copy()
+    """Counts of another head (n,) brought within half a turn of head 1 + its place in each run."""
+    apart = round(place_deg / 360.0 * counts_per_rev)
+    found = other_counts.copy()
     for start, end in run_spans(run):
-        away = float(np.median(head2_counts[start:end] - head1_counts[start:end])) - apart
+        away = float(np.median(other_counts[start:end] - head1_counts[start:end])) - apart
         found[start:end] -= round(away / counts_per_rev) * counts_per_rev
     return found

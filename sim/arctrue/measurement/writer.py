@@ -82,7 +82,11 @@ def _description(measurement: MeasurementSet) -> str:
     lines = [f"schema = {SCHEMA}"]
     if measurement.title:
         lines.append(f"title = {json.dumps(measurement.title, ensure_ascii=False)}")
-    sections: dict[str, Mapping[str, Any]] = {"table": vars(measurement.table)}
+    table = dict(vars(measurement.table))
+    if table["head_places_deg"] is not None:
+        # The separation is its second entry.
+        table["head_separation_deg"] = None
+    sections: dict[str, Mapping[str, Any]] = {"table": table}
     further: dict[str, dict[str, Any]] = {}
     for dotted, value in measurement.other.items():
         section, _, key = dotted.partition(".")
@@ -117,7 +121,9 @@ def _description(measurement: MeasurementSet) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _toml(value: str | float | tuple[str, ...]) -> str:
+def _toml(value: str | float | tuple[str | float, ...]) -> str:
+    if isinstance(value, tuple) and not any(isinstance(item, str) for item in value):
+        return f"[{', '.join(map(repr, value))}]"
     if isinstance(value, tuple):
         return "[\n" + "".join(f"    {_toml(item)},\n" for item in value) + "]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

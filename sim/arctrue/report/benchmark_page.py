@@ -267,7 +267,7 @@ def _goals_of_probabilities(found: Mapping[str, Any]) -> list[tuple[str, float, 
     if truth is not None:
         least = right["hits"] / right["of"] - PROBABILITY_BELOW_RIGHT
         goals.append((TRUTH_PROBABILITY, truth, f"≥ {least:.3f}", truth >= least))
-    error = stated["expected_calibration_error"]
+    error = stated["calibration_error"]["value"]
     kept = error <= MOST_CALIBRATION_ERROR
     goals.append((CALIBRATION_ERROR, error, f"≤ {MOST_CALIBRATION_ERROR:g}", kept))
     return goals

@@ -68,7 +68,11 @@ def _finding(examined: Examined, result: Diagnosis) -> dict[str, Any] | None:
         first = next(
             (item for item in result.candidates if item.name == result.effect_class[0]), None
         )
+    after = None if first is None else result.left.get(first.name)
     solution = examined.solution if first is None else first.solution
+    if after is not None:
+        # As it is added: what the page promises is what the button gives.
+        solution = after.solution
     if first is None and len(solution.terms) < 2:
         return None
     found = finding_of(examined, solution)

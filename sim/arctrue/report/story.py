@@ -212,8 +212,7 @@ def missing_section(
         diagnosis["candidates"],
         key=lambda item: (-probability.get(item["effect"], 0.0), -item["delta_bic"]),
     )
-    held_out = examined.model.history[-1].heldout_rms_arcsec
-    cards = [_card(item, diagnosis, examined.effects, held_out, view) for item in candidates]
+    cards = [_card(item, diagnosis, examined.effects, view) for item in candidates]
     worth = sum(card["in_class"] or card["share"] >= LEAST_SHARE for card in cards)
     shown = min(max(worth, LEAST_CARDS), CARDS)
     not_tested: dict[str, list[str]] = {}
@@ -237,7 +236,6 @@ def _card(
     item: Mapping[str, Any],
     diagnosis: Mapping[str, Any],
     effects: Mapping[str, type[Effect]],
-    held_out_before: Mapping[str, float],
     view: View,
 ) -> dict[str, Any]:
     name = item["effect"]
@@ -249,7 +247,7 @@ def _card(
         if in_class and other != name:
             look_alikes.append(f"{words(other)} (cannot be tested: {'; '.join(lacking)})")
     after = item["heldout_after_arcsec"]
-    before = {**held_out_before, **item["heldout_before_arcsec"]}
+    before = item["heldout_before_arcsec"]
     return {
         "name": name,
         "words": words(name),
@@ -269,14 +267,13 @@ def _card(
             for channel in before
             if channel in after
         ],
-        "fitted": [
+        "left": [
             {
                 "channel": channel,
                 "before": angle_text(view, item["rms_before_arcsec"][channel], 4),
                 "after": angle_text(view, value, 4),
             }
             for channel, value in item["rms_after_arcsec"].items()
-            if channel not in after
         ],
         "sizes": [
             {"channel": channel, "size": angle_text(view, size)}

@@ -12,14 +12,17 @@ from arctrue.table.motion import Motion
 from arctrue.table.pins import PinEvents, TooFastError, clocked_pins, decode_quadrature, pin_states
 from arctrue.table.rotary_table import (
     DISC_RADIUS_M,
+    HEAD_PLACES_DEG,
     HEAD_SEPARATION_RAD,
     RotaryTable,
+    heads_at,
     two_heads,
 )
 from arctrue.table.state import TableState
 
 __all__ = [
     "DISC_RADIUS_M",
+    "HEAD_PLACES_DEG",
     "HEAD_SEPARATION_RAD",
     "Cause",
     "CountEdges",
@@ -35,6 +38,7 @@ __all__ = [
     "clocked_pins",
     "count_edges",
     "decode_quadrature",
+    "heads_at",
     "pin_states",
     "two_heads",
 ]

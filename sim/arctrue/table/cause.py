@@ -46,7 +46,7 @@ class Cause:
         return 0.0
 
     def head_shift_m(self, head: int, state: TableState) -> Points | complex:
-        """Displacement of head 0 or 1 in the stator frame."""
+        """Displacement of head 0, 1, … in the stator frame."""
         return 0.0
 
     def graduation_error_rad(
@@ -58,7 +58,7 @@ class Cause:
     def signal_error_rad(
         self, head: int, disc_reading_rad: NDArray[np.float64], state: TableState
     ) -> NDArray[np.float64] | float:
-        """What the signal of head 0 or 1 adds to the lines that it sees."""
+        """What the signal of head 0, 1, … adds to the lines that it sees."""
         return 0.0
 
     def disc_turn_rad(self, conditions: Conditions) -> Angles | float:
@@ -66,11 +66,11 @@ class Cause:
         return 0.0
 
     def sampling_delay_s(self, head: int) -> float:
-        """How old the reading of head 0 or 1 is when it is latched."""
+        """How old the reading of head 0, 1, … is when it is latched."""
         return 0.0
 
     def gained_counts(self, head: int, conditions: Conditions) -> NDArray[np.int64] | int:
-        """What the counter of head 0 or 1 has gained (or lost, negative) by then."""
+        """What the counter of head 0, 1, … has gained (or lost, negative) by then."""
         return 0
 
     def instrument_error_rad(self, stations: Stations, deviation_rad: Angles) -> Angles | float:
@@ -78,7 +78,7 @@ class Cause:
         return 0.0
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise | None:
-        """Gaussian noise of the reading of head 0 or 1."""
+        """Gaussian noise of the reading of head 0, 1, …."""
         return None
 
     def instrument_noise(self, stations: Stations) -> Noise | None:
@@ -88,7 +88,7 @@ class Cause:
     def struck_rad(
         self, head: int, conditions: Conditions, random: np.random.Generator
     ) -> Angles | None:
-        """What single rows of head 0 or 1 are off; 0 in the rows that are not struck."""
+        """What single rows of head 0, 1, … are off; 0 in the rows that are not struck."""
         return None
 
     def index_shift_counts(self, random: np.random.Generator) -> int:
@@ -136,7 +136,7 @@ CAPTURE = READING | {
     "kept_rows",
     "driven",
 }
-"""What the recorded runs of two heads honour."""
+"""What the recorded runs of the heads honour."""
 REFERENCE = SIGNALS | {"instrument_error_rad", "instrument_noise", "head_noise", "struck_rad"}
 """What a recorded reference run honours."""
 RECORD = frozenset(name for name in vars(Cause) if not name.startswith("_"))

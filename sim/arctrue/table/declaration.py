@@ -21,7 +21,7 @@ TURNS, NYQUIST_HZ, ROWS = 12, 125.0, 24_000
 
 Random = np.random.Generator
 Order = Annotated[int, Meta(ge=1)]
-HeadNumber = Annotated[int, Meta(ge=1, le=2)]
+HeadNumber = Annotated[int, Meta(ge=1, le=4)]
 Half = Annotated[float, Meta(ge=-0.5, le=0.5)]
 
 Kind = Literal["catalogue", "parts", "stranger", "noise"]

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 import pytest
 
-from arctrue.calibration import Estimate, fourier, least_squares, whole_turns
+from arctrue.calibration import (
+    CalibrationSettings,
+    Estimate,
+    calibrate,
+    fourier,
+    least_squares,
+    whole_turns,
+)
 from arctrue.calibration.harmonics import as_function_of_reading, error_arcsec
+from arctrue.measurement import Table
 
-from .synthetic import ARCSEC, COUNTS, Disc, capture_of, turn_angles
+from .synthetic import ARCSEC, COUNTS, Disc, capture_of, set_of, turn_angles
 
 ALPHA = np.radians(33.0)
 ORDERS = np.arange(1, 13)
@@ -192,3 +203,21 @@ def test_function_of_reading_solves_the_implicit_equation() -> None:
     apart = (found - expected) - (found - expected).mean()
     assert np.abs(apart).max() < 1e-6
     assert orders.size == len(disc.orders)
+
+
+@pytest.mark.parametrize("method", ["fourier", "least_squares"])
+def test_two_heads_given_by_their_places_are_the_same_to_the_bit(
+    method: Literal["fourier", "least_squares"],
+) -> None:
+    disc = Disc({1: (150.0, 0.4), 3: (2.0, 1.0)})
+    capture = capture_of([disc.heads(turn_angles(3000), 0.1, np.random.default_rng(1))])
+    by_separation = set_of(disc, capture)
+    by_places = replace(
+        by_separation,
+        table=Table(counts_per_rev=disc.counts_per_rev, head_places_deg=(0.0, 33.0)),
+    )
+    settings = CalibrationSettings(method=method, most_order=8)
+    one, other = (calibrate(item, settings) for item in (by_separation, by_places))
+    np.testing.assert_array_equal(one.estimate.values, other.estimate.values)
+    np.testing.assert_array_equal(one.estimate.covariance, other.estimate.covariance)
+    assert one.coefficients == other.coefficients

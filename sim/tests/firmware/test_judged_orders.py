@@ -324,3 +324,54 @@ def test_a_set_that_is_broken_off_leaves_the_loaded_set() -> None:
     assert state(made) == "load waiting"
     made.turn(turn(2))
     assert state(made) == "load active"
+
+
+def warming_turn(seed: int, first: float, last: float) -> NDArray[np.int64]:
+    """A turn in which order 1 grows steadily from ``first`` to ``last`` counts, by geometry."""
+    angle = 0.3 + 0.01 * seed + np.arange(SAMPLES + 1) * (2.0 * np.pi / SAMPLES)
+    order1 = np.linspace(first, last, angle.size)
+    heads = []
+    for head_angle in (angle, angle + np.deg2rad(33.0)):
+        error = order1 * np.cos(head_angle + PHASES[1])
+        error += SIZES[2] * np.cos(2.0 * head_angle + PHASES[2])
+        heads.append(head_angle * (COUNTS / (2.0 * np.pi)) + error)
+    noise = np.random.default_rng(seed).normal(0.0, NOISE_ARCSEC / ARCSEC, (2, angle.size))
+    return np.rint(np.stack(heads) + noise).astype(np.int64)
+
+
+def own_orders(made: Firmware) -> dict[int, float]:
+    """Amplitude in counts of each order that the fabric applies."""
+    bank = active_coefficients(made.core, COUNTS)
+    reading = np.arange(4096) * (COUNTS // 4096)
+    lines = np.abs(np.fft.rfft(bank.error_counts(reading))) * (2.0 / reading.size)
+    return {order: float(lines[order]) for order in range(1, 33) if lines[order] > 0.05}
+
+
+def test_a_table_that_warms_within_a_turn_gets_no_order_by_chance() -> None:
+    """Order 1 grows by 30 counts a turn; the sawtooth reaches order 11 (gain 19)."""
+    made = started()
+    made.send("set keep 0")
+    size = 200.0
+    for seed in range(3):
+        made.turn(warming_turn(seed, size, size))
+    for seed in range(3, 9):
+        made.turn(warming_turn(seed, size, size + 30.0))
+        size += 30.0
+        found = own_orders(made)
+        assert found[1] == pytest.approx(size - 15.0, abs=20.0)
+        assert found[2] == pytest.approx(SIZES[2], abs=1.5)
+        # Below the rounding of the readings through the gains.
+        assert {order for order, counts in found.items() if counts > 0.5} == {1, 2}, found
+    made.turn(warming_turn(9, size, size))
+    made.turn(warming_turn(10, size, size))
+    assert own_orders(made)[1] == pytest.approx(size, abs=1.0)
+
+
+def test_an_order_that_truly_changes_while_the_table_warms_is_followed() -> None:
+    made = started()
+    made.send("set keep 0")
+    for seed in range(3):
+        made.turn(turn(seed))
+    for seed in range(3, 6):
+        made.turn(turn(seed, disc(o1=200.0 + 5.0 * seed, o2=50.0 + 4.0 * seed)))
+    assert own_orders(made)[2] == pytest.approx(70.0, abs=1.0)

@@ -61,7 +61,7 @@ def test_other_editors(tmp_path: Path, encoding: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("schema = 1", "schema = 3", "schema: expected one of 1, 2, found 3"),
+        ("schema = 1", "schema = 4", "schema: expected one of 1, 2, 3, found 4"),
         ("schema = 1", "", "schema: is missing"),
         ("schema = 1", "schema = 1\ncolour = 3", "colour: is not known"),
         ('title = "table \\"A\\""', "title = 3", "title: expected a text, found 3"),
@@ -170,7 +170,7 @@ def test_lanes_that_follow_the_temperature(tmp_path: Path) -> None:
         ),
         ("sensor_time_constant_s = 60.0", "sensor_time_constant_s = -1.0", "expected 0 to"),
         ("schema = 2", "schema = 1", "temperature: is not known"),
-        ("schema = 2", "schema = 3", "expected one of 1, 2, found 3"),
+        ("schema = 2", "schema = 4", "expected one of 1, 2, 3, found 4"),
         ("slope = [19398656, ", "slope = [19398657, ", "change both or neither"),
         ("slope = [19398656, ", "slope = [1.5, ", "slope[1]: expected a whole number, found 1.5"),
         ("slope = [19398656, ", "slope = [", "expected 4 whole numbers"),

@@ -19,9 +19,8 @@ from sim.tests.gateware.quadrature_decoder_scenarios import (
     stimuli_of,
 )
 
+from arctrue.gateware.plausibility_check import COUNTER_MAX, PERIOD
 from arctrue.gateware.quadrature_decoder import (
-    COUNTER_MAX,
-    PERIOD,
     DecoderInputs,
     DecoderTrace,
     latency_clocks,

@@ -38,6 +38,8 @@ class _Answer(Struct, rename={"effects": "class"}):
     parts: list[str] | None = None
     beside: list[str] | None = None
     probability: dict[str, NotNegative] | None = None
+    parameters: dict[str, float] | None = None
+    """Of the effect that is named: ``order`` (a turn) and ``frequency`` (Hz) of a line."""
     held_out_arcsec: dict[str, NotNegative] | None = None
 
 

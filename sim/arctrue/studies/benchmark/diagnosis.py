@@ -48,6 +48,9 @@ def answer_of(data: Mapping[str, Any]) -> Answer:
         "probability": None
         if probability is None
         else {name: round(float(value), 6) for name, value in probability.items()},
+        "parameters": None
+        if first is None
+        else _rounded({name: item["value"] for name, item in first.get("parameters", {}).items()}),
         "held_out_arcsec": _rounded(first["heldout_after_arcsec"] if first else before),
     }
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 CONFIDENCE = 0.95
 BINS = 10
+RESAMPLES = 1000
+"""Of a bootstrap: an end of a 95 % interval then lies on 25 draws."""
+SUREST = 1e-3
+"""A log score counts no answer as surer than this: one false answer in a thousand is what sets of
+this number can tell."""
+
+Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +65,17 @@ class Bin:
     right: Rate
 
 
-def reliability(probability: Sequence[float], right: Sequence[bool]) -> list[Bin]:
-    """The reliability curve over equal bins of the stated probability; empty bins are left out."""
+def reliability(probability: Sequence[float] | Float, right: Sequence[bool] | Float) -> list[Bin]:
+    """The reliability curve over ten bins of equal count, in the order of the stated probability.
+
+    Fewer than ten answers make a bin each; equal probabilities stand in the order given.
+    """
     stated, was = np.asarray(probability, dtype=float), np.asarray(right, dtype=bool)
-    at = np.minimum((stated * BINS).astype(int), BINS - 1)
+    order = np.argsort(stated, kind="stable")
     return [
-        Bin(float(stated[at == number].mean()), rate(was[at == number].tolist()))
-        for number in range(BINS)
-        if np.any(at == number)
+        Bin(float(stated[at].mean()), rate(was[at].tolist()))
+        for at in np.array_split(order, BINS)
+        if at.size
     ]
 
 
@@ -76,3 +87,56 @@ def expected_calibration_error(bins: Sequence[Bin]) -> float:
         for item in bins
     ]
     return sum(gaps) / whole if whole else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A figure over sets, with the interval of 95 % of a bootstrap over the sets."""
+
+    value: float
+    low: float
+    high: float
+
+    def data(self) -> dict[str, float]:
+        """As JSON."""
+        return {"value": self.value, "low": self.low, "high": self.high}
+
+
+def calibration_error(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
+    """Mean distance of stated probability and rate over ten bins of equal count."""
+    return _bootstrap(
+        lambda stated, was: expected_calibration_error(reliability(stated, was)), probability, right
+    )
+
+
+def log_score_gain(probability: Sequence[float], right: Sequence[bool]) -> Estimate:
+    """Mean log score of the stated probabilities less that of a constant, in nats; above 0: better.
+
+    An answer right by r ∈ {0, 1} and stated at p has r·log p + (1 − r)·log(1 − p), p held within
+    ``SUREST`` of 0 and 1; the constant is the rate of right answers itself, the best constant
+    there is.
+    """
+
+    def gain(stated: Float, was: Float) -> float:
+        return _log_score(stated, was) - _log_score(np.full(was.size, was.mean()), was)
+
+    return _bootstrap(gain, probability, right)
+
+
+def _log_score(stated: Float, was: Float) -> float:
+    held = np.clip(stated, SUREST, 1 - SUREST)
+    return float(np.mean(np.where(was > 0.5, np.log(held), np.log1p(-held))))
+
+
+def _bootstrap(
+    figure: Callable[[Float, Float], float], probability: Sequence[float], right: Sequence[bool]
+) -> Estimate:
+    stated, was = np.asarray(probability, dtype=float), np.asarray(right, dtype=float)
+    random = np.random.default_rng(0)
+    drawn = [
+        figure(stated[at], was[at])
+        for at in random.integers(0, stated.size, (RESAMPLES, stated.size))
+    ]
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(drawn, [tail, 1 - tail])
+    return Estimate(figure(stated, was), float(low), float(high))

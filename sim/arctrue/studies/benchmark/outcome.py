@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from arctrue.base.units import arcsec_per_count
 from arctrue.studies.benchmark.oracle import Sight, visible
 
+NEAR_LINE = 1.5
+"""A line is named rightly where its order or frequency lies within so many widths of resolution."""
+STATED = {"order": "order", "hz": "frequency"}
+"""Key of a line's place in the truth, and the parameter that states it in an answer."""
 MATTERS_COUNTS = 0.5
 COUNT_ARCSEC = arcsec_per_count(1 << 24)
 MATTERS_ARCSEC = MATTERS_COUNTS * COUNT_ARCSEC
@@ -19,6 +23,7 @@ IN_CLASS = "in class"
 UNKNOWN = "unknown, rightly"
 ADEQUATE = "adequate, rightly"
 QUIET = "cannot tell, rightly"
+OPEN = "left open, rightly"
 FALSE_NAME = "false name"
 FALSE_CLASS = "class without it"
 FALSE_UNKNOWN = "unknown, wrongly"
@@ -33,6 +38,7 @@ OUTCOMES = (
     UNKNOWN,
     ADEQUATE,
     QUIET,
+    OPEN,
     FALSE_NAME,
     FALSE_CLASS,
     FALSE_UNKNOWN,
@@ -41,7 +47,7 @@ OUTCOMES = (
     BAD_DATA,
     ERROR,
 )
-GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET)
+GOOD = (RIGHT, FIRST, UNKNOWN, ADEQUATE, QUIET, OPEN)
 """What a set should come to. ``in class`` is none of them: the truth was not put first."""
 
 
@@ -62,6 +68,37 @@ class Judged:
     def hidden(self) -> list[str]:
         """Names of what is in it."""
         return [str(item["effect"]) for item in self.truth["effects"]]
+
+    @property
+    def accepted(self) -> Mapping[str, Sequence[str]]:
+        """Answers that are right or not false for this design: ``names``, ``alike``, ``verdicts``.
+
+        A set of the first generator has none beside what is hidden.
+        """
+        found: Mapping[str, Sequence[str]] = self.truth.get("accepted", {})
+        return found
+
+    @property
+    def right_names(self) -> list[str]:
+        """What is hidden, and the same by other names."""
+        return [*self.hidden, *self.accepted.get("names", ())]
+
+    def lines_named(self) -> list[Mapping[str, Any]] | None:
+        """Hidden causes whose order or frequency is the one that is stated with the name.
+
+        None: no place is stated, or nothing hidden has one.
+        """
+        stated = self.answer.get("parameters") or {}
+        comparable, found = False, []
+        for effect in self.truth["effects"]:
+            for key, places in (effect.get("values") or {}).items():
+                if STATED[key] not in stated:
+                    continue
+                comparable = True
+                width = NEAR_LINE * float(self.truth["resolution"][key])
+                if any(abs(float(stated[STATED[key]]) - place) <= width for place in places):
+                    found.append(effect)
+        return found if comparable else None
 
     @property
     def label(self) -> str:
@@ -94,21 +131,34 @@ class Judged:
     @property
     def outcome(self) -> str:
         """One of OUTCOMES."""
-        verdict, named = self.answer["verdict"], self.answer.get("named")
-        effects = list(self.answer.get("class") or [])
+        verdict = self.answer["verdict"]
+        allowed = verdict in self.accepted.get("verdicts", ())
         if verdict == "named":
-            return RIGHT if named in self.hidden else FALSE_NAME
+            return self._named(self.answer.get("named"))
         if verdict == "ambiguous":
-            if not set(effects) & set(self.hidden):
-                return FALSE_CLASS
-            return FIRST if effects[0] in self.hidden else IN_CLASS
+            return self._class(list(self.answer.get("class") or []), allowed)
         if verdict == "unknown":
-            return UNKNOWN if self.has_stranger else FALSE_UNKNOWN
+            return UNKNOWN if self.has_stranger or (allowed and self.hidden) else FALSE_UNKNOWN
         if verdict == "adequate":
             return FALSE_ADEQUATE if self.seen() else ADEQUATE
         if verdict == "cannot_tell":
-            return SILENT if self.seen() else QUIET
+            return SILENT if self.seen() and not allowed else QUIET
         return BAD_DATA if verdict == "bad_data" else ERROR
+
+    def _named(self, named: str | None) -> str:
+        """A line's name is right at a place where a line is, and false elsewhere."""
+        elsewhere = self.lines_named() == []
+        if named in self.right_names:
+            return FALSE_NAME if elsewhere else RIGHT
+        return IN_CLASS if named in self.accepted.get("alike", ()) and not elsewhere else FALSE_NAME
+
+    def _class(self, effects: list[str], allowed: bool) -> str:
+        if effects and effects[0] in self.right_names:
+            return FIRST
+        if allowed and self.hidden:
+            return OPEN
+        some = {*self.right_names, *self.accepted.get("alike", ())}
+        return IN_CLASS if set(effects) & some else FALSE_CLASS
 
     @property
     def second_name(self) -> str | None:
@@ -116,7 +166,7 @@ class Judged:
         if self.answer["verdict"] != "named":
             return None
         return next(
-            (name for name in self.answer.get("beside") or [] if name not in self.hidden), None
+            (name for name in self.answer.get("beside") or [] if name not in self.right_names), None
         )
 
     def probability_of_truth(self) -> float | None:
@@ -124,10 +174,15 @@ class Judged:
         stated = self.answer.get("probability")
         if stated is None:
             return None
-        truth = {
-            item["effect"] if item["kind"] == "catalogue" else "unknown" for item in self.seen()
-        }
+        truth = {_stated_as(item) for item in self.seen()}
+        if truth:
+            truth |= self._also()
         return min(1.0, sum(float(stated.get(name, 0.0)) for name in truth or {"none"}))
+
+    def _also(self) -> set[str]:
+        """Keys of a stated probability that are right beside those of the hidden causes."""
+        known = "unknown" in self.accepted.get("verdicts", ())
+        return {*self.accepted.get("names", ()), *(["unknown"] if known else [])}
 
     def first_probability(self) -> tuple[float, bool] | None:
         """The largest probability stated, and whether it was given to the truth."""
@@ -136,6 +191,8 @@ class Judged:
             return None
         name = max(stated, key=lambda key: float(stated[key]))
         truth = {_stated_as(item) for item in self.truth["effects"]}
+        if truth:
+            truth |= self._also()
         right = name in truth or (name == "none" and not self.seen())
         return float(stated[name]), right
 

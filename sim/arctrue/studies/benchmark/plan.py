@@ -5,14 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import secrets
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from arctrue.base.typed_content import ContentError, read_json
 from arctrue.base.whole_file import write_whole_text
 from arctrue.studies.benchmark.cases import case_tasks, kept_cases
+from arctrue.studies.benchmark.score import INDEPENDENT, SIMULATED
 from arctrue.studies.benchmark.subject import SUBJECTS
-from arctrue.studies.benchmark.tasks import set_tasks
+from arctrue.studies.benchmark.tasks import independent_tasks, mixed_tasks, set_tasks
 from arctrue.studies.benchmark.worlds import SAMPLES_A_RUN
 from arctrue.studies.campaign import Campaign, Sources, Task
 
@@ -23,6 +24,7 @@ GENERATOR = (
     "studies/benchmark/worlds.py",
     "studies/benchmark/sets.py",
     "studies/benchmark/tasks.py",
+    "studies/benchmark/independent",
 )
 SCORING = tuple(
     f"studies/benchmark/{name}.py" for name in ("oracle", "outcome", "intervals", "score")
@@ -56,6 +58,10 @@ TIERS = {
 }
 
 
+SOURCES = {SIMULATED: set_tasks, INDEPENDENT: independent_tasks, "both": mixed_tasks}
+"""Tasks by the generator that makes the sets: of the simulated table, the second one, or both."""
+
+
 class PlanError(ValueError):
     """A plan that is not there, or was made by another state of the generator or the scoring."""
 
@@ -72,12 +78,16 @@ class TierPlan:
     """Causes, noise, experiments, worlds, priors and shares."""
     scoring: str
     """The oracle and the thresholds."""
+    source: str = SIMULATED
+    """Which generator makes the sets: one of SOURCES."""
 
     def tasks(self, subject: str) -> list[Task]:
         """Every set as a task, worlds in turn."""
         if self.tier == CASES:
             return case_tasks(subject)
-        return set_tasks(self.sets, self.samples, self.seed, subject)
+        if self.source not in SOURCES:
+            raise PlanError(f"source: expected one of {', '.join(SOURCES)}, found {self.source!r}")
+        return SOURCES[self.source](self.sets, self.samples, self.seed, subject)
 
     def campaign(self, folder: Path, subject: str) -> Campaign:
         """The campaign of one subject. Raises PlanError where the code is another than sealed."""
@@ -121,15 +131,32 @@ def files_digest(names: tuple[str, ...]) -> str:
     return whole.hexdigest()[:16]
 
 
-def make_plan(tier: str, folder: Path) -> TierPlan:
+def make_plan(
+    tier: str,
+    folder: Path,
+    source: str = SIMULATED,
+    limit: int | None = None,
+    seed: int | None = None,
+) -> TierPlan:
     """Write the plan of a tier into ``folder``: digests first, then the seed.
 
-    Raises PlanError where the folder has another plan.
+    ``limit``: the first sets only; ``seed``: in place of the tier's. Raises PlanError where the
+    folder has another plan, for kept or frozen sets of another generator, number or seed, and for
+    a seed of a tier whose seed is drawn.
     """
     chosen = TIERS[tier]
+    changed = source != SIMULATED or limit is not None or seed is not None
+    if changed and (chosen.frozen or tier == CASES):
+        raise PlanError(f"the sets of the tier {tier} are given: no generator, limit or seed")
+    if seed is not None:
+        if chosen.seed is None:
+            raise PlanError(f"the seed of the tier {tier} is drawn after everything else is fixed")
+        chosen = replace(chosen, seed=seed)
+    if limit is not None:
+        chosen = replace(chosen, sets=min(limit, chosen.sets))
     generator, scoring = files_digest(GENERATOR), files_digest(SCORING)
-    seed = secrets.randbits(64) if chosen.seed is None else chosen.seed
-    plan = TierPlan(tier, chosen.sets, chosen.samples, seed, generator, scoring)
+    found = secrets.randbits(64) if chosen.seed is None else chosen.seed
+    plan = TierPlan(tier, chosen.sets, chosen.samples, found, generator, scoring, source)
     path = folder / FILE
     if path.exists() and (chosen.seed is None or read_plan(folder) != plan):
         raise PlanError(f"{path} is there already; take a new folder")

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from arctrue.studies.benchmark.digests import set_name
+from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.intervals import (
     Rate,
-    expected_calibration_error,
+    calibration_error,
+    log_score_gain,
     rate,
     reliability,
 )
@@ -36,6 +38,12 @@ SURE = 0.8
 """An answer is sure where its largest probability is above this."""
 KINDS = ("name", "unknown", "none")
 """What a probability can be given to."""
+SIMULATED, INDEPENDENT = "simulated", "independent"
+"""The generators: of the simulated table, and the second one."""
+
+FALSE = "false name or falsely adequate"
+WORLD_GOAL = 0.02
+"""A world fails where the lower end of the rate's interval exceeds this."""
 
 SIZE_EDGES = (0.0, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, float("inf"))
 """Bins of a cause's size, in limits of the oracle."""
@@ -76,6 +84,22 @@ def _nothing(item: Judged) -> bool:
     return not item.truth["effects"]
 
 
+def _of_several_lines(item: Judged) -> bool:
+    """A line is named rightly in a set that has two lines or more which the oracle sees."""
+    lines = [effect for effect in item.seen() if effect.get("values")]
+    return item.outcome == RIGHT and len(lines) > 1 and bool(item.lines_named())
+
+
+def _named_largest_line(item: Judged) -> bool:
+    """None of the others is larger by more than NEARLY_AS_LARGE."""
+    largest = max(float(effect["rms_arcsec"]) for effect in item.seen() if effect.get("values"))
+    named = max(float(effect["rms_arcsec"]) for effect in item.lines_named() or [])
+    return named > NEARLY_AS_LARGE * largest
+
+
+NEARLY_AS_LARGE = 0.8
+"""Lines that differ by less in size may be named in either order."""
+
 SCORES = (
     Score("false name", _any, lambda item: item.outcome == FALSE_NAME, at_most=0.01),
     Score(
@@ -85,11 +109,11 @@ SCORES = (
         at_most=0.01,
     ),
     Score(
-        "false name or falsely adequate",
+        FALSE,
         _any,
         lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
         at_most=0.01,
-        world_at_most=0.02,
+        world_at_most=WORLD_GOAL,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
     Score(
@@ -136,6 +160,11 @@ SCORES = (
         ),
     ),
     Score(
+        "the largest line, of right names of one of several",
+        _of_several_lines,
+        _named_largest_line,
+    ),
+    Score(
         "a second name that is not there, of right names",
         lambda item: item.outcome == RIGHT,
         lambda item: item.second_name is not None,
@@ -147,21 +176,29 @@ SCORES = (
 
 def scored(sets: Sequence[Judged]) -> dict[str, Any]:
     """Everything as JSON: rates, probabilities, sizes, confusion, failures."""
-    worlds = [name for name in WORLDS if any(item.world == name for item in sets)]
+    worlds = [
+        name for name in (*WORLDS, *independent_worlds()) if any(i.world == name for i in sets)
+    ]
+    generators = by_generator(sets)
+    groups = {
+        "all": sets,
+        **(generators if len(generators) > 1 else {}),
+        **{world: [item for item in sets if item.world == world] for world in worlds},
+    }
+    rates = {
+        score.name: {name: score.of(group).data() for name, group in groups.items()}
+        for score in SCORES
+    }
     return {
         "sets": len(sets),
         "visible": sum(_visible(item) for item in sets),
-        "rates": {
-            score.name: {
-                "all": score.of(sets).data(),
-                **{
-                    world: score.of([item for item in sets if item.world == world]).data()
-                    for world in worlds
-                },
-            }
-            for score in SCORES
-        },
+        "rates": rates,
+        "generators": list(generators),
+        "failed_worlds": [world for world in worlds if _fails(world, sets)],
         "probability": probabilities(sets),
+        "probability_by_generator": {
+            name: probabilities(group) for name, group in generators.items()
+        },
         "held_out_over_floor": held_out(sets),
         "found_by_size_in_limits": sizes(sets),
         "found_by_effect": by_effect(sets),
@@ -172,6 +209,22 @@ def scored(sets: Sequence[Judged]) -> dict[str, Any]:
         "confusion": confusion(sets),
         "failures": [failure(item) for item in sets if is_failure(item)],
     }
+
+
+def _fails(world: str, sets: Sequence[Judged]) -> bool:
+    """Whether even the lower end of a world's false rate exceeds its goal."""
+    (false,) = (score for score in SCORES if score.name == FALSE)
+    return false.of([item for item in sets if item.world == world]).interval[0] > WORLD_GOAL
+
+
+def by_generator(sets: Sequence[Judged]) -> dict[str, list[Judged]]:
+    """The sets by who made them, the first generator's first."""
+    found: dict[str, list[Judged]] = {}
+    for name, second in ((SIMULATED, False), (INDEPENDENT, True)):
+        made = [item for item in sets if (item.world in independent_worlds()) == second]
+        if made:
+            found[name] = made
+    return found
 
 
 def goal_of(score: Score, world: str) -> tuple[float | None, float | None]:
@@ -190,11 +243,14 @@ def probabilities(sets: Sequence[Judged]) -> dict[str, Any] | None:
     pairs = [pair for pair in stated if pair is not None]
     if not pairs:
         return None
-    bins = reliability([pair[0] for pair in pairs], [pair[1] for pair in pairs])
+    given, right = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+    bins = reliability(given, right)
+    error = calibration_error(given, right)
     return {
         "mean_of_truth_where_visible": _mean_of_truth(filter(_visible, sets)),
         "mean_of_truth_of_catalogue": _mean_of_truth(filter(_catalogue, sets)),
-        "expected_calibration_error": expected_calibration_error(bins),
+        "calibration_error": error.data(),
+        "log_score_gain": log_score_gain(given, right).data(),
         "reliability": [
             {"mean_probability": item.mean_probability, **item.right.data()} for item in bins
         ],

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from arctrue.measurement import MeasurementSet
+from arctrue.studies.benchmark.independent.sets import independent_set
+from arctrue.studies.benchmark.independent.world import independent_worlds
 from arctrue.studies.benchmark.oracle import look
 from arctrue.studies.benchmark.worlds import WORLDS, Surroundings, hidden
 from arctrue.studies.simulate.simulated_set import SimulatedSet, Wanted, simulate_set
@@ -29,9 +31,14 @@ class BenchmarkSet:
 def make_set(task: Mapping[str, Any]) -> BenchmarkSet:
     """The set of a task: ``world``, ``content``, ``seed``, ``samples`` (a run, at most).
 
-    The truth holds each cause with its size and what the oracle makes of it, the noise, and the
-    RMS of what no model can explain, by channel. Raises KeyError for an unknown world.
+    The world says which generator makes it. The truth holds each cause with its size and what the
+    oracle makes of it, the noise, and the RMS of what no model can explain, by channel. Raises
+    KeyError for an unknown world.
     """
+    if task["world"] in independent_worlds():
+        return BenchmarkSet(
+            *independent_set(task["world"], task["content"], task["seed"], task["samples"])
+        )
     random = np.random.default_rng([task["seed"], 0])
     surroundings = WORLDS[task["world"]](random)
     surroundings.thin(task["samples"])

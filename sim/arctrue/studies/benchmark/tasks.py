@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
 from arctrue.studies.benchmark.worlds import CONTENTS, WORLDS
 from arctrue.studies.campaign.task import Task
 
 SHARES = {"nothing": 0.28, "one": 0.40, "parts": 0.06, "stranger": 0.12, "several": 0.14}
 """Of the sets of each world. Of 6,600 sets: 308 with nothing a world, 2,640 with one cause of the
 catalogue, 1,188 with what is in none, 924 with two or three."""
+
+EVERY_NULL = 3
+"""Of the second generator every third turn of the worlds has nothing hidden."""
+EVERY_INDEPENDENT = 5
+"""Of sets of both generators every fifth is of the second one."""
+INDEPENDENT_STREAM = 2
+"""Keeps its seeds apart from those of the first generator's sets."""
 
 
 def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
@@ -23,19 +31,53 @@ def set_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
     for number in range(longest):
         for world, contents in by_world.items():
             if number < len(contents):
-                entropy = np.random.SeedSequence([seed, len(found)])
-                high, low = entropy.generate_state(2, np.uint32)
                 found.append(
                     {
                         "world": world,
                         "content": contents[number],
-                        # 53 bits: a whole number in every reader of JSON.
-                        "seed": (int(high) >> 11) * 2**32 + int(low),
+                        "seed": _set_seed([seed, len(found)]),
                         "samples": samples,
                         "subject": subject,
                     }
                 )
     return found
+
+
+def independent_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
+    """Sets of the second generator as tasks: its worlds in turn, every third with nothing in it."""
+    worlds = list(independent_worlds().values())
+    found: list[Task] = []
+    for number in range(sets):
+        turn, place = divmod(number, len(worlds))
+        world = worlds[place]
+        content = NOTHING if turn % EVERY_NULL == 0 else HIDDEN
+        found.append(
+            {
+                "world": world.name,
+                "content": content if content in world.contents else world.contents[0],
+                "seed": _set_seed([seed, number, INDEPENDENT_STREAM]),
+                "samples": samples,
+                "subject": subject,
+            }
+        )
+    return found
+
+
+def mixed_tasks(sets: int, samples: int, seed: int, subject: str) -> list[Task]:
+    """Sets of both generators, every fifth of the second one."""
+    second = independent_tasks(sets // EVERY_INDEPENDENT, samples, seed, subject)
+    first = set_tasks(sets - len(second), samples, seed, subject)
+    found: list[Task] = []
+    while first or second:
+        found += first[: EVERY_INDEPENDENT - 1] + second[:1]
+        first, second = first[EVERY_INDEPENDENT - 1 :], second[1:]
+    return found
+
+
+def _set_seed(entropy: list[int]) -> int:
+    """A seed of 53 bits: a whole number in every reader of JSON."""
+    high, low = np.random.SeedSequence(entropy).generate_state(2, np.uint32)
+    return (int(high) >> 11) * 2**32 + int(low)
 
 
 def _contents(number: int) -> list[str]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.measurement import Capture, MeasurementSet, Reference, Table
+from arctrue.measurement.measurement_set import FURTHER_HEADS
 from arctrue.studies.simulate.experiment import (
     CaptureRun,
     Experiment,
@@ -23,6 +25,7 @@ from arctrue.table.noise import Noise, together
 from arctrue.table.rotary_table import (
     DISC_RADIUS_M,
     GRATING_LINES,
+    HEAD_PLACES_DEG,
     HEAD_SEPARATION_RAD,
     RotaryTable,
 )
@@ -107,8 +110,8 @@ class MeasuredTable:
             counts_per_rev=self.table.counts_per_rev,
             grating_lines=GRATING_LINES,
             disc_diameter_mm=2e3 * DISC_RADIUS_M,
-            head_separation_deg=float(np.rad2deg(HEAD_SEPARATION_RAD)),
             drive_gear_teeth=drive_gear_teeth,
+            **self._head_places(),
         )
         count_arcsec = self.table.count_rad * ARCSEC_PER_RAD
         variance = sum(item.index_variance_counts2() for item in (self.index, *self.causes))
@@ -124,8 +127,9 @@ class MeasuredTable:
         self, runs: Sequence[CaptureRun], temperature: TemperatureCourse
     ) -> tuple[Capture, Float, float, TrueNoise]:
         motions: list[Conditions] = []
-        white: tuple[list[Float], list[Float]] = ([], [])
-        index: tuple[list[int], list[int]] = ([], [])
+        heads = range(len(self.table.heads))
+        white: list[list[Float]] = [[] for _ in heads]
+        index: list[list[int]] = [[] for _ in heads]
         travelled_rad = 0.0
         for number, run in enumerate(runs):
             start_rad = float(self.random.uniform(0.0, 2 * np.pi))
@@ -133,7 +137,7 @@ class MeasuredTable:
             assert moving.travelled_rad is not None
             travelled_rad = float(moving.travelled_rad[-1])
             motions.append(moving)
-            for head in (0, 1):
+            for head in heads:
                 sigma_counts = self.table.noise_rad / self.table.count_rad
                 white[head].append(self.random.normal(0.0, sigma_counts, run.samples))
                 index[head].append(self.index.index_shift_counts(self.random))
@@ -141,7 +145,7 @@ class MeasuredTable:
         # The causes' own draws: first what comes once a run, then what comes with every row.
         for cause, random in zip(self.causes, self._cause_random, strict=True):
             for number in range(len(runs)):
-                for head in (0, 1):
+                for head in heads:
                     index[head][number] += cause.index_shift_counts(random)
         rows = state.time_s.size
         kept = np.ones(rows, dtype=bool)
@@ -149,14 +153,16 @@ class MeasuredTable:
         processes = [Noise.white(np.sqrt(2.0) * self.table.noise_rad, rows)]
         processes.append(Noise.white(np.sqrt(2.0 / 12.0) * self.table.count_rad, rows))
         counts, exact = [], []
-        for head in (0, 1):
+        for head in heads:
             shift = np.asarray(index[head])[state.run]
             reading = self.table.reading_rad(head, state) / self.table.count_rad
             noisy = reading + np.concatenate(white[head])
             for cause, random in zip(self.causes, self._cause_random, strict=True):
                 process = cause.head_noise(head, state)
                 if process is not None:
-                    processes.append(process)
+                    # The noise that is told is that of R₂ − R₁.
+                    if head < 2:
+                        processes.append(process)
                     noisy = noisy + process.draw(random) / self.table.count_rad
                 blow = cause.struck_rad(head, state, random)
                 if blow is not None:
@@ -179,6 +185,7 @@ class MeasuredTable:
             counts[1][kept],
             self._shown_temperature(temperature, state)[kept],
             CLOCK_HZ,
+            **{name: one[kept] for name, one in zip(FURTHER_HEADS, counts[2:], strict=False)},
         )
         gaussian = together(processes, rows).rows(kept)
         return (
@@ -187,6 +194,13 @@ class MeasuredTable:
             float(np.sqrt(np.mean((apart * self.table.count_rad * ARCSEC_PER_RAD) ** 2))),
             TrueNoise(gaussian, struck[kept]),
         )
+
+    def _head_places(self) -> dict[str, Any]:
+        """Where the drawing has the heads: keys of ``[table]``."""
+        heads = len(self.table.heads)
+        if heads == 2:
+            return {"head_separation_deg": float(np.rad2deg(HEAD_SEPARATION_RAD))}
+        return {"head_places_deg": HEAD_PLACES_DEG[heads]}
 
     def _shown_temperature(self, course: TemperatureCourse, state: Conditions) -> Float:
         shown = state.temperature_c

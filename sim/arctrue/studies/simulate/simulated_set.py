@@ -19,8 +19,9 @@ from arctrue.table.causes.belt_half_order import BeltPull
 from arctrue.table.causes.disc_eccentricity import DiscEccentricity
 from arctrue.table.causes.gear_mesh import GearMesh
 from arctrue.table.causes.graduation_harmonics import GraduationHarmonics
+from arctrue.table.head import Head
 from arctrue.table.registry import NOISES, REGISTRY
-from arctrue.table.rotary_table import RotaryTable, two_heads
+from arctrue.table.rotary_table import HEAD_PLACES_DEG, RotaryTable, heads_at, two_heads
 
 ECCENTRICITY_UM = (20.0, 30.0)
 """The paper's table: 108″ of first order is 28 µm."""
@@ -67,6 +68,7 @@ def simulate_set(
     again: int = 0,
     further: Sequence[str] = (),
     noise: Sequence[Wanted] = (),
+    heads: int = 2,
 ) -> SimulatedSet:
     """A table drawn by ``seed`` with all the causes wanted, measured as the experiment says.
 
@@ -143,7 +145,7 @@ def simulate_set(
         )
     base = _base_effects(table_random)
     table = RotaryTable(
-        two_heads(), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
+        _heads(heads), (*base, *noises, *causes), noise_rad=noise_arcsec * RAD_PER_ARCSEC
     )
     for kind in further:
         # After the causes were drawn: they stay those of the experiment itself.
@@ -162,6 +164,7 @@ def simulate_set(
         "seed": seed,
         "again": again,
         "experiment": experiment.name,
+        **({} if heads == 2 else {"heads": heads}),
         "effects": hidden,
         "table": [_plain(effect) for effect in base],
         "noise": disturbed,
@@ -178,6 +181,13 @@ def simulate_set(
         measured.index_variance_arcsec2,
         table,
     )
+
+
+def _heads(number: int) -> tuple[Head, ...]:
+    """The paper's two; three or four at their places. Raises ValueError for another number."""
+    if number not in HEAD_PLACES_DEG:
+        raise ValueError(f"heads: expected {min(HEAD_PLACES_DEG)} to {max(HEAD_PLACES_DEG)}")
+    return two_heads() if number == 2 else heads_at(np.deg2rad(HEAD_PLACES_DEG[number]).tolist())
 
 
 def _base_effects(random: np.random.Generator) -> list[Cause]:

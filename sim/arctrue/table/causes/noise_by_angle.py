@@ -30,7 +30,15 @@ class NoiseByAngle(Cause):
     phase_rad: float
 
     def head_noise(self, head: int, conditions: Conditions) -> Noise:
-        """A standard deviation for each row."""
+        """A standard deviation for each row.
+
+        Raises ValueError for a head that was not given an angle.
+        """
+        if head >= len(self.heads_rad):
+            raise ValueError(
+                f"noise by angle is given for {len(self.heads_rad)} heads, "
+                f"asked for head {head + 1}"
+            )
         disc_rad = conditions.angle_rad - self.heads_rad[head]
         share = 1.0 + self.contrast * np.cos(self.order * disc_rad + self.phase_rad)
         return Noise.white(self.sigma_rad * np.sqrt(np.maximum(share, 0.0)), disc_rad.size)

@@ -13,7 +13,7 @@ from arctrue.workbench.diagnose.survey import fit_of_channels
 from arctrue.workbench.inference.every_row import channel_figures
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.model.noise_floor import row_noise_arcsec
+from arctrue.workbench.noise.repeats import row_noise_arcsec
 from arctrue.workbench.noise.whiteness import noise_data
 
 
@@ -50,12 +50,14 @@ def compare(solution: Solution, seed: int) -> ModelComparison:
     channels: dict[str, ChannelComparison] = {}
     for channel, item in fit_of_channels(residuals).items():
         figures = channel_figures(solution, channel)
+        values = residuals.capture_arcsec if channel == "capture" else residuals.reference_arcsec
         assert figures is not None
+        assert values is not None
         channels[channel] = ChannelComparison(
             figures.rows,
             figures.rms_arcsec,
             figures.peak_arcsec,
-            row_noise_arcsec(residuals, channel, figures.rms_arcsec),
+            row_noise_arcsec(residuals.observations, values, channel, figures.rms_arcsec),
             1.0 if item.lack_of_fit_p is None else item.lack_of_fit_p,
         )
     maps = residual_maps(residuals, np.random.default_rng(seed))

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from arctrue.base.progress import ReportStep
+from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
@@ -24,6 +25,7 @@ from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
@@ -51,6 +53,11 @@ class Diagnosis:
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     """What the set lacks for each effect that it cannot test."""
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
+    """With their lack of fit, as the rules see them."""
+    before: Left | None = None
+    """What the model leaves."""
+    left: Mapping[str, Left] = field(default_factory=dict)
+    """What it leaves with the effect that is spoken of, or with one that looks like it, added."""
     covers: Coverage = field(default_factory=Coverage)
 
     @property
@@ -107,8 +114,12 @@ def diagnose(
     *,
     matters_counts: float = MATTERS_COUNTS,
     progress: ReportStep = lambda text: None,
+    given: Adding | None = None,
 ) -> Diagnosis:
-    """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result."""
+    """Judge every effect that ``terms`` lacks; nothing is drawn: same inputs, same result.
+
+    ``given``: the model on the rows that a command uses, where ``observations`` has less.
+    """
     faults = data_faults(observations)
     if faults:
         return _stated(observations, None, Facts(faults))
@@ -116,6 +127,7 @@ def diagnose(
     base = fit(terms, observations)
     if base.noise_is_unknown:
         return _stated(observations, base, Facts())
+    adding = given or Adding(base, effects)
     case = _case_of(base, effects, matters_counts, progress)
     if case.decision.verdict != "adequate":
         left_arcsec = _deepest(case.decision, base).capture_residual_arcsec()
@@ -128,12 +140,18 @@ def diagnose(
                 effects,
                 matters_counts=matters_counts,
                 progress=progress,
+                given=adding,
             )
     tried = case.survey
     covers = coverage(tried.residuals, case.ranked, tried.untestable, tried.absent)
     facts = Facts(case=case, covers=covers)
     progress("fitting every row")
-    return _stated(observations, base, facts)
+    found = _stated(observations, base, facts)
+    progress("adding it")
+    names = {item.name for item in (found.decision.spoken_of,) if item is not None}
+    after = {name: adding.after(name) for name in [*names, *found.effect_class]}
+    left = {name: item for name, item in after.items() if item is not None}
+    return replace(found, before=adding.before, left=left)
 
 
 def _case_of(
@@ -191,7 +209,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         case.negligible,
         case.survey.untestable,
         case.survey.channels,
-        facts.covers,
+        covers=facts.covers,
     )
 
 

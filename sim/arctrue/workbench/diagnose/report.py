@@ -10,9 +10,8 @@ from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.detectable import Detectable
-from arctrue.workbench.inference.held_out import HeldOut
+from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.whiteness import noise_data
 
 
@@ -24,44 +23,19 @@ def parameter_data(parameters: dict[str, Parameter]) -> dict[str, Any]:
     }
 
 
-def rms_data(solution: Solution) -> dict[str, float]:
-    """RMS of the residuals by channel."""
-    residuals = Residuals(solution)
-    found = {}
-    for channel, values in (
-        ("capture", residuals.capture_arcsec),
-        ("reference", residuals.reference_arcsec),
-    ):
-        if values is not None:
-            found[channel] = float((values @ values / max(values.size, 1)) ** 0.5)
-    return found
-
-
-def held_out_data(held_out: HeldOut | None) -> dict[str, float]:
-    """Held-out RMS by channel."""
-    if held_out is None:
-        return {}
-    values = {
-        "capture": held_out.capture_rms_arcsec,
-        "reference": held_out.reference_rms_arcsec,
-    }
-    return {channel: value for channel, value in values.items() if value is not None}
-
-
-def candidate_data(item: Candidate, before: dict[str, float]) -> dict[str, Any]:
-    """One candidate as JSON."""
+def candidate_data(item: Candidate, before: Left | None, after: Left | None) -> dict[str, Any]:
+    """One candidate as JSON; ``after`` is None where it was not added."""
+    fall = {} if before is None or after is None else after.fall_from(before)
     return {
         "effect": item.name,
         "p_corrected": item.p_corrected,
         "delta_bic": item.delta_bic,
         "size_arcsec": item.size_arcsec,
-        "rms_before_arcsec": before,
-        "rms_after_arcsec": rms_data(item.solution),
-        "heldout_before_arcsec": {},
-        "heldout_after_arcsec": held_out_data(item.held_out),
-        "heldout_se_arcsec": {
-            channel: fall.standard_error_arcsec for channel, fall in item.improvement.items()
-        },
+        "rms_before_arcsec": {} if before is None else dict(before.rms_arcsec),
+        "rms_after_arcsec": {} if after is None else dict(after.rms_arcsec),
+        "heldout_before_arcsec": {} if before is None else dict(before.heldout_rms_arcsec),
+        "heldout_after_arcsec": {} if after is None else dict(after.heldout_rms_arcsec),
+        "heldout_se_arcsec": {channel: one.standard_error_arcsec for channel, one in fall.items()},
         "parameters": parameter_data(item.parameters()),
         "lacking_variety": item.lacking_variety,
     }
@@ -98,12 +72,12 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
     """The whole diagnosis as JSON, schema 2."""
     parts = [] if result.described is None else result.described.effect.parts
     said = result.decision
-    before = {name: item.residual_rms_arcsec for name, item in result.channels.items()}
+    before = result.before
     return {
         "schema": 2,
         "model": model,
-        "noise_arcsec": {name: item.noise_arcsec for name, item in result.channels.items()},
-        "residual_rms_arcsec": before,
+        "noise_arcsec": {} if before is None else dict(before.noise_arcsec),
+        "residual_rms_arcsec": {} if before is None else dict(before.rms_arcsec),
         "lack_of_fit": {
             channel: {"p_value": item.lack_of_fit_p}
             for channel, item in result.channels.items()
@@ -129,7 +103,9 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "negligible": [item.name for item in result.negligible],
         "beside": [item.name for item in result.beside],
         "cannot_be_tested": dict(result.untestable),
-        "candidates": [candidate_data(item, before) for item in result.candidates],
+        "candidates": [
+            candidate_data(item, before, result.left.get(item.name)) for item in result.candidates
+        ],
     }
 
 

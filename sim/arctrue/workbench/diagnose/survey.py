@@ -14,7 +14,7 @@ from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.noise.repeats import capture_noise_arcsec, reference_noise_arcsec
+from arctrue.workbench.noise.repeats import row_noise_arcsec
 
 FAR_TOO_SMALL = 0.5
 """Share of what matters: the noise estimated anew does not double a size."""
@@ -42,14 +42,14 @@ class FitOfChannel:
 def fit_of_channels(residuals: Residuals) -> dict[str, FitOfChannel]:
     """Of each channel that the set has."""
     found = {}
-    for channel, values, noise, lack in (
-        ("capture", residuals.capture_arcsec, capture_noise_arcsec, capture_lack_of_fit),
-        ("reference", residuals.reference_arcsec, reference_noise_arcsec, reference_lack_of_fit),
+    for channel, values, lack in (
+        ("capture", residuals.capture_arcsec, capture_lack_of_fit),
+        ("reference", residuals.reference_arcsec, reference_lack_of_fit),
     ):
         if values is not None:
             rms = float(np.sqrt(np.mean(values**2)))
-            repeats = noise(residuals.observations, values)
-            found[channel] = FitOfChannel(rms, repeats, lack(residuals))
+            noise = row_noise_arcsec(residuals.observations, values, channel, rms)
+            found[channel] = FitOfChannel(rms, noise, lack(residuals))
     return found
 
 

@@ -7,20 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.added import likeliest_place, settled
 from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.inference.every_row import channel_figures, on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.fixed import with_fixed_coefficients
-from arctrue.workbench.inference.held_out import held_out
-from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.left import left_by
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.search import places_of
-from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
-from arctrue.workbench.model.model import Channels, HistoryStep, Model, ModelEffect, ModelTable
-from arctrue.workbench.model.noise_floor import row_noise_arcsec
-from arctrue.workbench.noise.fit import white_noise
+from arctrue.workbench.model.model import HistoryStep, Model, ModelEffect, ModelTable
 from arctrue.workbench.observations import Observations
 
 
@@ -49,7 +44,7 @@ def settle(
             )
         nonlinear = dict(entry.search)
         if effect.search and set(nonlinear) != {item.name for item in effect.search}:
-            found = _likeliest_place(effect, terms, observations)
+            found = likeliest_place(effect, Residuals(fit(terms, observations)))
             if found is None:
                 raise NotTestableError(
                     f"{entry.name} cannot be tested with this set: its search found no place"
@@ -59,41 +54,12 @@ def settle(
     return terms
 
 
-def _likeliest_place(
-    effect: Effect, terms: list[Term], observations: Observations
-) -> Nonlinear | None:
-    """Search parameters that make the data likeliest, the noise estimated anew beside each.
-
-    Noise that was estimated without the effect can have swallowed it: lost counts look like slow
-    noise. So the best place under that noise is compared with the best under its white part alone.
-    """
-    base = fit(terms, observations)
-    noise = base.noise
-    white = white_noise(
-        observations,
-        (
-            None if noise.capture is None else noise.capture.white_rms_arcsec or None,
-            None if noise.reference is None else noise.reference.white_rms_arcsec or None,
-        ),
-    )
-    residuals = Residuals(base)
-    places = [
-        place.nonlinear
-        for seen in (residuals, Residuals(fit(terms, observations, noise=white)))
-        for place in places_of(effect, seen)[:1]
-    ]
-    if len(places) < 2 or places[0] == places[1]:
-        return places[0] if places else None
-    null = restricted_likelihood(residuals)
-    return max(places, key=lambda place: evidence(residuals, null, effect, place).gain)
-
-
 def fitted(
     model: Model, observations: Observations, effects: Mapping[str, type[Effect]]
 ) -> tuple[Model, Solution]:
     """The model with everything that the fit found, from every row. Raises NotTestableError."""
     terms = settle(model, observations, effects)
-    solution = on_every_row(refined(fit(terms, observations)))
+    solution = settled(fit(terms, observations))
     terms = list(solution.terms)
     parameters = solution.parameters()
     entries = []
@@ -132,25 +98,16 @@ def table_of(observations: Observations) -> ModelTable:
 
 def step_of(action: str, effect: str, measurement: str, solution: Solution) -> HistoryStep:
     """RMS and peak of what is left, fitted and held out, beside the noise."""
-    residuals = Residuals(solution)
-    observations = solution.observations
-    unseen = held_out(solution.terms, observations, solution.context, solution.noise)
-    rms: Channels = {}
-    peak: Channels = {}
-    noise: Channels = {}
-    apart: Channels = {}
-    for channel, unseen_rms in (
-        ("capture", unseen.capture_rms_arcsec),
-        ("reference", unseen.reference_rms_arcsec),
-    ):
-        figures = channel_figures(solution, channel)
-        if figures is None:
-            continue
-        rms[channel], peak[channel] = figures.rms_arcsec, figures.peak_arcsec
-        noise[channel] = row_noise_arcsec(residuals, channel, figures.rms_arcsec)
-        if unseen_rms is not None:
-            apart[channel] = unseen_rms
-    return HistoryStep(action, effect, measurement, rms, peak, apart, noise)
+    left = left_by(solution)
+    return HistoryStep(
+        action,
+        effect,
+        measurement,
+        dict(left.rms_arcsec),
+        dict(left.peak_arcsec),
+        dict(left.heldout_rms_arcsec),
+        dict(left.noise_arcsec),
+    )
 
 
 def add_effect(

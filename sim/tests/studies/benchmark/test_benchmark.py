@@ -31,7 +31,9 @@ from arctrue.studies.benchmark.frozen import FILE as FROZEN
 from arctrue.studies.benchmark.frozen import differing, freeze, frozen_digests, task_digest
 from arctrue.studies.benchmark.intervals import (
     Rate,
+    calibration_error,
     expected_calibration_error,
+    log_score_gain,
     rate,
     reliability,
 )
@@ -129,14 +131,47 @@ def test_intervals_are_the_published_ones() -> None:
 
 
 def test_calibration_error_of_a_known_curve() -> None:
-    bins = reliability([0.95] * 10 + [0.55] * 10, [True] * 9 + [False] + [True] * 3 + [False] * 7)
-    assert [(item.mean_probability, item.right.hits) for item in bins] == [
-        (pytest.approx(0.55), 3),
-        (pytest.approx(0.95), 9),
+    """Ten bins of three, by hand: in each one of three is right, as stated in the first nine."""
+    stated = [1 / 3] * 27 + [0.9] * 3
+    right = [True, False, False] * 10
+    bins = reliability(stated, right)
+    assert [(item.mean_probability, item.right) for item in bins] == [
+        *[(pytest.approx(1 / 3), Rate(1, 3))] * 9,
+        (pytest.approx(0.9), Rate(1, 3)),
     ]
-    assert expected_calibration_error(bins) == pytest.approx((0.25 + 0.05) / 2)
-    sure = reliability([1.0], [True])
-    assert expected_calibration_error(sure) == 0.0
+    assert expected_calibration_error(bins) == pytest.approx((0.9 - 1 / 3) / 10)
+    # The order in which the answers come does not matter.
+    assert reliability(stated[::-1], right[::-1])[-1] == bins[-1]
+    assert expected_calibration_error(reliability([1.0], [True])) == 0.0
+    assert len(reliability([0.5] * 4, [True] * 4)) == 4
+    found = calibration_error(stated, right)
+    assert found.value == pytest.approx((0.9 - 1 / 3) / 10)
+    # A resample spreads over the bins, which can only add to so small a value.
+    assert 0.0 < found.low < found.high < 0.5
+
+
+def test_log_score_is_compared_with_the_best_constant() -> None:
+    """4 right at 0.8 and 1 wrong at 0.3: against 0.8 for all, by hand."""
+    found = log_score_gain([0.8] * 4 + [0.3], [True] * 4 + [False])
+    own = (4 * np.log(0.8) + np.log(0.7)) / 5
+    constant = (4 * np.log(0.8) + np.log(0.2)) / 5
+    assert found.value == pytest.approx(own - constant)
+    assert log_score_gain([0.6, 0.6], [True, False]).value < 0
+    # An answer that is sure and wrong costs log(0.001), not more.
+    assert log_score_gain([1.0, 1.0], [True, False]).value == pytest.approx(
+        (np.log(0.999) + np.log(0.001)) / 2 + np.log(2)
+    )
+
+
+def test_interval_of_a_bootstrap_falls_with_the_root_of_the_number() -> None:
+    """The gain is a mean over sets but for its constant: its scatter falls as 1/√n."""
+    random = np.random.default_rng(1)
+    widths = []
+    for number in (100, 1600):
+        right = (random.random(number) < 0.5).tolist()
+        found = log_score_gain(random.uniform(0.2, 0.8, number).tolist(), right)
+        widths.append(found.high - found.low)
+    assert widths[0] / widths[1] == pytest.approx(4.0, rel=0.25)
 
 
 def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not() -> None:
@@ -151,7 +186,7 @@ def test_probabilities_are_scored_where_they_are_stated_and_left_out_where_not()
     assert judged("named", pair[0], named="latency").probability_of_truth() is None
     found = scored([two, judged("named", pair[0], named="vibration", probability=stated)])
     assert found["probability"]["mean_of_truth_where_visible"] == pytest.approx(0.8)
-    assert found["probability"]["expected_calibration_error"] == pytest.approx(0.3)
+    assert found["probability"]["calibration_error"]["value"] == pytest.approx(0.3)
     assert (found["probability"]["right_of"]["name"]["hits"], two.first_kind()) == (2, "name")
     assert found["probability"]["right_of"]["unknown"]["of"] == 0
     assert scored([judged("adequate")])["probability"] is None

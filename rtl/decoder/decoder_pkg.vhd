@@ -1,0 +1,58 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # decoder_pkg
+--
+-- The signals of a decoder as records: the edges of A and B between its parts, and its outputs.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.number_formats_pkg.all;
+
+package decoder_pkg is
+
+  -- What the filtered levels of A and B say. `comes` belongs to the clock of the levels, the others to the clock after it;
+  -- `up` and `down` stay until the next edge. `stands` and `down` are registers of their own, for what is decided by them.
+  type counted_edge is record
+    comes        : std_ulogic; -- one of A and B differs from its level before: a count
+    moves        : std_ulogic; -- the same, a clock later
+    stands       : std_ulogic; -- not moves
+    up           : std_ulogic; -- direction of the last count
+    down         : std_ulogic; -- not up
+    breaks_order : std_ulogic; -- A and B changed in one clock
+  end record counted_edge;
+
+  -- The outputs of quadrature_decoder, for one head.
+  type decoded_head is record
+    -- Position
+    position          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, multi-turn
+    angle             : u_unsigned(ANGLE_WIDTH - 1 downto 0);        -- counts, below counts_per_rev
+    turn_position     : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts from the first index
+    phase_of_zero     : u_unsigned(1 downto 0);                      -- place of (A, B) at position 0 modulo 4
+    direction         : std_ulogic;                                  -- of the last step, '1' up
+    step              : std_ulogic;                                  -- strobe: position changed
+    step_up           : std_ulogic;                                  -- strobe: it rose
+    last_edge_time    : u_unsigned(TIMESTAMP_WIDTH - 1 downto 0);    -- clocks
+    -- Index
+    index_seen        : std_ulogic;                                  -- level
+    index_strobe      : std_ulogic;                                  -- strobe: the three below are new
+    index_position    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, of the last index
+    index_direction   : std_ulogic;                                  -- of the last index, '1' up
+    index_interval    : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, from the index before
+    index_trusted     : std_ulogic;                                  -- strobe: the last index lies where the zero says
+    zero_moved        : std_ulogic;                                  -- turns over where the zero moves to another count
+    zero_moves        : u_unsigned(15 downto 0);                     -- how often; wraps
+    zero_slip         : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, angle of the mark that moved it last
+    put_back          : u_signed(POSITION_WIDTH - 1 downto 0);       -- counts, for those that were lost
+    -- Faults
+    index_error       : std_ulogic;                                  -- sticky
+    index_error_count : u_unsigned(15 downto 0);                     -- saturates
+    illegal           : std_ulogic;                                  -- sticky
+    illegal_count     : u_unsigned(15 downto 0);                     -- saturates
+    overspeed         : std_ulogic;                                  -- sticky
+    overspeed_count   : u_unsigned(15 downto 0);                     -- saturates
+    swallowed         : std_ulogic;                                  -- sticky: the filter swallowed counts
+  end record decoded_head;
+
+end package decoder_pkg;

@@ -1,0 +1,140 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # edge_counter
+--
+-- Compares the filtered levels of A and B with those of the clock before, and counts their edges (x4) into a multi-turn
+-- position. Source: section 3.1 and figure 4 of the paper: A leads B counter-clockwise, (A, B) = 00, 10, 11, 01 counts up.
+--
+-- **Latency.** 2 clocks from a change of `levels` to `position`. `edge.comes` belongs to the clock of the levels, the rest of
+-- `edge` to the clock after it. position, direction, step, step_up and last_edge_time belong to one clock.
+--
+-- **Number formats.** position s31.0 counts; timestamp and last_edge_time u64.0 clocks.
+--
+-- **Position** starts at RESET_POSITION with the reset and is never changed but by edges. It wraps modulo 2**32: readers use
+-- differences, which are right while they stay within +-2**31 counts.
+--
+-- **Phase.** `phase_of_zero` is the place of (A, B) in 00, 10, 11, 01 at position 0 and every fourth count from
+-- there. It comes 2 clocks after the position and changes by illegal transitions only, after the reset.
+--
+-- **Order.** Where A and B change in one clock the direction is unknown: `edge.breaks_order` is high and nothing is counted.
+--
+-- **Reset.** While `preload` is high the levels make no edge: counting starts from those of its last clock.
+--
+-- **last_edge_time** is the timestamp of the clock in which the edge was counted, the one before the position shows it.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.decoder_pkg.all;
+  use work.number_formats_pkg.all;
+
+entity edge_counter is
+  generic (
+    RESET_POSITION : integer := 0 -- counts
+  );
+  port (
+    clock          : in    std_ulogic;
+    reset          : in    std_ulogic;
+    preload        : in    std_ulogic;                              -- level: counting starts from these levels
+    a              : in    std_ulogic;                              -- filtered
+    b              : in    std_ulogic;                              -- filtered
+    timestamp      : in    u_unsigned(TIMESTAMP_WIDTH - 1 downto 0); -- clocks
+    edge           : out   counted_edge;
+    position       : out   u_signed(POSITION_WIDTH - 1 downto 0);   -- counts, multi-turn
+    phase_of_zero  : out   u_unsigned(1 downto 0);                  -- place of (A, B) at position 0 modulo 4
+    direction      : out   std_ulogic;                              -- of the last step, '1' up
+    step           : out   std_ulogic;                              -- strobe: position changed
+    step_up        : out   std_ulogic;                              -- strobe: it rose
+    last_edge_time : out   u_unsigned(TIMESTAMP_WIDTH - 1 downto 0) -- clocks
+  );
+end entity edge_counter;
+
+architecture rtl of edge_counter is
+
+  -- Levels one clock ago, and what differs from them
+  signal a_before  : std_ulogic := '0';
+  signal b_before  : std_ulogic := '0';
+  signal a_changes : std_ulogic;
+  signal b_changes : std_ulogic;
+  signal comes     : std_ulogic;
+
+  signal moves        : std_ulogic := '0';
+  signal stands       : std_ulogic := '1';
+  signal up           : std_ulogic := '1';
+  signal down         : std_ulogic := '0';
+  signal breaks_order : std_ulogic := '0';
+
+begin
+
+  a_changes <= a xor a_before;
+  b_changes <= b xor b_before;
+  comes     <= (a_changes xor b_changes) and not preload;
+
+  edge <=
+  (
+    comes        => comes,
+    moves        => moves,
+    stands       => stands,
+    up           => up,
+    down         => down,
+    breaks_order => breaks_order
+  );
+
+  count : process (clock) is
+
+    -- Place of (A, B) in 00, 10, 11, 01, of the clock of the position
+    variable place : u_unsigned(1 downto 0) := "00";
+
+  begin
+
+    if rising_edge(clock) then
+      phase_of_zero <= place - u_unsigned(position(1 downto 0));
+
+      -- Stage 2: take the step.
+      place := b_before & (a_before xor b_before);
+      if (preload = '1') then
+        phase_of_zero <= "00";
+        place         := b & (a xor b);
+      end if;
+      direction <= up;
+      step      <= moves;
+      step_up   <= moves and up;
+      if (moves = '1') then
+        if (up = '1') then
+          position <= position + 1;
+        else
+          position <= not (not position + 1);
+        end if;
+        last_edge_time <= timestamp;
+      end if;
+
+      -- Stage 1: compare the levels with those of the clock before.
+      breaks_order <= a_changes and b_changes and not preload;
+      moves        <= comes;
+      stands       <= not comes;
+      if (comes = '1') then
+        up   <= a xor b_before;
+        down <= a xnor b_before;
+      end if;
+      a_before <= a;
+      b_before <= b;
+
+      if (reset = '1') then
+        moves          <= '0';
+        stands         <= '1';
+        up             <= '1';
+        down           <= '0';
+        breaks_order   <= '0';
+        position       <= to_signed(RESET_POSITION, POSITION_WIDTH);
+        direction      <= '1';
+        phase_of_zero  <= "00";
+        step           <= '0';
+        step_up        <= '0';
+        last_edge_time <= (others => '0');
+      end if;
+    end if;
+
+  end process count;
+
+end architecture rtl;

@@ -1,0 +1,526 @@
+-- SPDX-License-Identifier: Apache-2.0
+--
+-- # index_zero
+--
+-- Finds the index in Z, and counts the angle modulo `counts_per_rev` from the zero that the first index defines. It judges
+-- the distance of the index marks and, where it may, moves the zero. Source: section 3.1 and figure 5 of the paper.
+--
+-- **Latency.** angle and turn_position follow `edge.moves` by 1 clock, with the position of edge_counter. index_seen, with
+-- the angle from the new zero, comes INDEX_SKEW clocks after the step of the index, or with
+-- the next step if that is earlier. index_strobe, index_position, index_direction and index_interval
+-- follow 1 clock after that. `misplaced` comes 2 clocks after index_strobe, in the clock before the angle counts from a zero
+-- that moved.
+--
+-- **Number formats.** position, turn_position, index_position and index_interval s31.0 counts; angle u24.0 counts;
+-- counts_per_rev u25.0 counts; index_tolerance u16.0 counts.
+--
+-- **Angle.** It is a counter of its own, so it stays right for any turn when the position wraps. `turn_position` is
+-- position - position of the zero, and wraps likewise. While nothing wraps, angle is
+-- turn_position modulo counts_per_rev in every clock, before the first index too.
+--
+-- **Index.** The zero is one edge of Z: the rising one while counting up, which is the falling one
+-- while counting down. A change of Z belongs to the step of A or B beside which it comes, up to
+-- INDEX_SKEW clocks before or after it; its level is taken so many clocks after the step, or just before
+-- the next one, and compared with that of the step before. Up, the position after the step is
+-- latched, down the one before it, so both directions give the same count. Where Z changes within a
+-- count, further from both its edges, the step that leaves the count decides the direction, and that
+-- count is latched; a reversal within it leaves no trace. Hence the direction is never that of a motion long past, and
+-- neither skewed pins nor a tremble beside either edge of the mark take one edge of it for the other, as
+-- long as two steps in opposite directions are further apart than Z is from its step. `filter_length` above
+-- INDEX_SKEW sees to that. The first index after reset or rearm defines the zero of angle and
+-- turn_position; later ones do not change them. Each later index must lie 0 or
+-- +-counts_per_rev from the one before it, within +-`index_tolerance`, otherwise `index_error`: counts
+-- were lost or added, or an index was. A real mark repeats to +-1 count, so that two of them lie up to 2
+-- counts off; a slip of a period of A and B adds 4. `index_interval` reads 0 while there are fewer
+-- than two.
+-- With `zero_again` high the zero moves when it is proven wrong, 5 clocks after the mark that proves it is told: a mark
+-- in the wrong place for which `other_head_agrees` (see zero_witness; the first mark after lost counts), or
+-- the first mark after an `index_error` that lies one turn from the mark before it, within the tolerance (the second
+-- mark after lost counts).
+-- One false mark does not move the zero to its place: no other lies a turn from it. `index_seen` stays, so the
+-- correction goes on. A turn of less than 9 counts keeps its zero. Where the zero moves to another count,
+-- `zero_slip` is the angle that the mark had (the counts lost, with a minus), `zero_moved` turns over and `zero_moves`
+-- counts, in the clock in which angle and turn_position count from the new zero; index_error is set, and
+-- counts once, in the same clock. The position keeps what it lost. With `heal` high `put_back` loses `zero_slip`
+-- in that clock, so that position + put_back keeps no slip; one of 2**14 counts and more is not put back.
+-- `index_trusted` tells 3 clocks after index_strobe that the mark is where the zero says.
+-- Where Z is meant to change within a count and comes near its edge at one speed only, the index is one
+-- count off then.
+-- **Fastest index.** With pins up to s clocks apart, 1 to INDEX_SKEW, that holds from s + INDEX_SKEW + 1 clocks a count on: 5, 6 and 7,
+-- which is 14 million counts a second at 100 MHz. Where Z changes half a count beside its step it takes twice 7. Faster, Z
+-- that comes before a step cannot be told from Z that comes after the step before it: a mark may be taken at its other
+-- edge. Pins that change in one clock give every mark its place at any speed.
+-- A Z edge before the first step after reset counts with that step.
+--
+-- **Rearm.** While `rearm` is high, angle and turn_position are 0, and the index is forgotten (index_seen
+-- and index_interval are 0; index_position keeps its value). The position counts on. Angle and
+-- turn_position count from 0 with the first step after it, and the next index defines the zero
+-- anew.
+-- `counts_per_rev` (4 to 2**24, any integer) is taken over while rearm, preload or reset is high; at other times a change of
+-- it has no effect. index_tolerance may change at any time.
+--
+-- **Reset.** While `preload` is high the level of Z makes no mark: the level of its last clock is where it starts.
+
+library ieee;
+  use ieee.std_logic_1164.all;
+  use ieee.numeric_std.all;
+
+  use work.carry_save_pkg.all;
+  use work.decoder_pkg.all;
+  use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
+
+entity index_zero is
+  port (
+    clock             : in    std_ulogic;
+    reset             : in    std_ulogic;
+    preload           : in    std_ulogic;                                    -- level: Z starts from this level
+    z                 : in    std_ulogic;                                    -- index, filtered
+    edge              : in    counted_edge;
+    position          : in    u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of edge_counter
+    counts_per_rev    : in    u_unsigned(COUNTS_PER_REV_WIDTH - 1 downto 0); -- counts, 4 to 2**24
+    index_tolerance   : in    u_unsigned(15 downto 0);                       -- counts
+    rearm             : in    std_ulogic;                                    -- level: forgets the index
+    zero_again        : in    std_ulogic;                                    -- level: agreeing marks move the zero
+    heal              : in    std_ulogic;                                    -- level: put_back follows the zero
+    other_head_agrees : in    std_ulogic;                                    -- 2 clocks after index_strobe: the mark is true
+    angle             : out   u_unsigned(ANGLE_WIDTH - 1 downto 0);          -- counts, below counts_per_rev
+    turn_position     : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts from the first index
+    index_seen        : out   std_ulogic;                                    -- level
+    index_strobe      : out   std_ulogic;                                    -- strobe: the three below are new
+    index_position    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, of the last index
+    index_direction   : out   std_ulogic;                                    -- of the last index, '1' up
+    index_interval    : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, from the index before
+    index_trusted     : out   std_ulogic;                                    -- strobe: the last index lies where the zero says
+    zero_moved        : out   std_ulogic;                                    -- turns over where the zero moves to another count
+    zero_moves        : out   u_unsigned(15 downto 0);                       -- how often; wraps
+    zero_slip         : out   u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);   -- counts, angle of the mark that moved it last
+    put_back          : out   u_signed(POSITION_WIDTH - 1 downto 0);         -- counts, for those that were lost
+    misplaced         : out   std_ulogic                                     -- strobe: a mark is not where it ought to be
+  );
+end entity index_zero;
+
+architecture rtl of index_zero is
+
+  -- Clocks from an index told to its judgement.
+  constant JUDGED_AFTER : positive := 3;
+
+  -- Of a slip that is put back.
+  constant HEAL_WIDTH : positive := 15;
+
+  -- A place of a turn. Whether it is the first or the last one is kept beside it: a step needs no comparison.
+  type turn_place is record
+    count   : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    is_zero : std_ulogic;
+    is_last : std_ulogic;
+  end record turn_place;
+
+  type turn_places is array (0 to 1) of turn_place;
+
+  constant ZERO_PLACE : turn_place := (count => (others => '0'), is_zero => '1', is_last => '0');
+
+  -- A small number of counts. Its sums are tables: they are too narrow for a carry chain.
+  subtype few_counts is u_signed(3 downto 0);
+
+  type tables is array (natural range <>) of few_counts;
+
+  -- A number of counts (bits 5 to 2) and a step: whether there is one, and up (bits 1 and 0).
+  function with_a_step return tables is
+
+    variable table  : tables(0 to 63);
+    variable number : few_counts;
+
+  begin
+
+    for bits in table'range loop
+      number      := u_signed(to_unsigned(bits / 4, 4));
+      table(bits) := number;
+      if (bits / 2 mod 2 = 1 and bits mod 2 = 1) then
+        table(bits) := number + 1;
+      elsif (bits / 2 mod 2 = 1) then
+        table(bits) := number - 1;
+      end if;
+    end loop;
+
+    return table;
+
+  end function with_a_step;
+
+  constant WITH_STEP : tables := with_a_step;
+
+  -- From the zero of an index to the position, where the index is met in the clock of a step: whether there is a
+  -- step, and up (bits 3 and 2), whether the index is within a count, and upwards (bits 1 and 0).
+  function behind_index return tables is
+
+    variable table  : tables(0 to 15);
+    variable number : integer range -2 to 2;
+
+  begin
+
+    for bits in table'range loop
+      number := 0;
+      if (bits / 8 = 1) then
+        number := 2 * (bits / 4 mod 2) - 1;
+      end if;
+      if (bits mod 2 = 0) then
+        number := number - 1;
+      elsif (bits / 2 mod 2 = 1) then
+        number := number + 1;
+      end if;
+      table(bits) := to_signed(number, 4);
+    end loop;
+
+    return table;
+
+  end function behind_index;
+
+  constant BEHIND_INDEX_OF : tables := behind_index;
+
+  -- From the zero of an index to the position before the step of the clock: whether it is within a count, and upwards
+  -- (bits 1 and 0).
+  constant BEFORE_INDEX_OF : tables(0 to 3) := BEHIND_INDEX_OF(0 to 3);
+
+  -- A place, a step later; where an index is told, the one that is `from_zero` (-2 to 2) counts from 0. The choices
+  -- exclude each other, so that a bit takes one look-up table after the carry chains of the two neighbours.
+  function next_place (
+    place             : turn_place;
+    last, before_last : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    stands, up        : std_ulogic;
+    is_told           : std_ulogic;
+    from_zero         : few_counts
+  ) return turn_place is
+
+    variable result    : turn_place;
+    variable below     : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    variable first     : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+    variable rises     : std_ulogic;
+    variable falls     : std_ulogic;
+    variable is_last   : std_ulogic;
+    variable is_zero   : std_ulogic;
+    variable is_before : std_ulogic;
+
+  begin
+
+    result := place;
+    if (stands = '1' and is_told = '0') then
+      return result;
+    end if;
+
+    rises     := not is_told and up and not place.is_last;
+    falls     := not is_told and not up and not place.is_zero;
+    is_last   := (not is_told and not up and place.is_zero) or (is_told and (from_zero ?= -1));
+    is_zero   := (not is_told and up and place.is_last) or (is_told and (from_zero ?= 0));
+    is_before := is_told and (from_zero ?= -2);
+
+    -- The first and the second count.
+    first    := (others => '0');
+    first(0) := is_told and (from_zero ?= 1);
+    first(1) := is_told and (from_zero ?= 2);
+
+    below        := not (not place.count + 1);
+    result.count := ((place.count + 1) and (below'range => rises))
+                    or (below and (below'range => falls))
+                    or (last and (below'range => is_last))
+                    or (before_last and (below'range => is_before))
+                    or first;
+
+    result.is_last := is_last or (rises and (place.count ?= before_last));
+    result.is_zero := is_zero or (falls and (place.count ?= 1));
+    return result;
+
+  end function next_place;
+
+  -- The two counters of places of `find`, and which of them is the angle
+  signal counters        : turn_places := (others => ZERO_PLACE);
+  signal angle_is_second : std_ulogic  := '0';
+  signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
+
+  -- An index is told in this clock, of the step before.
+  signal meets_index   : std_ulogic                    := '0';
+  -- A mark is judged; whether its distance from the one before is none, a turn up, a turn down, within the tolerance
+  signal judged        : std_ulogic                    := '0';
+  signal are_within    : std_ulogic_vector(2 downto 0) := "000";
+  -- The mark that is judged is the last one told.
+  signal is_old_enough : std_ulogic                    := '0';
+  signal is_latest     : std_ulogic;
+  -- A mark was misplaced, and no two a turn apart have agreed since.
+  signal is_in_doubt   : std_ulogic                    := '0';
+  -- The angle of the mark is neither 0 nor a turn.
+  signal has_slip      : std_ulogic                    := '0';
+  -- There are more than 8 counts in a turn.
+  signal is_long_turn  : std_ulogic                    := '0';
+  signal is_off        : std_ulogic;
+  signal moves_zero    : std_ulogic;
+  signal is_slip       : std_ulogic;
+
+begin
+
+  place_of_angle <= counters(1).count when angle_is_second = '1' else
+                    counters(0).count;
+  angle          <= place_of_angle;
+
+  -- Two marks a turn apart agree, or the other head counted a turn between this one and a good one.
+  is_off     <= judged and not (or are_within);
+  is_latest  <= is_old_enough and not meets_index;
+  moves_zero <= judged and (((are_within(1) or are_within(0)) and is_in_doubt) or (is_off and other_head_agrees))
+                and zero_again and is_latest and is_long_turn;
+  is_slip    <= moves_zero and has_slip and not rearm;
+  misplaced  <= is_off or is_slip;
+
+  find : process (clock) is
+
+    -- Level of Z one clock ago
+    variable before          : std_ulogic                              := '0';
+    -- Z: the level that is taken as that of the last step, or of the count before it; the clocks until
+    -- that of the step in hand is taken; the clocks since that
+    variable index_level     : std_ulogic                              := '0';
+    variable until_settled   : natural range 0 to INDEX_SKEW           := 0;
+    variable since_settled   : natural range 0 to INDEX_SKEW + 1       := 0;
+    variable settled_level   : std_ulogic;
+    variable settles         : std_ulogic;
+    -- Levels of the clocks before, the youngest in the low bit
+    variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
+    -- Z changed within the count that the step in hand left.
+    variable may_be_inside   : std_ulogic;
+    variable was_inside      : std_ulogic                              := '0';
+    variable meets           : std_ulogic;
+    variable meets_up        : std_ulogic                              := '1';
+    variable meets_inside    : std_ulogic                              := '0';
+    variable leaves_inside   : std_ulogic                              := '0'; -- the same, upwards
+    -- Stage 2: two counters of places: one counts from the zero, the
+    -- other one from the last index told. Where the zero moves to that index, they change their parts.
+    variable places          : turn_places                             := (others => ZERO_PLACE);
+    variable is_second       : std_ulogic                              := '0'; -- which of them is the angle
+    variable last_angle      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable before_last     : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    -- From the zero of the last index told to the position, while that is judged, and clocks since
+    variable from_zero       : few_counts                              := "0000";
+    variable from_index      : few_counts; -- of an index told now
+    variable since_index     : natural range 0 to JUDGED_AFTER + 1     := 0;
+    -- The angle before the step of the clock before, and from the zero of an index met there
+    variable angle_then      : u_unsigned(ANGLE_WIDTH - 1 downto 0)    := (others => '0');
+    variable from_zero_then  : few_counts                              := "0000";
+    variable still_in_doubt  : std_ulogic;
+    variable sets_zero       : std_ulogic;
+    -- The angle of the last index told, less a turn, and which of them is the nearer to 0
+    variable off_zero        : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
+    variable less_a_turn     : u_signed(COUNTS_PER_REV_WIDTH downto 0) := (others => '0');
+    variable past_half       : u_signed(COUNTS_PER_REV_WIDTH + 1 downto 0) := (others => '0');
+    variable slip            : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0) := (others => '0');
+    variable slip_then       : u_signed(COUNTS_PER_REV_WIDTH - 1 downto 0);
+    -- Indices told in the last clocks, the youngest in the low bit; one of them is judged, and no other came since
+    variable told_then       : std_ulogic_vector(JUDGED_AFTER - 1 downto 0) := (others => '0');
+    variable is_small        : std_ulogic;
+    variable passed_index    : std_ulogic                              := '0';
+    variable passed_up       : std_ulogic                              := '1';
+    -- Where an index told in this clock lies: after its step up, before its step down
+    variable zero_now        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    -- Stage 3: index
+    variable index_before    : std_ulogic                              := '0';
+    variable repeats         : std_ulogic                              := '0';
+    -- Stage 4: the interval, less a turn upwards, less a turn downwards
+    variable turn            : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable off_none        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable off_up          : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable off_down        : u_signed(POSITION_WIDTH - 1 downto 0)   := (others => '0');
+    variable to_judge        : std_ulogic                              := '0';
+
+  begin
+
+    if rising_edge(clock) then
+      still_in_doubt := (is_in_doubt or is_off) and not moves_zero;
+      is_in_doubt    <= still_in_doubt;
+      index_trusted  <= is_latest and not still_in_doubt and not rearm;
+      is_small       := (and slip(slip'high downto HEAL_WIDTH - 1)) or not (or slip(slip'high downto HEAL_WIDTH - 1));
+
+      -- Stages 5 and 4: judge the index.
+      judged     <= to_judge;
+      are_within <= is_within(off_none, index_tolerance) & is_within(off_up, index_tolerance)
+                    & is_within(off_down, index_tolerance);
+      to_judge   := repeats;
+      off_none   := index_interval;
+      off_up     := index_interval - turn;
+      off_down   := index_interval + turn;
+
+      -- Stage 3: latch the index of the clock before.
+      told_then    := told_then(told_then'high - 1 downto 0) & (passed_index and not rearm);
+      index_strobe <= '0';
+      repeats      := '0';
+      if (passed_index = '1' and rearm = '0') then
+        index_strobe    <= '1';
+        repeats         := index_before;
+        index_position  <= zero_now;
+        index_direction <= passed_up;
+        index_interval  <= (others => '0');
+        if (index_before = '1') then
+          index_interval <= zero_now - index_position;
+        end if;
+        index_before := '1';
+      end if;
+
+      -- Stage 2: take the step.
+      zero_now := add_with_carry(position, (position'range => leaves_inside), not meets_up);
+      if (edge.moves = '1') then
+        if (edge.up = '1') then
+          turn_position <= turn_position + 1;
+        else
+          turn_position <= not (not turn_position + 1);
+        end if;
+      end if;
+
+      -- The angle of the index, while it is judged; the step that it was met with is in neither.
+      has_slip  <= not ((off_zero ?= 0) or (off_zero ?= turn(off_zero'range)));
+      slip_then := slip;
+      slip      := less_a_turn(slip'range);
+      if (past_half(past_half'high) = '1') then
+        slip := off_zero(slip'range);
+      end if;
+      less_a_turn := off_zero - turn(off_zero'range);
+      past_half   := (off_zero & '0') - turn(past_half'range);
+      if (since_index = 0) then
+        off_zero := signed(resize(angle_then, off_zero'length)) - resize(from_zero_then, off_zero'length);
+      end if;
+      angle_then     := place_of_angle;
+      from_zero_then := BEFORE_INDEX_OF(to_integer(u_unsigned'(meets_inside & meets_up)));
+
+      passed_index := meets_index;
+      passed_up    := meets_up;
+      -- From the zero to where the step of this clock leads.
+      sets_zero := moves_zero;
+      from_index := BEHIND_INDEX_OF(to_integer(u_unsigned'(not edge.stands & edge.up & meets_inside & meets_up)));
+      if (meets_index = '1') then
+        from_zero   := from_index;
+        since_index := 0;
+        sets_zero   := not index_seen;
+        index_seen  <= '1';
+      else
+        from_zero := WITH_STEP(to_integer(u_unsigned(std_ulogic_vector(from_zero) & not edge.stands & edge.up)));
+        if (since_index <= JUDGED_AFTER) then
+          since_index := since_index + 1;
+        end if;
+      end if;
+
+      places(0) := next_place(places(0), last_angle, before_last, edge.stands, edge.up, meets_index and is_second, from_index);
+      places(1) := next_place(places(1), last_angle, before_last, edge.stands, edge.up, meets_index and not is_second, from_index);
+      if (sets_zero = '1') then
+        turn_position <= resize(from_zero, POSITION_WIDTH);
+        is_second     := not is_second;
+      end if;
+
+      if (is_slip = '1') then
+        zero_moved <= not zero_moved;
+        zero_moves <= zero_moves + 1;
+        zero_slip  <= slip_then;
+        if (heal = '1' and is_small = '1') then
+          put_back <= put_back - slip_then;
+        end if;
+      end if;
+
+      -- Stage 1. Z of the step before: when the pins had time to settle, or the last level before this step.
+      settled_level := z;
+      settles       := '0';
+      -- It had for so long that it may have changed again within the count that a step leaves now.
+      may_be_inside := '0';
+      if (until_settled = 0 and since_settled >= INDEX_SKEW) then
+        may_be_inside := '1';
+      end if;
+
+      if (until_settled /= 0) then
+        if (edge.comes = '1') then
+          settled_level := before;
+          settles       := '1';
+        elsif (until_settled = 1) then
+          settles := '1';
+        end if;
+        until_settled := until_settled - 1;
+      end if;
+
+      if (since_settled <= INDEX_SKEW) then
+        since_settled := since_settled + 1;
+      end if;
+
+      meets := '0';
+      if (settles = '1') then
+        meets_inside  := was_inside and (index_level xnor edge.up);
+        meets         := meets_inside or ((settled_level xor index_level) and (settled_level xnor edge.up));
+        meets_up      := edge.up;
+        leaves_inside := edge.up and meets_inside;
+        index_level   := settled_level;
+        until_settled := 0;
+        since_settled := 0;
+      end if;
+
+      if (preload = '1') then
+        meets         := '0';
+        until_settled := 0;
+        since_settled := 0;
+        index_level   := z;
+      end if;
+
+      if (edge.comes = '1') then
+        until_settled := INDEX_SKEW;
+        was_inside    := '0';
+        if (may_be_inside = '1') then
+          was_inside  := earlier_levels(INDEX_SKEW) xor index_level;
+          index_level := earlier_levels(INDEX_SKEW);
+        end if;
+      end if;
+      earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
+      before         := z;
+
+      -- Only where nothing counts by them.
+      is_long_turn <= or last_angle(last_angle'high downto 3);
+      if (reset = '1' or preload = '1' or rearm = '1') then
+        turn        := signed(resize(counts_per_rev, POSITION_WIDTH));
+        last_angle  := resize(counts_per_rev - 1, ANGLE_WIDTH);
+        before_last := resize(counts_per_rev - 2, ANGLE_WIDTH);
+      end if;
+
+      if (rearm = '1') then
+        places         := (others => ZERO_PLACE);
+        turn_position  <= (others => '0');
+        index_seen     <= '0';
+        index_interval <= (others => '0');
+        passed_index   := '0';
+        index_before   := '0';
+        is_in_doubt    <= '0';
+        told_then      := (others => '0');
+      end if;
+
+      if (reset = '1') then
+        until_settled   := 0;
+        meets           := '0';
+        passed_index    := '0';
+        index_before    := '0';
+        repeats         := '0';
+        is_in_doubt     <= '0';
+        told_then       := (others => '0');
+        index_trusted   <= '0';
+        zero_moved      <= '0';
+        zero_moves      <= (others => '0');
+        zero_slip       <= (others => '0');
+        put_back        <= (others => '0');
+        to_judge        := '0';
+        judged          <= '0';
+        places          := (others => ZERO_PLACE);
+        turn_position   <= (others => '0');
+        index_seen      <= '0';
+        index_strobe    <= '0';
+        index_position  <= (others => '0');
+        index_direction <= '1';
+        index_interval  <= (others => '0');
+      end if;
+      meets_index <= meets;
+
+      is_old_enough <= '0';
+      if (since_index = JUDGED_AFTER) then
+        is_old_enough <= told_then(JUDGED_AFTER - 1);
+      end if;
+
+      counters        <= places;
+      angle_is_second <= is_second;
+    end if;
+
+  end process find;
+
+end architecture rtl;

@@ -1,0 +1,188 @@
+"""Weights of the mean of the heads, and of the parity that shows a head that is wrong.
+
+Head i stands p_i after head 1 (docs/architecture.md, "Head geometry"): an axis that moves by
+c = x + jy adds Im(c·e^{jp_i})·ρ_i/R to its reading, ρ_i being the disc's nominal radius R over the
+radius of head i. With
+
+    Σwᵢ = 1 and Σwᵢ·ρᵢ·e^{jpᵢ} = 0
+
+the mean Σwᵢrᵢ turns with the table and sees no translation of the axis, at no order, repeating or
+not. Three heads have one solution, four a family, of which the one with the least noise √Σwᵢ²
+is taken, two only at 180°. The parity Σcᵢrᵢ with Σcᵢ = 0 and Σcᵢ·ρᵢ·e^{jpᵢ} = 0 sees neither the
+table's motion nor the axis'; it takes four heads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from arctrue.gateware.capability import HEADS_MOST
+from arctrue.gateware.mean_set import WEIGHT_FRACTION, WEIGHT_WIDTH
+
+Float = NDArray[np.float64]
+
+WEIGHT_LIMIT = float(1 << (WEIGHT_WIDTH - 1 - WEIGHT_FRACTION))
+NOISE_LIMIT = 1.0
+"""Of the mean over that of one reading: from here on one head alone is quieter."""
+LEAK_LIMIT = 1e-3
+"""Of a translation into the mean, where no weights make it 0: two heads within 3′ of 180°."""
+
+
+class WeightsRefusedError(ValueError):
+    """No weights for these places, or none that can be used."""
+
+
+def translation_columns(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
+    """What heads see of an axis that moves by R along y and along x: ρ·cos p, ρ·sin p; (H, 2)."""
+    places = np.asarray(places_rad, dtype=np.float64)
+    ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)
+    return np.column_stack((ratios * np.cos(places), ratios * np.sin(places)))
+
+
+def mean_weights(
+    places_rad: ArrayLike,
+    radius_ratios: ArrayLike | None = None,
+    *,
+    noise_limit: float = NOISE_LIMIT,
+) -> Float:
+    """Weights of the mean with the least noise, (H,).
+
+    Raises WeightsRefusedError where no weights keep a translation out of the mean, where one does
+    not fit into s1.16, or where the mean is noisier than ``noise_limit`` times one reading.
+    """
+    places = np.asarray(places_rad, dtype=np.float64)
+    conditions = np.column_stack((np.ones(places.size), translation_columns(places, radius_ratios)))
+    wanted = np.array([1.0, 0.0, 0.0])
+    weights = np.asarray(np.linalg.lstsq(conditions.T, wanted)[0])
+    named = _degrees(places)
+    if np.max(np.abs(conditions.T @ weights - wanted)) > LEAK_LIMIT:
+        raise WeightsRefusedError(
+            f"heads at {named}: no weights keep a motion of the axis out of the mean; two heads "
+            "must stand at 180°, three or four at different places"
+        )
+    # Two heads a little off 180° miss the sum too: what must hold exactly is Σw = 1.
+    weights = weights / weights.sum()
+    largest = int(np.argmax(np.abs(weights)))
+    if not -WEIGHT_LIMIT <= weights[largest] < WEIGHT_LIMIT:
+        raise WeightsRefusedError(
+            f"heads at {named}: the weight of the {_ordinal(largest)} is {weights[largest]:.2f}, "
+            f"and the gateware holds −{WEIGHT_LIMIT:g} to {WEIGHT_LIMIT:g}; move a head"
+        )
+    noise = float(np.linalg.norm(weights))
+    if noise > noise_limit:
+        raise WeightsRefusedError(
+            f"heads at {named}: the mean would have {noise:.2f} times the noise of one reading, "
+            f"{noise_limit:g} is the limit; move a head"
+        )
+    return np.asarray(weights)
+
+
+def parity_weights(places_rad: ArrayLike, radius_ratios: ArrayLike | None = None) -> Float:
+    """Weights cᵢ of the parity of four heads, (4,), Σcᵢ² = 1, the largest positive.
+
+    Raises WeightsRefusedError for another number of heads, or places that leave more than one
+    such combination.
+    """
+    places = np.asarray(places_rad, dtype=np.float64)
+    if places.size != HEADS_MOST:
+        raise WeightsRefusedError(
+            f"{places.size} heads have no parity: the table's turn and the two directions of the "
+            "axis take three readings; a parity needs four"
+        )
+    conditions = np.column_stack((np.ones(4), translation_columns(places, radius_ratios)))
+    _, lengths, rows = np.linalg.svd(conditions.T)
+    if lengths[-1] < LEAK_LIMIT:
+        raise WeightsRefusedError(f"heads at {_degrees(places)}: two of them stand at one place")
+    parity: Float = rows[-1]
+    return np.asarray(parity * np.sign(parity[np.argmax(np.abs(parity))]))
+
+
+def weights_without_each(
+    places_rad: ArrayLike,
+    radius_ratios: ArrayLike | None = None,
+    *,
+    noise_limit: float = NOISE_LIMIT,
+) -> tuple[Float | WeightsRefusedError, ...]:
+    """Weights with one head missing, (H,) with its weight 0, for each head in turn.
+
+    A refusal stands in the place of weights that cannot be used.
+    """
+    places = np.asarray(places_rad, dtype=np.float64)
+    ratios = np.ones_like(places) if radius_ratios is None else np.asarray(radius_ratios)
+    found: list[Float | WeightsRefusedError] = []
+    for missing in range(places.size):
+        left = np.flatnonzero(np.arange(places.size) != missing)
+        try:
+            own = mean_weights(places[left], ratios[left], noise_limit=noise_limit)
+        except WeightsRefusedError as error:
+            found.append(error)
+            continue
+        weights = np.zeros(places.size)
+        weights[left] = own
+        found.append(weights)
+    return tuple(found)
+
+
+def weight_words(
+    weights: ArrayLike, places_rad: ArrayLike, radius_ratios: ArrayLike | None = None
+) -> NDArray[np.int32]:
+    """Weights as s1.16 words whose sum is 2¹⁶ exactly, (H,); a weight 0 stays 0.
+
+    Of the words within 2 of each weight those are taken that let the least of a translation
+    through. Raises WeightsRefusedError for a weight that s1.16 does not hold.
+    """
+    values = np.asarray(weights, dtype=np.float64) * (1 << WEIGHT_FRACTION)
+    columns = translation_columns(places_rad, radius_ratios)
+    used = np.flatnonzero(values != 0.0)
+    if used.size == 0:
+        raise WeightsRefusedError("all weights are 0: their sum must be 1")
+    nearest = np.rint(values).astype(np.int64)
+    one = 1 << WEIGHT_FRACTION
+    best, least = None, np.inf
+    for steps in product(range(-2, 3), repeat=used.size - 1):
+        words = nearest.copy()
+        words[used[:-1]] += steps
+        words[used[-1]] = one - int(words[used[:-1]].sum())
+        if abs(words[used[-1]] - values[used[-1]]) > 2.5:
+            continue
+        leak = float(np.linalg.norm(words @ columns))
+        if leak < least:
+            best, least = words, leak
+    if best is None:
+        raise WeightsRefusedError(f"the weights {list(np.asarray(weights))} have not the sum 1")
+    limit = 1 << (WEIGHT_WIDTH - 1)
+    if np.any((best < -limit) | (best >= limit)):
+        raise WeightsRefusedError(f"a weight is outside s1.16: {list(best / one)}")
+    return best.astype(np.int32)
+
+
+def _degrees(places_rad: Float) -> str:
+    return ", ".join(f"{place:g}°" for place in np.round(np.degrees(places_rad), 3).tolist())
+
+
+def _ordinal(index: int) -> str:
+    return ("first", "second", "third", "fourth")[index]
+
+
+def order_factor(
+    weights: ArrayLike,
+    places_rad: ArrayLike,
+    orders: Sequence[int] | NDArray[np.int64],
+    radius_ratios: ArrayLike | None = None,
+) -> NDArray[np.complex128]:
+    """W(n) = Σwᵢ·e^{jnpᵢ}: what the mean sees of the disc's order n, (orders,).
+
+    At order 1 with ρᵢ: nearly all of that order is an eccentric disc, which acts by the radius.
+    """
+    places = np.asarray(places_rad, dtype=np.float64)
+    w = np.asarray(weights, dtype=np.float64)
+    at = np.asarray(orders, dtype=np.int64)
+    factor = np.exp(1j * np.multiply.outer(at, places)) @ w
+    if radius_ratios is not None:
+        own = np.exp(1j * places) @ (w * np.asarray(radius_ratios))
+        factor = np.where(at == 1, own, factor)
+    return np.asarray(factor)

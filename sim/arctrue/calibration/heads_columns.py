@@ -1,0 +1,146 @@
+"""What each head sees of everything that a calibration of several heads does not know.
+
+With g the disc's error as a function of its own reading, head i at the place p_i and the radius
+R/ρᵢ reads
+
+    Rᵢ = θ + aᵢ + g_i(Rᵢ + dᵢ) + m_i(θ),
+
+aᵢ being the offset of its counter and dᵢ = p_i − aᵢ what it detects the index mark late. Order 1
+of g acts by ρᵢ. An axis at c(θ) = Σ F_k e^{jkθ} + B_k e^{−jkθ} adds m_i = ρᵢ·Im(c·e^{jp_i}), F and
+B in arcseconds at the disc's radius. The forward circle of order 1 is an eccentric disc and no
+unknown of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.harmonics import powers
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Which column is which: disc cosines, disc sines, motion, lateness dᵢ, radius ratios ρᵢ."""
+
+    heads: int
+    orders: Integer
+    motion_orders: tuple[int, ...]
+
+    @property
+    def motion_parts(self) -> tuple[tuple[int, int], ...]:
+        """Order and sense (+1 forward, −1 backward) of every circle, two columns each."""
+        return tuple(
+            (order, sense)
+            for order in self.motion_orders
+            for sense in (1, -1)
+            if (order, sense) != (1, 1)
+        )
+
+    @property
+    def disc(self) -> slice:
+        """Cosines of all orders, then the sines, arcseconds."""
+        return slice(0, 2 * self.orders.size)
+
+    @property
+    def motion(self) -> slice:
+        """Real and imaginary part of every circle, arcseconds."""
+        return slice(self.disc.stop, self.disc.stop + 2 * len(self.motion_parts))
+
+    @property
+    def late(self) -> slice:
+        """dᵢ of heads 2 and on, arcseconds."""
+        return slice(self.motion.stop, self.motion.stop + self.heads - 1)
+
+    @property
+    def radius(self) -> slice:
+        """ρᵢ − 1 of heads 2 and on; that of head 1 is 0."""
+        return slice(self.late.stop, self.late.stop + self.heads - 1)
+
+    @property
+    def size(self) -> int:
+        """Columns in all, without the offsets."""
+        return int(self.radius.stop)
+
+
+@dataclass(frozen=True)
+class State:
+    """Present values of all unknowns of ``layout``, and the offsets aᵢ in radians, (runs, heads).
+
+    ``values``: (layout.size,), in the units of the layout.
+    """
+
+    layout: Layout
+    values: Float
+    offsets_rad: Float
+
+    @property
+    def late_rad(self) -> Float:
+        """dᵢ of all heads, head 1's being 0, (heads,)."""
+        return np.concatenate(([0.0], self.values[self.layout.late] * RAD_PER_ARCSEC))
+
+    @property
+    def radius_ratios(self) -> Float:
+        """ρᵢ of all heads, (heads,)."""
+        return np.concatenate(([1.0], 1.0 + self.values[self.layout.radius]))
+
+    def places_rad(self, run: int) -> Float:
+        """p_i = aᵢ + dᵢ by one run, (heads,)."""
+        return np.asarray(self.offsets_rad[run] + self.late_rad)
+
+    def with_values(self, values: Float) -> State:
+        """The same with other values."""
+        return replace(self, values=values)
+
+    def of_head(
+        self, head: int, run: int, turned: NDArray[np.complex128], angle: Float
+    ) -> HeadSees:
+        """What head 0, 1, … sees at disc readings e^{jy} = ``turned`` and true angles, (n,)."""
+        layout, number = self.layout, self.layout.orders.size
+        ratio = float(self.radius_ratios[head])
+        place = float(self.places_rad(run)[head])
+        columns = np.zeros((turned.size, layout.size), order="F")
+        waves = powers(turned, layout.orders)
+        columns[:, :number], columns[:, number : 2 * number] = waves.real, waves.imag
+        first = np.flatnonzero(layout.orders == 1)
+        ahead = self.values[layout.disc]
+        by_radius = (
+            columns[:, first] @ ahead[first] + columns[:, first + number] @ (ahead[first + number])
+        )
+        if ratio != 1.0:
+            columns[:, np.concatenate((first, first + number))] *= ratio
+        start = layout.motion.start
+        around = {k: np.exp(1j * k * angle) for k in layout.motion_orders}
+        # Im(F·e^{j(kθ+p)}) and Im(B·e^{−j(kθ−p)}).
+        for index, (order, sense) in enumerate(layout.motion_parts):
+            wave = around[order] if sense == 1 else around[order].conj()
+            seen = ratio * wave * np.exp(1j * place)
+            columns[:, start + 2 * index] = seen.imag
+            columns[:, start + 2 * index + 1] = seen.real
+        moved = self.values[layout.motion]
+        motion = columns[:, layout.motion] @ moved
+        expected = columns[:, layout.disc] @ ahead + motion
+        if head:
+            cosine, sine = np.split(ahead, 2)
+            slope = waves.imag @ (-layout.orders * cosine) + waves.real @ (layout.orders * sine)
+            # d m/d p: Im(j·F·e^{…}) turns a sine into a cosine.
+            along = columns[:, start + 1 : layout.motion.stop : 2] @ moved[::2] - (
+                columns[:, start : layout.motion.stop : 2] @ moved[1::2]
+            )
+            columns[:, layout.late.start + head - 1] = (slope + along) * RAD_PER_ARCSEC
+            columns[:, layout.radius.start + head - 1] = by_radius + motion / ratio
+        return HeadSees(columns, expected)
+
+
+@dataclass(frozen=True)
+class HeadSees:
+    """Derivatives by every unknown, (n, layout.size), and the expected sum in arcseconds, (n,)."""
+
+    columns: Float
+    expected: Float

@@ -1,0 +1,46 @@
+"""Which orders heads at given places see, and with how much noise.
+
+At order n heads p_i after head 1 show T + E·e^{jnp} + P·e^{jp} + Q·e^{−jp}: the table's own
+motion T is unknown, E is the disc's, P and Q are the two circles of a motion of the axis. What is
+left of the column e^{jnp} after the unknown others are projected out has the length L, and E has
+the noise of one head's line over L. At order 1 the forward circle P is the disc's own
+eccentricity; the backward circle is not.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+MotionOrders = Literal["every"] | tuple[int, ...]
+"""At which orders the axis may move; ``every``: at each, and also where it does not repeat."""
+
+UNSEEN_GAIN = 1e3
+"""From this gain on an order counts as not seen: 10″ of a place at order 20 is as long as L."""
+
+
+def order_gain(places_rad: ArrayLike, orders: ArrayLike, motion: MotionOrders = ()) -> Float:
+    """Noise of E_n over that of one head, (…, orders) for places (…, heads); inf: not seen."""
+    places = np.asarray(places_rad, dtype=np.float64)
+    at = np.asarray(orders, dtype=np.int64)
+    columns = np.exp(1j * places[..., None, :] * at[:, None])
+    moving = np.ones(at.size, dtype=bool) if motion == "every" else np.isin(at, motion)
+    forward = np.where((moving & (at != 1))[:, None], np.exp(1j * places)[..., None, :], 0.0)
+    backward = np.where(moving[:, None], np.exp(-1j * places)[..., None, :], 0.0)
+    basis: list[NDArray[np.complex128]] = []
+    length = np.zeros(columns.shape[:-1])
+    for other in (np.ones_like(columns), forward, backward, columns):
+        left = np.asarray(other, dtype=np.complex128)
+        # Twice: classical Gram-Schmidt loses digits in the first round.
+        for _ in range(2):
+            for known in basis:
+                left = left - np.sum(known.conj() * left, axis=-1, keepdims=True) * known
+        norm = np.linalg.norm(left, axis=-1, keepdims=True)
+        basis.append(np.where(norm > 1e-9, left / np.maximum(norm, 1e-9), 0.0))
+        length = norm[..., 0]
+    seen = length > 1.0 / UNSEEN_GAIN
+    return np.where(seen, 1.0 / np.where(seen, length, 1.0), np.inf)

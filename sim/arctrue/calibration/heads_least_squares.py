@@ -1,0 +1,464 @@
+"""Disc, places, radii, motion of the axis and offsets of two to four heads, in one fit.
+
+Every sample has an unknown true angle, so only combinations of the readings with the sum 0 say
+anything. They are weighted by the covariance that they are found to have (generalised least
+squares): where the axis also moves without repeating, the parity of four heads counts most. With
+motion unknown at every order the parity alone is used; it sees no translation at all.
+
+What is known beforehand enters as observations: places as mounted, index marks that all heads
+detect alike, radii as made. What stays undetermined is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, arcsec_per_count
+from arctrue.calibration.capture_check import WholeTurns
+from arctrue.calibration.harmonics import unit_vectors
+from arctrue.calibration.head_separation import (
+    BELIEVABLE_ARCSEC,
+    NOMINAL_TOLERANCE_ARCSEC,
+    U_DETECTION_DEFAULT_ARCSEC,
+)
+from arctrue.calibration.head_weights import parity_weights
+from arctrue.calibration.heads_columns import HeadSees, Layout, State
+from arctrue.calibration.heads_estimate import HeadsEstimate
+from arctrue.calibration.heads_gain import MotionOrders, order_gain
+from arctrue.calibration.noise import ResidualSpectrum
+from arctrue.gateware.capability import HEADS_MOST
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+U_PLACE_DEFAULT_ARCSEC = NOMINAL_TOLERANCE_ARCSEC / float(np.sqrt(3.0))
+"""Rectangular distribution over the tolerance of the mounting."""
+U_RADIUS_DEFAULT = 0.1 / float(np.sqrt(3.0)) / 53.975
+"""± 0.1 mm at the paper's disc, rectangular."""
+LOW_MOTION_ORDERS = tuple(range(1, 9))
+"""Orders at which a first fit allows motion where it is unknown at every order."""
+ROUNDS_MOST = 6
+CONVERGED_ARCSEC = 1e-4
+"""What a further round would still change of any prediction, about."""
+LEAST_EIGENVALUE = 1e-11
+"""Of the normal matrix with a diagonal of 1: below it is rounding."""
+_BLOCK = 1 << 13
+
+
+class SingularHeadsError(ValueError):
+    """These heads do not determine what was asked for."""
+
+
+@dataclass(frozen=True)
+class HeadsSettings:
+    """What is unknown, and what is known beforehand; standard uncertainties.
+
+    ``motion``: orders at which the axis may move, or "every"; ``u_place_arcsec``: of a head's place
+    as mounted, inf: the places are found from the data alone; ``u_index_arcsec``: of the
+    difference between the places where two heads detect the mark; ``u_radius``: of a head's
+    radius over the disc's, 0: known.
+    """
+
+    orders: Integer = field(default_factory=lambda: np.arange(1, 33))
+    motion: MotionOrders = ()
+    u_place_arcsec: float = U_PLACE_DEFAULT_ARCSEC
+    u_index_arcsec: float = U_DETECTION_DEFAULT_ARCSEC
+    u_radius: float = U_RADIUS_DEFAULT
+
+
+def heads_least_squares(
+    turns: Sequence[WholeTurns],
+    counts_per_rev: int,
+    nominal_places_rad: Sequence[float],
+    settings: HeadsSettings,
+) -> HeadsEstimate:
+    """Fit all ``turns`` together.
+
+    Raises SingularHeadsError for unknowns that these heads do not determine.
+    """
+    data = _Data(turns, counts_per_rev, np.asarray(nominal_places_rad, dtype=np.float64))
+    _refuse_at_once(data, settings)
+    every = settings.motion == "every"
+    low = LOW_MOTION_ORDERS if settings.motion == "every" else tuple(settings.motion)
+    state = data.first_state(settings, low)
+    # Without a disc there is no slope: places and radii join from the second round on.
+    combinations = _combinations_of_rotation(data.heads)
+    state, _ = _solved(data, state, combinations, settings, with_geometry=False)
+    combinations = _whitened(data, state, combinations)
+    state, information = _converged(data, state, combinations, settings)
+    if not every:
+        return _estimate(data, state, combinations, information, settings, ())
+    first = _Known.of_first_order(state, information)
+    layout = replace(state.layout, motion_orders=())
+    kept = np.ones(state.layout.size, dtype=bool)
+    kept[state.layout.motion] = False
+    state = replace(state, layout=layout, values=state.values[kept])
+    parity = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
+    state, _ = _solved(data, state, parity, settings, with_geometry=False, known=first)
+    parity = parity / np.sqrt(_residual_covariance(data, state, parity)[0, 0])
+    state, information = _converged(data, state, parity, settings, known=first)
+    return _estimate(data, state, parity, information, settings, (first,))
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Values that another fit of the same data found, with their information."""
+
+    columns: Integer
+    values: Float
+    precision: Float
+
+    @classmethod
+    def of_first_order(cls, state: State, information: Float) -> _Known:
+        """Order 1 of the disc: the parity does not see it, and needs it for places and radii."""
+        orders = state.layout.orders
+        first = np.flatnonzero(orders == 1)
+        columns = np.concatenate((first, first + orders.size))
+        shared = state.layout.size
+        covariance = np.linalg.pinv(information)[:shared, :shared]
+        precision = np.linalg.inv(covariance[np.ix_(columns, columns)])
+        return cls(columns, state.values[columns], np.asarray(precision))
+
+
+class _Data:
+    """The readings of all runs, block by block."""
+
+    def __init__(
+        self, turns: Sequence[WholeTurns], counts_per_rev: int, nominal_places_rad: Float
+    ) -> None:
+        self.turns = turns
+        self.counts_per_rev = counts_per_rev
+        self.nominal_rad = nominal_places_rad
+        self.heads = nominal_places_rad.size
+        self.whole_counts: list[list[int]] = []
+        """Whole turns between a head's counter and head 1's, which mean nothing, by run."""
+        unit = arcsec_per_count(counts_per_rev) * RAD_PER_ARCSEC
+        for part in turns:
+            if len(part.heads) != self.heads:
+                raise ValueError(
+                    f"run {part.run} has {len(part.heads)} heads, and {self.heads} places are given"
+                )
+            self.whole_counts.append(
+                [
+                    counts_per_rev
+                    * round((float(np.mean(h - part.heads[0])) * unit - place) / (2.0 * np.pi))
+                    for h, place in zip(part.heads, nominal_places_rad.tolist(), strict=True)
+                ]
+            )
+
+    @property
+    def samples(self) -> int:
+        return sum(part.samples for part in self.turns)
+
+    def first_state(self, settings: HeadsSettings, motion_orders: tuple[int, ...]) -> State:
+        """Offsets from the means; only the orders that these heads see at their places."""
+        unit = arcsec_per_count(self.counts_per_rev) * RAD_PER_ARCSEC
+        apart = np.array(
+            [
+                [
+                    float(np.mean(h - part.heads[0] - turn)) * unit
+                    for h, turn in zip(part.heads, whole, strict=True)
+                ]
+                for part, whole in zip(self.turns, self.whole_counts, strict=True)
+            ]
+        )
+        gain = order_gain(self.nominal_rad, settings.orders, settings.motion)
+        seen = np.isfinite(gain)
+        # The parity does not see order 1; a first fit with low orders of motion does.
+        seen |= (settings.orders == 1) & (self.heads > 2)
+        layout = Layout(self.heads, np.asarray(settings.orders)[seen], motion_orders)
+        values = np.zeros(layout.size)
+        late, _ = _late_beforehand(self.nominal_rad, apart.mean(axis=0), settings)
+        values[layout.late] = late
+        return State(layout, values, apart)
+
+    def blocks(self) -> Iterator[tuple[int, list[Integer]]]:
+        """Run and counts of every head."""
+        for run, part in enumerate(self.turns):
+            for start in range(0, part.samples, _BLOCK):
+                at = slice(start, min(start + _BLOCK, part.samples))
+                whole = self.whole_counts[run]
+                yield run, [h[at] - turn for h, turn in zip(part.heads, whole, strict=True)]
+
+
+def _late_beforehand(
+    nominal_rad: Float, offsets_rad: Float, settings: HeadsSettings
+) -> tuple[Float, float]:
+    """dᵢ of heads 2 and on as known before the fit, arcseconds, and the precision of each.
+
+    Mounting says p_i − aᵢ, the index says 0.
+    """
+    by_mounting = (nominal_rad - offsets_rad)[1:] * ARCSEC_PER_RAD
+    weight_mounting = _precision(settings.u_place_arcsec)
+    weight_index = _precision(settings.u_index_arcsec)
+    if not np.isfinite(settings.u_place_arcsec):
+        # Places from the data alone: the mounting is where the search begins.
+        return by_mounting, 0.0
+    total = weight_mounting + weight_index
+    return by_mounting * (weight_mounting / total), total
+
+
+def _precision(u: float) -> float:
+    return 0.0 if np.isinf(u) else 1.0 / max(u, 1e-6) ** 2
+
+
+def _combinations_of_rotation(heads: int) -> Float:
+    """Orthonormal combinations of the readings with the sum 0, (heads − 1, heads)."""
+    return np.asarray(np.linalg.svd(np.ones((1, heads)))[2][1:])
+
+
+def _rows(
+    data: _Data, state: State, combinations: Float
+) -> Iterator[tuple[int, Float, list[Float]]]:
+    """Run, residual (n, m) and the derivatives of every combination, each (n, columns)."""
+    for run, seen, apart in _seen(data, state):
+        expected = np.stack([one.expected for one in seen])
+        derivatives = []
+        for weights in combinations:
+            total = weights[0] * seen[0].columns
+            for weight, one in zip(weights[1:], seen[1:], strict=True):
+                total += weight * one.columns
+            derivatives.append(total)
+        yield run, (apart - expected).T @ combinations.T, derivatives
+
+
+def _seen(data: _Data, state: State) -> Iterator[tuple[int, list[HeadSees], Float]]:
+    """Run, what every head sees, and readings less head 1's and the offsets, (heads, n)."""
+    unit = arcsec_per_count(data.counts_per_rev)
+    for run, counts in data.blocks():
+        offsets = state.offsets_rad[run] * ARCSEC_PER_RAD
+        turned = [
+            unit_vectors(one, data.counts_per_rev) * np.exp(1j * shift)
+            for one, shift in zip(counts, state.late_rad, strict=True)
+        ]
+        # Small numbers, on which float64 loses nothing.
+        apart = np.stack([(one - counts[0]) * unit for one in counts]) - offsets[:, None]
+        angle = np.angle(turned[0])
+        if state.layout.motion_orders:
+            angle = angle - _disc_alone(state, turned[0]) * RAD_PER_ARCSEC
+        yield (
+            run,
+            [state.of_head(head, run, turned[head], angle) for head in range(data.heads)],
+            apart,
+        )
+
+
+def _disc_alone(state: State, turned: NDArray[np.complex128]) -> Float:
+    layout = state.layout
+    cosine, sine = np.split(state.values[layout.disc], 2)
+    phase = np.multiply.outer(np.angle(turned), layout.orders)
+    return np.asarray(np.cos(phase) @ cosine + np.sin(phase) @ sine)
+
+
+def _solved(
+    data: _Data,
+    state: State,
+    combinations: Float,
+    settings: HeadsSettings,
+    *,
+    with_geometry: bool = True,
+    known: _Known | None = None,
+) -> tuple[State, Float]:
+    """One step of Gauss-Newton; the state after it and the information about all unknowns."""
+    layout, runs, further = state.layout, len(data.turns), data.heads - 1
+    shared = layout.size
+    size = shared + runs * further
+    matrix, right = np.zeros((size, size)), np.zeros(size)
+    for run, residual, derivatives in _rows(data, state, combinations):
+        own = shared + run * further + np.arange(further)
+        for index, (weights, part) in enumerate(zip(combinations, derivatives, strict=True)):
+            matrix[:shared, :shared] += part.T @ part
+            right[:shared] += part.T @ residual[:, index]
+            of_offset = np.multiply.outer(part.sum(axis=0), weights[1:])
+            matrix[:shared, own] += of_offset
+            matrix[own, :shared] += of_offset.T
+            matrix[np.ix_(own, own)] += residual.shape[0] * np.outer(weights[1:], weights[1:])
+            right[own] += weights[1:] * residual[:, index].sum()
+    beforehand, precision = _late_beforehand(
+        data.nominal_rad, state.offsets_rad.mean(axis=0), settings
+    )
+    late, radius = np.arange(size)[layout.late], np.arange(size)[layout.radius]
+    matrix[late, late] += precision
+    right[late] += precision * (beforehand - state.values[layout.late])
+    of_radius = _precision(settings.u_radius)
+    matrix[radius, radius] += of_radius
+    right[radius] -= of_radius * state.values[layout.radius]
+    if known is not None:
+        matrix[np.ix_(known.columns, known.columns)] += known.precision
+        right[known.columns] += known.precision @ (known.values - state.values[known.columns])
+    free = np.ones(size, dtype=bool)
+    if not with_geometry:
+        free[late] = free[radius] = False
+    if settings.u_radius == 0.0:
+        free[radius] = False
+    if settings.u_place_arcsec == 0.0:
+        free[late] = False
+    if combinations.shape[0] == 1 and data.heads > 2:
+        # One combination shows one offset: those of the first fit stay, but for a common share.
+        free[shared:] = False
+        free[shared + further - 1 :: further] = True
+    step = np.zeros(size)
+    step[free] = _least(matrix[np.ix_(free, free)], right[free])
+    offsets = state.offsets_rad.copy()
+    offsets[:, 1:] += step[shared:].reshape(runs, further) * RAD_PER_ARCSEC
+    information = np.where(np.outer(free, free), matrix, 0.0)
+    moved = replace(state, values=state.values + step[:shared], offsets_rad=offsets)
+    return moved, information
+
+
+def _least(matrix: Float, right: Float) -> Float:
+    norms = np.sqrt(np.diag(matrix))
+    norms[norms == 0.0] = 1.0
+    scaled = matrix / np.outer(norms, norms)
+    return np.asarray(np.linalg.lstsq(scaled, right / norms, rcond=LEAST_EIGENVALUE)[0] / norms)
+
+
+def _converged(
+    data: _Data,
+    state: State,
+    combinations: Float,
+    settings: HeadsSettings,
+    known: _Known | None = None,
+) -> tuple[State, Float]:
+    """Steps until none changes a prediction; the information is that of the last one."""
+    for _ in range(ROUNDS_MOST):
+        before = state
+        state, information = _solved(data, state, combinations, settings, known=known)
+        moved = state.values - before.values
+        disc = np.linalg.norm(before.values[before.layout.disc])
+        # A place or radius changes what is predicted by its share of the disc's error.
+        geometry = disc * (
+            np.linalg.norm(moved[before.layout.late]) * RAD_PER_ARCSEC
+            + np.linalg.norm(moved[before.layout.radius])
+        )
+        if np.linalg.norm(moved[: before.layout.late.start]) + geometry < CONVERGED_ARCSEC:
+            break
+    return state, information
+
+
+def _residual_covariance(data: _Data, state: State, combinations: Float) -> Float:
+    """Of the combinations about their expectation, arcseconds², (m, m)."""
+    residual = np.concatenate(_residuals(data, state, combinations), axis=0)
+    return np.asarray(residual.T @ residual / data.samples)
+
+
+def _whitened(data: _Data, state: State, combinations: Float) -> Float:
+    """The same combinations turned and scaled so that each has noise of variance 1."""
+    covariance = _residual_covariance(data, state, combinations)
+    # Readings without any noise must not divide by zero.
+    covariance += 1e-18 * np.eye(covariance.shape[0])
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(covariance), combinations))
+
+
+def _refuse_at_once(data: _Data, settings: HeadsSettings) -> None:
+    if settings.motion == "every":
+        if data.heads < 4:
+            raise SingularHeadsError(
+                f"{data.heads} heads cannot tell the disc from a motion of the axis that is "
+                "unknown at every order: it takes four; with fewer, give the orders at which the "
+                "axis moves"
+            )
+        if np.isinf(settings.u_place_arcsec):
+            raise SingularHeadsError(
+                "heads do not find their own places while the motion of the axis is unknown at "
+                "every order: each order of the disc explains any places. Give the places as "
+                "mounted with their standard uncertainty, or the orders at which the axis moves"
+            )
+    elif np.isinf(settings.u_place_arcsec) and data.heads == 2 and settings.motion:
+        raise SingularHeadsError("two heads see no motion of the axis apart from the disc")
+
+
+def _estimate(
+    data: _Data,
+    state: State,
+    combinations: Float,
+    information: Float,
+    settings: HeadsSettings,
+    known: tuple[_Known, ...],
+) -> HeadsEstimate:
+    layout = state.layout
+    size = information.shape[0]
+    free = np.diag(information) > 0.0
+    norms = np.sqrt(np.diag(information)[free])
+    scaled = information[np.ix_(free, free)] / np.outer(norms, norms)
+    values, vectors = np.linalg.eigh(scaled)
+    if values[0] < LEAST_EIGENVALUE:
+        worst = int(np.flatnonzero(free)[np.argmax(np.abs(vectors[:, 0]))])
+        raise SingularHeadsError(_undetermined(layout, worst))
+    covariance = np.zeros((size, size))
+    inverse = (vectors / values) @ vectors.T / np.outer(norms, norms)
+    residuals = _residuals(data, state, combinations)
+    spread = np.sqrt(np.mean(np.square(np.concatenate(residuals))))
+    inverse *= max(float(spread), 1e-9) ** 2
+    covariance[np.ix_(free, free)] = inverse
+    stretch = np.ones(size)
+    if layout.orders.size:
+        colour = _colour(data, residuals, layout.orders)
+        stretch[layout.disc] = np.tile(np.sqrt(colour), 2)
+    covariance *= np.outer(stretch, stretch)
+    u_late = np.sqrt(np.diag(covariance)[layout.late])
+    if np.any(u_late > BELIEVABLE_ARCSEC):
+        raise SingularHeadsError(
+            "the data do not determine where the heads stand: the standard uncertainty of head "
+            f"{int(np.argmax(u_late)) + 2} would be {u_late.max():.0f}″. Give the places as "
+            "mounted with their standard uncertainty, or fewer orders at which the axis moves"
+        )
+    return HeadsEstimate(
+        asked_orders=np.asarray(settings.orders),
+        state=state,
+        covariance=covariance,
+        motion=settings.motion,
+        combinations=combinations,
+        samples=data.samples,
+        turns=sum(part.turns for part in data.turns),
+        noise_arcsec=_noise(data, state),
+    )
+
+
+def _residuals(data: _Data, state: State, combinations: Float) -> list[Float]:
+    """Of every run, (samples of the run, m)."""
+    by_run: list[list[Float]] = [[] for _ in data.turns]
+    for run, seen, apart in _seen(data, state):
+        expected = np.stack([one.expected for one in seen])
+        by_run[run].append((apart - expected).T @ combinations.T)
+    return [np.concatenate(parts) for parts in by_run]
+
+
+def _colour(data: _Data, residuals: Sequence[Float], orders: Integer) -> Float:
+    """Power of the residual near each order over white noise of the same variance."""
+    pairs = [(part, row) for part, one in zip(data.turns, residuals, strict=True) for row in one.T]
+    scaled = [row / max(float(np.std(row)), 1e-18) for _, row in pairs]
+    return ResidualSpectrum([part for part, _ in pairs], scaled, orders).at(orders)
+
+
+def _noise(data: _Data, state: State) -> float:
+    """Standard deviation of one reading, by what the fit leaves of the least moved combination."""
+    combinations = _combinations_of_rotation(data.heads)
+    if data.heads == HEADS_MOST:
+        combinations = parity_weights(state.places_rad(0), state.radius_ratios)[None, :]
+    residuals = np.concatenate(_residuals(data, state, combinations))
+    return float(np.sqrt(np.mean(np.var(residuals, axis=0))))
+
+
+def _undetermined(layout: Layout, column: int) -> str:
+    if column < layout.disc.stop:
+        what = f"order {layout.orders[column % layout.orders.size]} of the disc"
+    elif column < layout.motion.stop:
+        order, sense = layout.motion_parts[(column - layout.motion.start) // 2]
+        circle = "forward" if sense == 1 else "backward"
+        what = f"the {circle} circle of the axis at order {order}"
+    elif column < layout.late.stop:
+        what = f"the place of head {column - layout.late.start + 2}"
+    elif column < layout.radius.stop:
+        what = f"the radius of head {column - layout.radius.start + 2}"
+    else:
+        what = "the offset of a head"
+    return (
+        f"{layout.heads} heads do not determine {what} together with everything else that is "
+        "unknown: leave out orders of motion or of the disc, or give places and radii with their "
+        "standard uncertainty"
+    )

@@ -1,0 +1,182 @@
+"""From the disc's error and the heads' places to the words of the gateware's weighted mean.
+
+The mean Σwᵢrᵢ errs by E = Σwᵢ·ε under head i. With g(R) = ε(θ) as a function of the reading, as the
+calibration fits it, and y_i the disc reading under head i, y_i = θ + p_i + g_i(y_i), the readings
+rᵢ = y_i − p_i give E = Σwᵢ·g_i(y_i), worked out here at even steps of the carrier's r_s:
+θ = r_s − g_s(r_s + p_s) without approximation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.base.units import RAD_PER_ARCSEC, arcsec_per_count
+from arctrue.calibration.harmonics import error_arcsec
+from arctrue.calibration.head_weights import (
+    NOISE_LIMIT,
+    WeightsRefusedError,
+    mean_weights,
+    weight_words,
+    weights_without_each,
+)
+from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.mean_bank import MeanBank
+from arctrue.gateware.mean_set import OFFSET_FRACTION, WEIGHT_FRACTION
+from arctrue.generated.number_formats import LANES_DEFAULT
+
+Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
+
+ROUNDS = 6
+"""Each makes y_i better by |dε/dR| ≤ 10⁻²: beyond float64 after six."""
+
+
+@dataclass(frozen=True)
+class HeadsOnDisc:
+    """A disc and the heads that read it, as a calibration knows them.
+
+    ``orders`` (N,), ``values`` (2N,) in arcseconds, cosines before sines: g(R) of the disc
+    reading; ``places_rad`` (H,): after head 1; ``offsets_rad`` (H,): mean of R_i − R_1 over a turn,
+    which is p_i less what head i detects the index mark late; ``radius_ratios`` (H,): the disc's
+    nominal radius over that of each head, by which order 1 acts.
+    """
+
+    orders: Integer
+    values: Float
+    places_rad: Float
+    offsets_rad: Float
+    radius_ratios: Float
+
+    @property
+    def heads(self) -> int:
+        """Number of heads."""
+        return int(self.places_rad.size)
+
+    def under_head(self, head: int, disc_reading_rad: Float) -> Float:
+        """g under head 0, 1, … in arcseconds at disc readings of any shape."""
+        own = self.values.copy()
+        first = np.flatnonzero(self.orders == 1)
+        own[np.concatenate((first, first + self.orders.size))] *= self.radius_ratios[head]
+        return error_arcsec(self.orders, own, disc_reading_rad)
+
+
+def mean_error_arcsec(disc: HeadsOnDisc, weights: Float, carrier: int, carrier_rad: Float) -> Float:
+    """E at readings r_s of the carrier (0, 1, …), the shape of ``carrier_rad``, arcseconds."""
+    place = disc.places_rad[carrier]
+    angle = carrier_rad - disc.under_head(carrier, carrier_rad + place) * RAD_PER_ARCSEC
+    total = np.zeros_like(angle)
+    for head in np.flatnonzero(weights):
+        nominal = angle + disc.places_rad[head]
+        under = np.zeros_like(angle)
+        for _ in range(ROUNDS):
+            under = disc.under_head(int(head), nominal + under * RAD_PER_ARCSEC)
+        total += weights[head] * under
+    return total
+
+
+def mean_lanes(
+    disc: HeadsOnDisc,
+    weights: Float,
+    carrier: int,
+    counts_per_rev: int,
+    lanes: int = LANES_DEFAULT,
+    least_arcsec: float = 0.0,
+) -> Coefficients:
+    """The largest ``lanes`` orders of E as a function of r_s, those above ``least_arcsec``."""
+    most = int(disc.orders.max(initial=1))
+    number = 1 << max(10, int(np.ceil(np.log2(8 * most))))
+    reading: Float = np.arange(number) * np.float64(2.0 * np.pi / number)
+    lines = np.fft.rfft(mean_error_arcsec(disc, weights, carrier, reading)) * (2.0 / number)
+    unit = arcsec_per_count(counts_per_rev)
+    sizes = np.abs(lines[: most + 1])
+    sizes[0] = 0.0
+    largest = np.sort(np.argsort(-sizes, kind="stable")[:lanes])
+    # A lane of less than the format's last bit corrects nothing.
+    kept = largest[sizes[largest] > max(least_arcsec, 0.0)]
+    return Coefficients.from_harmonics(
+        kept,
+        sizes[kept] / unit,
+        np.angle(lines[kept]),
+        counts_per_rev,
+        lanes,
+        offset_counts=float(lines[0].real / 2.0 / unit),
+    )
+
+
+def offset_words(offsets_rad: Float, counts_per_rev: int) -> NDArray[np.uint32]:
+    """Offsets as u24.4 counts within a turn, (H,)."""
+    turn = counts_per_rev << OFFSET_FRACTION
+    words = np.rint(np.remainder(offsets_rad / (2.0 * np.pi), 1.0) * turn).astype(np.int64)
+    return np.asarray(words % turn, dtype=np.uint32)
+
+
+def mean_bank(
+    disc: HeadsOnDisc,
+    counts_per_rev: int,
+    *,
+    lanes: int = LANES_DEFAULT,
+    weights: Float | None = None,
+    missing: int | None = None,
+    carrier: int | None = None,
+    least_arcsec: float = 0.0,
+) -> MeanBank:
+    """The bank of all heads, or without the head ``missing`` (1, 2, …).
+
+    ``weights`` (H,): None: those of least noise; ``carrier``: None: the first head that is there.
+    Raises WeightsRefusedError where there are no weights.
+    """
+    if weights is None:
+        if missing is None:
+            weights = mean_weights(disc.places_rad, disc.radius_ratios)
+        else:
+            found = weights_without_each(disc.places_rad, disc.radius_ratios)[missing - 1]
+            if isinstance(found, WeightsRefusedError):
+                raise found
+            weights = found
+    if carrier is None:
+        carrier = 2 if missing == 1 else 1
+    words = weight_words(weights, disc.places_rad, disc.radius_ratios)
+    exact = words / float(1 << WEIGHT_FRACTION)
+    return MeanBank(
+        carrier,
+        words,
+        offset_words(disc.offsets_rad, counts_per_rev),
+        mean_lanes(disc, exact, carrier - 1, counts_per_rev, lanes, least_arcsec),
+        missing,
+    )
+
+
+def mean_banks(
+    disc: HeadsOnDisc,
+    counts_per_rev: int,
+    *,
+    lanes: int = LANES_DEFAULT,
+    noise_limit: float = NOISE_LIMIT,
+    least_arcsec: float = 0.0,
+) -> tuple[MeanBank | WeightsRefusedError, ...]:
+    """The bank of all heads, then one with each head missing; a refusal where there is none.
+
+    Raises WeightsRefusedError where all heads together have no mean.
+    """
+    every = mean_weights(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit)
+    cases: Sequence[Float | WeightsRefusedError] = (
+        every,
+        *weights_without_each(disc.places_rad, disc.radius_ratios, noise_limit=noise_limit),
+    )
+    return tuple(
+        weights
+        if isinstance(weights, WeightsRefusedError)
+        else mean_bank(
+            disc,
+            counts_per_rev,
+            lanes=lanes,
+            weights=weights,
+            missing=index or None,
+            least_arcsec=least_arcsec,
+        )
+        for index, weights in enumerate(cases)
+    )

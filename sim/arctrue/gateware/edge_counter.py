@@ -1,0 +1,89 @@
+"""Bit-true model of ``rtl/decoder/edge_counter.vhd``: every output in every clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.latest import earlier, latest, outputs, value_at, wrapped
+
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class CountedEdges:
+    """What the levels of A and B say. Shape (clocks,), known after that clock."""
+
+    step: Ints
+    """1 up, -1 down, else 0."""
+    up: Bools
+    """Direction of the last step."""
+    breaks_order: Bools
+
+
+@dataclass(frozen=True)
+class EdgeCounterTrace:
+    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t."""
+
+    position: Ints
+    """Counts."""
+    phase_of_zero: Ints
+    """Place of (A, B) in 00, 10, 11, 01 at position 0 modulo 4."""
+    direction: Ints
+    step: Ints
+    step_up: Ints
+    last_edge_time: NDArray[np.uint64]
+    """Clocks."""
+
+
+def counted_edges(a: Ints, b: Ints, preload: Bools, reset: Bools) -> CountedEdges:
+    """Compare levels, each (clocks,), with those of the clock before."""
+    a_before, b_before = earlier(a), earlier(b)
+    valid = ~preload & ~reset
+    a_changes, b_changes = a != a_before, b != b_before
+    moves = (a_changes != b_changes) & valid
+    # A leads B upwards: whichever of them changed, A now differs from the earlier B.
+    step = np.where(moves, np.where(a != b_before, 1, -1), 0)
+    last_move = latest(moves)
+    known = last_move > latest(reset)
+    up = ~known | (value_at(last_move, step, 1) > 0)
+    return CountedEdges(step, up, a_changes & b_changes & valid)
+
+
+def edge_counter(
+    a: Ints,
+    b: Ints,
+    preload: Bools,
+    reset: Bools,
+    timestamp: NDArray[np.uint64],
+    reset_position: int = 0,
+) -> EdgeCounterTrace:
+    """Count the edges of the levels ``a`` and ``b``, each (clocks,)."""
+    edges = counted_edges(a, b, preload, reset)
+    last_reset = latest(reset)
+    # A step counts one clock after it was seen.
+    moved = np.where(reset, 0, earlier(edges.step))
+    moves = moved != 0
+    total = np.cumsum(moved)
+    position = reset_position + total - value_at(last_reset, total, 0)
+    last_move = latest(moves)
+    last_edge_time = np.where(
+        last_move > last_reset, value_at(last_move, timestamp, 0), np.uint64(0)
+    )
+    # The levels of the clock in which the position was decided.
+    place = 2 * b + (a ^ b)
+    place = np.where(preload, place, earlier(place))
+    phase_of_zero = np.where(reset | preload, 0, earlier((place - position) % 4))
+    direction = np.where(reset, 1, earlier(edges.up.astype(np.int64)))
+    direction[0] = 1
+    return EdgeCounterTrace(
+        position=outputs(0, wrapped(position)),
+        phase_of_zero=outputs(0, phase_of_zero),
+        direction=outputs(1, direction),
+        step=outputs(0, moves),
+        step_up=outputs(0, moved > 0),
+        last_edge_time=np.concatenate([np.zeros(1, dtype=np.uint64), last_edge_time]),
+    )

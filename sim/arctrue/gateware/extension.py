@@ -1,0 +1,118 @@
+"""What coefficients hold beyond plain lanes: the mean, conditions, real orders, a local table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from arctrue.gateware.capability import Capability
+from arctrue.gateware.mean_set import MeanSet
+from arctrue.generated.number_formats import ANGLE_WIDTH, PHASE_STEP_WIDTH
+
+if TYPE_CHECKING:
+    from arctrue.gateware.coefficients import Coefficients
+
+MODULATORS: Final = ("one", "direction", "speed", "speed_squared", "word_a", "word_b")
+"""What a lane's amplitude is multiplied with; the place is the word of the lane."""
+POINTS: Final = 4096
+POINT_LIMIT: Final = 1 << 17
+FRACTION_BITS: Final = (4, 6, 8, 10)
+WINDOW_EXPONENT_MOST: Final = 6
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Direction h of width W (u20.4 counts) with a dead zone in counts, and the nominal speed."""
+
+    width: int
+    dead_zone_counts: int
+    nominal_deg_per_s: float
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for what the registers cannot hold."""
+        if not 1 <= self.width < 1 << 24:
+            raise ValueError(f"width: word {self.width}, expected 1 to 2^24 - 1 (1/16 count)")
+        if not 0 <= self.dead_zone_counts <= 255:
+            raise ValueError(f"dead_zone_counts: {self.dead_zone_counts}, expected 0 to 255")
+        if not 0.0 < self.nominal_deg_per_s <= 36_000.0:
+            raise ValueError(
+                f"nominal_deg_per_s: {self.nominal_deg_per_s:g}, expected above 0, up to 36000"
+            )
+
+
+@dataclass(frozen=True)
+class LocalTable:
+    """A table over windows of the turn.
+
+    ``points``: up to 4,096 words in 2⁻ᶠ count, F = ``fraction_bits``, shared out evenly to the
+    windows that begin at ``starts_counts`` (one, two or four), each 2^-``width_exponent`` turn.
+    """
+
+    points: tuple[int, ...]
+    starts_counts: tuple[int, ...]
+    width_exponent: int
+    fraction_bits: int
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for what the gateware cannot hold."""
+        if self.fraction_bits not in FRACTION_BITS:
+            raise ValueError(f"fraction_bits: {self.fraction_bits}, expected 4, 6, 8 or 10")
+        if len(self.starts_counts) not in (1, 2, 4):
+            raise ValueError(f"starts_counts: expected 1, 2 or 4, found {len(self.starts_counts)}")
+        if not 0 <= self.width_exponent <= WINDOW_EXPONENT_MOST:
+            raise ValueError(f"width_turn: expected 1, 1/2, to 1/{1 << WINDOW_EXPONENT_MOST}")
+        if any(not 0 <= start < 1 << ANGLE_WIDTH for start in self.starts_counts):
+            raise ValueError(f"starts_counts: {self.starts_counts}, expected counts of one turn")
+        if len(self.points) > POINTS:
+            raise ValueError(f"points: {len(self.points)}, the table has {POINTS}")
+        for number, point in enumerate(self.points):
+            if not -POINT_LIMIT <= point < POINT_LIMIT:
+                raise ValueError(
+                    f"points[{number}]: {point}, expected {-POINT_LIMIT} to {POINT_LIMIT - 1}; "
+                    "choose fewer fraction_bits"
+                )
+
+
+@dataclass(frozen=True)
+class Extension:
+    """The parts of a coefficient file of schema 3; a lane not in a mapping is as ever.
+
+    ``modulators``: lane → one of MODULATORS; ``turn_steps``: lane → ν, u0.48 turn a turn;
+    ``without``: one set for each head that may fail, its mean in its own extension.
+    """
+
+    mean: MeanSet | None = None
+    conditions: Conditions | None = None
+    modulators: tuple[tuple[int, str], ...] = ()
+    turn_steps: tuple[tuple[int, int], ...] = ()
+    local_table: LocalTable | None = None
+    without: tuple[Coefficients, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where the parts do not fit each other."""
+        for lane, name in self.modulators:
+            if name not in MODULATORS[1:]:
+                raise ValueError(
+                    f"lane {lane}: modulator {name!r}, expected one of {', '.join(MODULATORS[1:])}"
+                )
+        for lane, step in self.turn_steps:
+            if not 0 < step < 1 << PHASE_STEP_WIDTH:
+                raise ValueError(f"lane {lane}: turn_step {step}, expected 1 to 2^48 - 1")
+        conditional = [name for _, name in self.modulators if not name.startswith("word")]
+        if conditional and self.conditions is None:
+            raise ValueError(f"conditions: is missing, but a lane follows {conditional[0]}")
+        if self.without and self.mean is None:
+            raise ValueError("without: a set for a missing head needs the mean of all heads")
+
+    @property
+    def needs(self) -> Capability:
+        """The least bitstream that loads it."""
+        sets = [entry.extension for entry in self.without if entry.extension is not None]
+        return Capability(
+            heads=self.mean.heads if self.mean else 2,
+            mean=self.mean is not None,
+            modulators=bool(self.modulators) or any(entry.modulators for entry in sets),
+            real_orders=bool(self.turn_steps) or any(entry.turn_steps for entry in sets),
+            local_table=self.local_table is not None,
+            failover=bool(self.without),
+        )

@@ -1,0 +1,240 @@
+"""Bit-true model of ``rtl/decoder/index_zero.vhd``: every output in every clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.gateware.edge_counter import CountedEdges
+from arctrue.gateware.latest import (
+    clock_before,
+    earlier,
+    latest,
+    outputs,
+    value_at,
+    was,
+    wrapped,
+)
+from arctrue.generated.number_formats import INDEX_SKEW
+
+JUDGED_AFTER = 3
+"""Clocks from an index told to its judgement."""
+
+HEALED_MOST = 2**14
+"""Counts: a slip of so many and more is not put back."""
+
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class IndexZeroTrace:
+    """The outputs in every clock, shape (clocks + 1,): element t is the output during clock t.
+
+    Counts unless said otherwise.
+    """
+
+    angle: Ints
+    turn_position: Ints
+    index_seen: Ints
+    index_strobe: Ints
+    index_position: Ints
+    index_direction: Ints
+    index_interval: Ints
+    index_trusted: Ints
+    zero_moved: Ints
+    zero_moves: Ints
+    zero_slip: Ints
+    put_back: Ints
+
+
+def _index(z: Ints, step: Ints, unsettled: Bools) -> tuple[Bools, Bools, Ints]:
+    """The passages of the index, the ways, and where their zeros lie; each (clocks,)."""
+    clocks = z.size
+    index, index_up = np.zeros(clocks, dtype=np.bool_), np.zeros(clocks, dtype=np.bool_)
+    offset = np.zeros(clocks, dtype=np.int64)
+    at = np.flatnonzero(step)
+    if not at.size:
+        return index, index_up, offset
+    # The level of a step: so many clocks later, or just before the next step.
+    following = np.append(at[1:], clocks + INDEX_SKEW)
+    is_cut = following <= at + INDEX_SKEW
+    told = np.where(is_cut, following, at + INDEX_SKEW)
+    level = z[np.minimum(np.where(is_cut, following - 1, told), clocks - 1)]
+    # That of the step before, or of the last clock of a reset between them.
+    last_unsettled = latest(unsettled)
+    begun = last_unsettled[at]
+    is_first = begun > np.append(-1, at[:-1])
+    before = np.where(is_first, z[begun], np.append(0, level[:-1]))
+    settled = np.where(is_first, begun, np.append(-1, told[:-1]))
+    # What it was in the count before the step, where that lasted long enough.
+    stays = at - settled > INDEX_SKEW
+    within = np.where(stays, z[at - INDEX_SKEW - 1], before)
+    up = step[at] > 0
+    is_inside = (within != before) & ((within == 1) == up)
+    whole = (told < clocks) & (last_unsettled[np.minimum(told, clocks - 1)] < at)
+    passed = whole & (is_inside | ((level != within) & ((level == 1) == up)))
+    clock = told[passed]
+    index[clock] = True
+    index_up[clock] = up[passed]
+    offset[clock] = np.where(up, -is_inside.astype(np.int64), 1)[passed]
+    return index, index_up, offset
+
+
+@dataclass(frozen=True)
+class _Verdicts:
+    """What each mark that is judged says; all (clocks,), in the clock of the verdict."""
+
+    is_judged: Bools
+    misplaced: Bools
+    agrees: Bools
+    """It lies a turn from the mark before it."""
+    other_agrees: Bools
+    can_move: Bools
+    forgotten: Bools
+    told: Bools
+    """Clocks in which a mark is told."""
+
+
+def _moved_zeros(verdicts: _Verdicts) -> tuple[Bools, Bools]:
+    """Clocks in which a mark becomes the zero, and those in which one is trusted."""
+    moved = np.zeros(verdicts.told.size, dtype=np.bool_)
+    trusted = np.zeros_like(moved)
+    last_forgotten = latest(verdicts.forgotten)
+    in_doubt_since = -1
+    judged = verdicts.is_judged | verdicts.misplaced | verdicts.agrees
+    for clock in np.flatnonzero(judged).tolist():
+        if last_forgotten[clock] >= in_doubt_since:
+            in_doubt_since = -1
+        # No other mark since the one that is judged.
+        follows = verdicts.told[max(clock - JUDGED_AFTER, 0) : clock + 1].any()
+        is_last = verdicts.is_judged[clock] and not follows and not verdicts.forgotten[clock]
+        is_proven = (verdicts.agrees[clock] and in_doubt_since >= 0) or (
+            verdicts.misplaced[clock] and verdicts.other_agrees[clock]
+        )
+        if is_proven and verdicts.can_move[clock] and is_last:
+            moved[clock] = True
+            in_doubt_since = -1
+        elif verdicts.misplaced[clock] and not verdicts.forgotten[clock]:
+            in_doubt_since = clock
+        trusted[clock] = is_last and in_doubt_since < 0
+    return moved, trusted
+
+
+def _slips(zero: Ints, at: Ints, begins: Bools, turn: Ints) -> Ints:
+    """The angle, -half a turn to half a turn, of each mark that becomes the zero; (at,)."""
+    slips = np.zeros(at.size, dtype=np.int64)
+    last_begin = latest(begins)
+    last_moved = -1
+    for place, clock in enumerate(at.tolist()):
+        of_before = max(int(clock_before(last_begin)[clock]), last_moved)
+        angle = int(zero[clock] - zero[of_before]) % int(turn[clock])
+        slips[place] = angle - turn[clock] if 2 * angle >= turn[clock] else angle
+        last_moved = clock
+    return slips
+
+
+def index_zero(
+    z: Ints,
+    edges: CountedEdges,
+    position: Ints,
+    *,
+    counts_per_rev: Ints,
+    index_tolerance: Ints,
+    rearm: Bools,
+    zero_again: Bools,
+    heal: Bools,
+    other_head_agrees: Bools,
+    preload: Bools,
+    reset: Bools,
+) -> tuple[IndexZeroTrace, Bools]:
+    """The outputs, and the clocks in which a mark is told as misplaced; everything (clocks,).
+
+    ``position`` is that of edge_counter after each clock, which counts the same ``edges``.
+
+    Raises ValueError for a ``counts_per_rev`` outside 4 to 2**24 that is taken over.
+    """
+    clocks = np.arange(reset.size)
+    taken_over = reset | preload | rearm
+    turn = value_at(latest(taken_over), counts_per_rev, 0)
+    illegal_turn = np.flatnonzero(taken_over & ((turn < 4) | (turn > 2**24)))
+    if illegal_turn.size:
+        at = illegal_turn[0]
+        raise ValueError(f"counts_per_rev is {turn[at]} in clock {at}; expected 4 to {2**24}")
+
+    last_reset = latest(reset)
+    moved = np.where(reset, 0, earlier(edges.step))
+    total = np.cumsum(moved)
+    passed, passed_up, offset = _index(z, edges.step, preload | reset)
+
+    # The zero: where the last reset or rearm was, or the first index after it.
+    forgotten = reset | rearm
+    index = was(passed) & ~forgotten
+    index_up = was(passed_up)
+    # From the zero to the position: the step of this clock comes after it.
+    behind_zero = np.where(index, moved - earlier(offset), 0)
+    last_forgotten = latest(forgotten)
+    index_number = np.cumsum(index) - value_at(last_forgotten, np.cumsum(index), 0)
+    first_index = index & (index_number == 1)
+    zero = total - behind_zero
+    turn_in_force = np.maximum(earlier(turn), 1)
+
+    # Stage 3: the index, one clock after the position.
+    strobe = was(index) & ~forgotten
+    latched = wrapped(earlier(position - behind_zero))
+    last_strobe = latest(strobe)
+    index_valid = last_strobe > last_reset
+    repeated = strobe & (earlier(index_number) > 1)
+    latched_before = value_at(clock_before(last_strobe), latched, 0)
+    interval = np.where(repeated, wrapped(latched - latched_before), 0)
+    size = np.abs(interval)
+    deviation = np.minimum(size, np.abs(size - turn_in_force))
+    # Judged two clocks after it was latched, by the tolerance of that clock.
+    judged = was(was(repeated) & ~reset)
+    misplaced = judged & (earlier(earlier(deviation)) > index_tolerance)
+    of_a_turn = earlier(earlier(np.abs(size - turn_in_force)))
+    agrees = judged & (of_a_turn <= index_tolerance)
+    can_move = zero_again & ~forgotten & (turn_in_force > 8)
+    verdicts = _Verdicts(
+        was(was(was(strobe) & ~forgotten) & ~forgotten),
+        was(misplaced & ~reset),
+        was(agrees & ~reset),
+        other_head_agrees,
+        can_move,
+        forgotten,
+        was(passed),
+    )
+    moved_zero, trusted = _moved_zeros(verdicts)
+    at = np.flatnonzero(moved_zero)
+    # That of the mark, told so many clocks before.
+    zero[at] = zero[at - JUDGED_AFTER - 1]
+    slip = np.zeros(clocks.size, dtype=np.int64)
+    slip[at] = _slips(zero, at, forgotten | first_index, turn_in_force)
+    is_healed = heal & (np.abs(slip + 0.5) < HEALED_MOST)
+    moves_total, healed_total = np.cumsum(slip != 0), -np.cumsum(np.where(is_healed, slip, 0))
+    zero_moves = moves_total - value_at(last_reset, moves_total, 0)
+    last_slip = latest(slip != 0)
+    from_zero = total - value_at(latest(forgotten | first_index | moved_zero), zero, 0)
+    told = was(misplaced & ~reset) | (slip != 0)
+    trace = IndexZeroTrace(
+        angle=outputs(0, from_zero % turn_in_force),
+        turn_position=outputs(0, wrapped(from_zero)),
+        index_seen=outputs(0, index_number > 0),
+        index_strobe=outputs(0, strobe),
+        index_position=outputs(0, np.where(index_valid, value_at(last_strobe, latched, 0), 0)),
+        index_direction=outputs(
+            1,
+            np.where(index_valid, value_at(last_strobe, earlier(index_up.astype(np.int64)), 1), 1),
+        ),
+        index_interval=outputs(
+            0, np.where(last_strobe > last_forgotten, value_at(last_strobe, interval, 0), 0)
+        ),
+        index_trusted=outputs(0, trusted),
+        zero_moved=outputs(0, zero_moves % 2),
+        zero_moves=outputs(0, zero_moves % 2**16),
+        zero_slip=outputs(0, np.where(last_slip > last_reset, value_at(last_slip, slip, 0), 0)),
+        put_back=outputs(0, wrapped(healed_total - value_at(last_reset, healed_total, 0))),
+    )
+    return trace, told

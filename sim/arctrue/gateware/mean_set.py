@@ -1,0 +1,94 @@
+"""Weights, offsets and carrier of the mean of two to four heads, as the gateware holds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from arctrue.gateware.capability import HEADS_MOST
+from arctrue.generated.number_formats import COSINE_FRACTION, COSINE_WIDTH
+
+WEIGHT_FRACTION: Final = COSINE_FRACTION
+"""Weights are s1.16, as cosines."""
+WEIGHT_WIDTH: Final = COSINE_WIDTH
+WEIGHT_ONE: Final = 1 << WEIGHT_FRACTION
+WEIGHT_LIMIT: Final = 1 << (WEIGHT_WIDTH - 1)
+OFFSET_FRACTION: Final = 4
+"""Offsets are u24.4 counts."""
+OFFSET_ONE: Final = 1 << OFFSET_FRACTION
+DELAY_MOST_CLOCKS: Final = 255
+
+
+@dataclass(frozen=True)
+class MeanSet:
+    """θ = r_s + Σ wᵢ·(rᵢ − r_s) − E(r_s) with rᵢ = Rᵢ − oᵢ, one entry a head.
+
+    ``weights`` in 2⁻¹⁶, their sum 65536; ``offsets`` oᵢ in 1/16 count; ``carrier`` s, from 1 on;
+    ``missing``: number of the head that is left out, 0 for none. ``delays_clocks`` of A, B and Z.
+
+    Raises ValueError for words that the gateware cannot hold, or that are no mean.
+    """
+
+    weights: tuple[int, ...]
+    offsets: tuple[int, ...]
+    carrier: int = 1
+    missing: int = 0
+    delays_clocks: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check every word."""
+        if not self.delays_clocks:
+            object.__setattr__(self, "delays_clocks", (0,) * self.heads)
+        if not 2 <= self.heads <= HEADS_MOST:
+            raise ValueError(f"heads: {self.heads}, the gateware has 2 to {HEADS_MOST}")
+        if not len(self.offsets) == len(self.delays_clocks) == self.heads:
+            raise ValueError(
+                f"one weight, offset and delay a head: found {self.heads} weights, "
+                f"{len(self.offsets)} offsets, {len(self.delays_clocks)} delays"
+            )
+        for head, weight in enumerate(self.weights, start=1):
+            if not -WEIGHT_LIMIT <= weight < WEIGHT_LIMIT:
+                raise ValueError(
+                    f"weight of head {head}: {weight / WEIGHT_ONE:g}, the gateware holds -2 to "
+                    "less than 2; place the heads otherwise"
+                )
+        if sum(self.weights) != WEIGHT_ONE:
+            raise ValueError(
+                f"weights: expected a sum of {WEIGHT_ONE} (1.0), found {sum(self.weights)}"
+            )
+        if not 0 <= self.missing <= self.heads:
+            raise ValueError(f"missing: head {self.missing}, there are heads 1 to {self.heads}")
+        if self.missing and self.weights[self.missing - 1]:
+            raise ValueError(f"weight of head {self.missing}: expected 0 where it is missing")
+        if not 1 <= self.carrier <= self.heads or self.carrier == self.missing:
+            raise ValueError(f"carrier: head {self.carrier} is not there, or is missing")
+        for head, offset in enumerate(self.offsets, start=1):
+            if not 0 <= offset < 1 << 28:
+                raise ValueError(f"offset of head {head}: word {offset}, expected 0 to 2^28 - 1")
+        for head, delay in enumerate(self.delays_clocks, start=1):
+            if not 0 <= delay <= DELAY_MOST_CLOCKS:
+                raise ValueError(
+                    f"delay of head {head}: {delay} clocks, expected 0 to {DELAY_MOST_CLOCKS}"
+                )
+
+    @property
+    def heads(self) -> int:
+        """How many heads the gateware must have."""
+        return len(self.weights)
+
+    @property
+    def used(self) -> tuple[bool, ...]:
+        """Whether a head's index is waited for: all but the missing one."""
+        return tuple(head != self.missing for head in range(1, self.heads + 1))
+
+    def words(self) -> list[int]:
+        """The words of the window ``mean`` up to ``choice``, as unsigned 32 bits."""
+        empty = [0] * (HEADS_MOST - self.heads)
+        used = sum(1 << place for place, is_used in enumerate(self.used) if is_used)
+        return [
+            *self.offsets,
+            *empty,
+            *(weight & 0xFFFF_FFFF for weight in self.weights),
+            *empty,
+            (self.carrier - 1) | used << 4,
+        ]

@@ -1,0 +1,19 @@
+"""Model of the entity ``turn_difference``: two angles' difference on the shorter way round."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def turn_difference(
+    minuend: ArrayLike, subtrahend: ArrayLike, counts_per_rev: int
+) -> NDArray[np.int64]:
+    """(minuend − subtrahend) modulo the turn, from −half a turn on and below half a turn, counts.
+
+    Both are angles of one turn in whole counts, of shapes that numpy broadcasts to one.
+    """
+    straight = np.asarray(minuend, dtype=np.int64) - np.asarray(subtrahend, dtype=np.int64)
+    lowest = -(counts_per_rev // 2)
+    folded: NDArray[np.int64] = (straight - lowest) % counts_per_rev + lowest
+    return folded

@@ -1,0 +1,1 @@
+"""Physical causes of the second generator, by where they act."""

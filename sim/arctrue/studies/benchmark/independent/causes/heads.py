@@ -1,0 +1,181 @@
+"""Causes at the heads, their brackets and their counters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.studies.benchmark.independent.causes.cause import (
+    ARCSEC,
+    Cause,
+    Float,
+    Random,
+    log_uniform,
+)
+from arctrue.studies.benchmark.independent.conditions import Conditions
+
+
+class HeadStandsOff(Cause):
+    """Head 2 does not stand where the description says."""
+
+    name = "head_angle_error"
+
+    @classmethod
+    def drawn(cls, random: Random) -> HeadStandsOff:
+        """1 to 40″ either way."""
+        return cls(log_uniform(random, 1.0, 40.0) * float(random.choice([-1, 1])))
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """α grows: head 2 is turned the other way."""
+        return -self.size * ARCSEC if head == 2 else 0.0
+
+
+class SubdivisionError(Cause):
+    """The two signals of one head have an offset, another gain and a phase error."""
+
+    name = "subdivision_error"
+    columns = 4
+
+    def __init__(
+        self,
+        size: float,
+        head: int,
+        offset: complex,
+        gain: float,
+        phase_rad: float,
+        uneven: float = 0.0,
+        at_rad: float = 0.0,
+    ) -> None:
+        """``size``: amplitude that the offset alone has, for 16,384 lines; ``uneven``: share by
+        which all of it differs around the disc."""
+        super().__init__(size)
+        self.head, self.offset, self.gain, self.phase_rad = head, offset, gain, phase_rad
+        self.uneven, self.at_rad = uneven, at_rad
+
+    @classmethod
+    def drawn(cls, random: Random, uneven: float = 0.0) -> SubdivisionError:
+        """0.06 to 2.4″ by the offset; gain and phase of about the same size."""
+        size = log_uniform(random, 0.06, 2.4)
+        share = size * ARCSEC * 16_384
+        return cls(
+            size,
+            int(random.integers(1, 3)),
+            complex(share * np.exp(2j * np.pi * random.random())),
+            share * random.uniform(-1, 1),
+            share * random.uniform(-1, 1),
+            uneven,
+            random.uniform(0, 2 * np.pi),
+        )
+
+    def signals(
+        self, sine: Float, cosine: Float, head: int, label_rad: Float
+    ) -> tuple[Float, Float]:
+        """sin(φ + p)·(1 + g) + Im o and cos φ + Re o."""
+        if head != self.head:
+            return sine, cosine
+        around = 1 + self.uneven * np.cos(label_rad + self.at_rad)
+        lean = self.phase_rad * around
+        leaning = sine * np.cos(lean) + cosine * np.sin(lean)
+        return (
+            leaning * (1 + self.gain * around) + self.offset.imag * around,
+            cosine + self.offset.real * around,
+        )
+
+
+class Shaking(Cause):
+    """The bracket of a head shakes at one frequency, its phase another in each run."""
+
+    name = "vibration"
+    columns, places = 8, 1000
+
+    def __init__(self, size: float, head: int, hz: float, phases_rad: Float) -> None:
+        """``phases_rad`` by run."""
+        super().__init__(size)
+        self.head, self.hz, self.phases_rad = head, hz, phases_rad
+        self.columns = 2 * phases_rad.size
+
+    @classmethod
+    def drawn(cls, random: Random, runs: int, step_s: float, run_s: float) -> Shaking:
+        """0.1 to 2″, from ten periods a run to a third of the sampling rate."""
+        hz = log_uniform(random, 10 / run_s, 1 / (3 * step_s))
+        phases = random.uniform(0, 2 * np.pi, runs)
+        return cls(log_uniform(random, 0.1, 2.0), int(random.integers(1, 3)), hz, phases)
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """a·sin(2πft + φ of the run)."""
+        if head != self.head:
+            return 0.0
+        phase = 2 * np.pi * self.hz * at.time_s + self.phases_rad[at.run]
+        found: Float = self.size * ARCSEC * np.sin(phase)
+        return found
+
+    def values(self) -> dict[str, tuple[float, ...]]:
+        """The frequency."""
+        return {"hz": (self.hz,)}
+
+
+class LateHead(Cause):
+    """Head 2 is latched later than head 1."""
+
+    name = "timing_skew"
+    unit = "us"
+
+    @classmethod
+    def drawn(cls, random: Random) -> LateHead:
+        """1 to 60 µs either way."""
+        return cls(log_uniform(random, 1.0, 60.0) * float(random.choice([-1, 1])))
+
+    def delay_s(self, head: int) -> float:
+        """Of head 2."""
+        return self.size * 1e-6 if head == 2 else 0.0
+
+
+class OldReading(Cause):
+    """Both heads are read late by the same time."""
+
+    name = "latency"
+    unit = "us"
+
+    @classmethod
+    def drawn(cls, random: Random) -> OldReading:
+        """5 to 300 µs."""
+        return cls(log_uniform(random, 5.0, 300.0))
+
+    def delay_s(self, head: int) -> float:
+        """Of either head."""
+        return self.size * 1e-6
+
+
+class WarmBracket(Cause):
+    """The bracket of head 2 grows as it grows warm."""
+
+    name = "thermal_head_drift"
+    unit = "arcsec/K"
+
+    @classmethod
+    def drawn(cls, random: Random) -> WarmBracket:
+        """0.1 to 3″/K either way."""
+        return cls(log_uniform(random, 0.1, 3.0) * float(random.choice([-1, 1])))
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """In proportion to the warming."""
+        return self.size * ARCSEC * at.warming_k if head == 2 else 0.0
+
+
+class Slip(Cause):
+    """A counter loses or gains whole counts at one instant of one run."""
+
+    name = "count_slip"
+    unit = "counts"
+    places = 2000
+
+    def __init__(self, size: int, head: int, run: int, instant_s: float) -> None:
+        """``instant_s`` of the session; the next run begins from the index again."""
+        super().__init__(float(size))
+        self.head, self.run, self.instant_s = head, run, instant_s
+
+    def slipped_counts(self, at: Conditions, head: int) -> Float | float:
+        """From the instant to the end of the run."""
+        if head != self.head:
+            return 0.0
+        found: Float = self.size * ((at.run == self.run) & (at.time_s >= self.instant_s))
+        return found

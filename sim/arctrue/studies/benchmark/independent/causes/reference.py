@@ -1,0 +1,165 @@
+"""Causes in the drive and in the reference: what only rows of a reference show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.studies.benchmark.independent.causes.cause import (
+    ARCSEC,
+    Cause,
+    Float,
+    Random,
+    log_uniform,
+)
+from arctrue.studies.benchmark.independent.conditions import Conditions
+
+
+class GearError(Cause):
+    """The drive is off by a wave of its tooth count, with a second harmonic."""
+
+    name = "drive_gear_error"
+    columns = 4
+
+    def __init__(self, size: float, teeth: float, phases_rad: tuple[float, float]) -> None:
+        """``size``: amplitude of the tooth's wave; the second harmonic has a fifth."""
+        super().__init__(size)
+        self.teeth, self.phases_rad = teeth, phases_rad
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·(cos(zθ + φ₁) + cos(2zθ + φ₂)/5)."""
+        tooth = self.teeth * at.turned_rad
+        first, second = self.phases_rad
+        found: Float = (
+            self.size * ARCSEC * (np.cos(tooth + first) + 0.2 * np.cos(2 * tooth + second))
+        )
+        return found
+
+    def values(self) -> dict[str, tuple[float, ...]]:
+        """The tooth count, and twice that."""
+        return {"order": (self.teeth, 2 * self.teeth)}
+
+
+class Line(Cause):
+    """A sine in time, of a part of the drive that the description does not know."""
+
+    name = "periodic_error"
+    columns, places = 2, 1000
+
+    def __init__(self, size: float, hz: float, phase_rad: float) -> None:
+        """``size``: amplitude."""
+        super().__init__(size)
+        self.hz, self.phase_rad = hz, phase_rad
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·cos(2πft + φ)."""
+        found: Float = self.size * ARCSEC * np.cos(2 * np.pi * self.hz * at.time_s + self.phase_rad)
+        return found
+
+    def values(self) -> dict[str, tuple[float, ...]]:
+        """The frequency."""
+        return {"hz": (self.hz,)}
+
+
+class AngleLine(Cause):
+    """A sine of the table's angle at any order, of a part of the drive."""
+
+    name = "periodic_error"
+    columns, places = 2, 1000
+
+    def __init__(
+        self, size: float, order: float, phase_rad: float, back_rad: float | None = None
+    ) -> None:
+        """``back_rad``: the phase on the way back, where it is another one."""
+        super().__init__(size)
+        self.order, self.phase_rad = order, phase_rad
+        self.back_rad = phase_rad if back_rad is None else back_rad
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·cos(νθ + φ)."""
+        phase = np.where(at.direction > 0, self.phase_rad, self.back_rad)
+        found: Float = self.size * ARCSEC * np.cos(self.order * at.turned_rad + phase)
+        return found
+
+    def values(self) -> dict[str, tuple[float, ...]]:
+        """The order."""
+        return {"order": (self.order,)}
+
+
+class Faces(Cause):
+    """The faces of the polygon are not equal."""
+
+    name = "polygon_face_error"
+
+    def __init__(self, size: float, faces_arcsec: Float) -> None:
+        """``size``: standard deviation that was drawn; ``faces_arcsec`` by station."""
+        super().__init__(size)
+        self.faces_rad = np.asarray(faces_arcsec) * ARCSEC
+        self.columns = len(faces_arcsec) - 1
+
+    @classmethod
+    def drawn(cls, random: Random, faces: int) -> Faces:
+        """0.1 to 0.5″."""
+        size = log_uniform(random, 0.1, 0.5)
+        return cls(size, size * random.standard_normal(faces))
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """One constant a face."""
+        found: Float = self.faces_rad[at.station]
+        return found
+
+
+class FirstOrderOfReference(Cause):
+    """The reference alone has a first order: tilt and pyramidal error together."""
+
+    name = "polygon_eccentricity"
+    columns = 2
+
+    def __init__(self, size: float, phase_rad: float) -> None:
+        """``size``: amplitude."""
+        super().__init__(size)
+        self.phase_rad = phase_rad
+
+    @classmethod
+    def drawn(cls, random: Random) -> FirstOrderOfReference:
+        """0.1 to 2″."""
+        return cls(log_uniform(random, 0.1, 2.0), random.uniform(0, 2 * np.pi))
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·cos(θ + φ)."""
+        found: Float = self.size * ARCSEC * np.cos(at.turned_rad + self.phase_rad)
+        return found
+
+
+class GainOfReference(Cause):
+    """The autocollimator shows a share too much of what it is shown."""
+
+    name = "autocollimator_gain"
+    unit = "1"
+
+    @classmethod
+    def drawn(cls, random: Random) -> GainOfReference:
+        """0.2 to 2 % either way."""
+        return cls(log_uniform(random, 2e-3, 2e-2) * float(random.choice([-1, 1])))
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """In proportion to the reading."""
+        found: Float = self.size * error_rad
+        return found
+
+
+class Creep(Cause):
+    """The stand of the reference creeps evenly."""
+
+    name = "reference_drift"
+    unit = "arcsec/h"
+
+    @classmethod
+    def drawn(cls, random: Random, length_s: float) -> Creep:
+        """0.3 to 3″ over the session, either way."""
+        over = log_uniform(random, 0.3, 3.0) * float(random.choice([-1, 1]))
+        return cls(over * 3600 / length_s)
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """In proportion to time."""
+        found: Float = self.size * ARCSEC / 3600 * (at.time_s - at.time_s[0])
+        return found

@@ -1,0 +1,249 @@
+"""Causes that no catalogue has: the right answer is ``unknown``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.studies.benchmark.independent.causes.cause import (
+    ARCSEC,
+    MICROMETRE,
+    Cause,
+    Complex,
+    Float,
+    Random,
+    log_uniform,
+)
+from arctrue.studies.benchmark.independent.conditions import Conditions
+
+
+class Stranger(Cause):
+    """A cause of no catalogue."""
+
+    known = False
+
+
+class WarmOval(Stranger):
+    """The disc ovalises as it grows warm."""
+
+    name = "warm_oval"
+    columns, places, unit = 2, 20, "arcsec/K"
+
+    @classmethod
+    def drawn(cls, random: Random) -> WarmOval:
+        """0.1 to 1″/K."""
+        return cls(log_uniform(random, 0.1, 1.0))
+
+    def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
+        """a·ΔT·cos 2ψ."""
+        found: Float = self.size * ARCSEC * at.warming_k * np.cos(2 * label_rad)
+        return found
+
+
+class FastLobes(Stranger):
+    """Three lobes that grow with the square of speed."""
+
+    name = "fast_lobes"
+    columns, places = 2, 20
+
+    @classmethod
+    def drawn(cls, random: Random) -> FastLobes:
+        """0.05 to 1″ at 30°/s."""
+        return cls(log_uniform(random, 0.05, 1.0))
+
+    def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
+        """a·(ω/30°/s)²·cos 3ψ."""
+        share = (at.speed_rad_s / np.radians(30.0)) ** 2
+        found: Float = self.size * ARCSEC * share * np.cos(3 * label_rad)
+        return found
+
+
+class SettlingBracket(Stranger):
+    """The bracket of head 2 settles after the start of the session."""
+
+    name = "settling_bracket"
+    places = 10
+
+    def __init__(self, size: float, time_constant_s: float) -> None:
+        """``size``: at the start."""
+        super().__init__(size)
+        self.time_constant_s = time_constant_s
+
+    @classmethod
+    def drawn(cls, random: Random, run_s: float) -> SettlingBracket:
+        """0.5 to 5″, within a fraction of the first run."""
+        return cls(log_uniform(random, 0.5, 5.0), run_s * random.uniform(0.1, 0.4))
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """a·exp(−t/τ)."""
+        if head != 2:
+            return 0.0
+        found: Float = self.size * ARCSEC * np.exp(-at.time_s / self.time_constant_s)
+        return found
+
+
+class AirDrag(Stranger):
+    """The bracket of head 2 gives way by the root of speed, whichever way the table turns."""
+
+    name = "air_drag"
+
+    @classmethod
+    def drawn(cls, random: Random) -> AirDrag:
+        """0.5 to 5″ at 30°/s."""
+        return cls(log_uniform(random, 0.5, 5.0))
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """a·√(|ω|/30°/s)."""
+        if head != 2:
+            return 0.0
+        share = np.sqrt(np.abs(at.speed_rad_s) / np.radians(30.0))
+        found: Float = self.size * ARCSEC * share
+        return found
+
+
+class Sectors(Stranger):
+    """The disc was written in equal sectors, every other one shifted: a square wave."""
+
+    name = "sectors"
+    columns, places = 2, 40
+
+    def __init__(self, size: float, pairs: int, phase_rad: float) -> None:
+        """``size``: half of the step."""
+        super().__init__(size)
+        self.pairs, self.phase_rad = pairs, phase_rad
+
+    @classmethod
+    def drawn(cls, random: Random) -> Sectors:
+        """5 to 9 pairs, 0.2 to 2″."""
+        pairs = int(random.integers(5, 10))
+        return cls(log_uniform(random, 0.2, 2.0), pairs, random.uniform(0, 2 * np.pi))
+
+    def mark_rad(self, label_rad: Float, at: Conditions) -> Float:
+        """The sign of a sine."""
+        found: Float = self.size * ARCSEC * np.sign(np.sin(self.pairs * label_rad + self.phase_rad))
+        return found
+
+
+class LooseBracket(Stranger):
+    """The bracket of head 2 clicks to and fro between two places, at random instants."""
+
+    name = "loose_bracket"
+    columns, places = 6, 2000
+
+    def __init__(self, size: float, instants_s: Float) -> None:
+        """``size``: of a click."""
+        super().__init__(size)
+        self.instants_s = np.sort(instants_s)
+
+    @classmethod
+    def drawn(cls, random: Random, length_s: float) -> LooseBracket:
+        """0.3 to 3″, 9 to 16 clicks."""
+        instants = random.uniform(0, length_s, int(random.integers(9, 17)))
+        return cls(log_uniform(random, 0.3, 3.0), instants)
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """One place or the other."""
+        if head != 2:
+            return 0.0
+        found: Float = self.size * ARCSEC * (np.searchsorted(self.instants_s, at.time_s) % 2)
+        return found
+
+
+class WobblingRoller(Stranger):
+    """A roller wanders over the axis while it turns: its order's size goes up and down in time."""
+
+    name = "wobbling_roller"
+    unit = "um"
+    columns, places = 4, 400
+
+    def __init__(self, size: float, order: float, swell_s: float) -> None:
+        """``swell_s``: period of the swell."""
+        super().__init__(size)
+        self.order, self.swell_s = order, swell_s
+
+    @classmethod
+    def drawn(cls, random: Random, length_s: float) -> WobblingRoller:
+        """0.1 to 1 µm at an order 2.3 to 8.7, 1.3 to 2.7 swells in the session."""
+        order = float(random.integers(2, 9)) + random.uniform(0.3, 0.45)
+        return cls(log_uniform(random, 0.1, 1.0), order, length_s / random.uniform(1.3, 2.7))
+
+    def centre_m(self, at: Conditions) -> Complex:
+        """A line through the axis."""
+        swell = np.sin(2 * np.pi * at.time_s / self.swell_s)
+        found: Complex = (
+            self.size * MICROMETRE * swell * np.cos(self.order * at.turned_rad) * (1 + 1j)
+        )
+        return found
+
+
+class BentScale(Stranger):
+    """The autocollimator's scale is bent: what it shows has a cubic part."""
+
+    name = "bent_scale"
+    places = 3
+
+    @classmethod
+    def drawn(cls, random: Random) -> BentScale:
+        """0.5 to 3″ at the largest error."""
+        return cls(log_uniform(random, 0.5, 3.0) * float(random.choice([-1, 1])))
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·(ε/ε_max)³, its ordinary gain taken off."""
+        share = error_rad / np.max(np.abs(error_rad))
+        found: Float = self.size * ARCSEC * (share**3 - 0.6 * share)
+        return found
+
+
+class Chirp(Stranger):
+    """A line whose frequency runs away: a belt that slips, a fan that speeds up."""
+
+    name = "chirp"
+    columns, places = 2, 5000
+
+    def __init__(self, size: float, hz: float, hz_s: float, phase_rad: float) -> None:
+        """From ``hz`` on by ``hz_s``."""
+        super().__init__(size)
+        self.hz, self.hz_s, self.phase_rad = hz, hz_s, phase_rad
+
+    @classmethod
+    def drawn(cls, random: Random, length_s: float, sigma_arcsec: float) -> Chirp:
+        """1 to 4 σ; from 8 to 20 periods' pace to three times that."""
+        hz = random.uniform(8, 20) / length_s
+        size = sigma_arcsec * log_uniform(random, 1.0, 4.0)
+        return cls(size, hz, 2 * hz / length_s, random.uniform(0, 2 * np.pi))
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """a·cos(2π(f + kt/2)t + φ)."""
+        time_s = at.time_s - at.time_s[0]
+        phase = 2 * np.pi * (self.hz + self.hz_s * time_s / 2) * time_s + self.phase_rad
+        found: Float = self.size * ARCSEC * np.cos(phase)
+        return found
+
+
+class ReferenceJump(Stranger):
+    """The stand of the reference was knocked: all that follows is off by the same."""
+
+    name = "reference_jump"
+    places = 500
+
+    def __init__(self, size: float, instant_s: float) -> None:
+        """``size``: of the jump."""
+        super().__init__(size)
+        self.instant_s = instant_s
+
+    def reference_rad(self, at: Conditions, error_rad: Float) -> Float:
+        """A step."""
+        found: Float = self.size * ARCSEC * (at.time_s >= self.instant_s)
+        return found
+
+
+class TimeDrift(Stranger):
+    """The bracket of head 2 creeps evenly in time, at any temperature."""
+
+    name = "head_creep"
+    unit = "arcsec/h"
+
+    def bracket_rad(self, at: Conditions, head: int) -> Float | float:
+        """In proportion to time."""
+        if head != 2:
+            return 0.0
+        return self.size * ARCSEC / 3600 * at.time_s

@@ -1,0 +1,159 @@
+"""Where the table is and under which conditions, row by row: sweeps and stations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.floating[Any]]
+Integer = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Arrays (rows,) of what a cause may depend on."""
+
+    time_s: Float
+    """Of the session."""
+    turned_rad: Float
+    """True angle of the table, unwrapped over the session."""
+    speed_rad_s: Float
+    """With its sign; 0 at standstill."""
+    direction: Float
+    """+1 or −1: from where the angle is approached."""
+    warming_k: Float
+    """Temperature above that at which the table is right."""
+    run: Integer
+    station: Integer
+    """Number of the station, or −1 on the move."""
+
+    @property
+    def rows(self) -> int:
+        """How many."""
+        return self.time_s.size
+
+    def moved(self, by_rad: Float) -> Conditions:
+        """The same with the table elsewhere by so much."""
+        return replace(self, turned_rad=self.turned_rad + by_rad)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """One run on the move: θ(t) = begin + ω·t + a·t²/2 + ripple, and a temperature in time."""
+
+    number: int
+    begin_s: float
+    begin_rad: float
+    speed_rad_s: float
+    """Signed."""
+    time_s: Float
+    """Of the rows, from the run's start."""
+    acceleration_rad_s2: float = 0.0
+    ripple_rad: float = 0.0
+    ripple_hz: float = 0.0
+    warming_k: float = 0.0
+    warming_k_s: float = 0.0
+
+    def conditions(self, time_s: Float) -> Conditions:
+        """The conditions at instants of the run."""
+        beat = 2 * np.pi * self.ripple_hz
+        turned = self.begin_rad + self.speed_rad_s * time_s
+        turned = turned + self.acceleration_rad_s2 * time_s**2 / 2
+        turned = turned + self.ripple_rad * np.sin(beat * time_s)
+        speed = self.speed_rad_s + self.acceleration_rad_s2 * time_s
+        rows = time_s.size
+        return Conditions(
+            time_s=self.begin_s + time_s,
+            turned_rad=turned,
+            speed_rad_s=speed + self.ripple_rad * beat * np.cos(beat * time_s),
+            direction=np.full(rows, np.sign(self.speed_rad_s)),
+            warming_k=self.warming_k + self.warming_k_s * time_s,
+            run=np.full(rows, self.number),
+            station=np.full(rows, -1),
+        )
+
+    @property
+    def end_s(self) -> float:
+        """Of the session, one step after the last row."""
+        return self.begin_s + 2 * float(self.time_s[-1]) - float(self.time_s[-2])
+
+    @property
+    def end_rad(self) -> float:
+        """Where the table is then."""
+        last = np.array([self.end_s - self.begin_s])
+        return float(self.conditions(last).turned_rad[0])
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Visits of stations at standstill, in the order of time."""
+
+    at: Conditions
+    cycle: Integer
+
+
+def sweeps(
+    speeds_rad_s: list[float], rows: int, turns: float, warming_k: list[float] | None = None
+) -> list[Sweep]:
+    """Runs one after another, each from where the one before has ended, a minute between them.
+
+    Each has ``rows`` rows over ``turns`` turns. ``warming_k``: of each run, constant in it.
+    """
+    found: list[Sweep] = []
+    begin_s, begin_rad = 0.0, 0.1
+    for number, speed in enumerate(speeds_rad_s):
+        seconds = turns * 2 * np.pi / abs(speed)
+        found.append(
+            Sweep(
+                number,
+                begin_s,
+                begin_rad,
+                speed,
+                np.arange(rows) * (seconds / rows),
+                warming_k=0.0 if warming_k is None else warming_k[number],
+            )
+        )
+        begin_s, begin_rad = found[-1].end_s + 60.0, found[-1].end_rad
+    return found
+
+
+def stations(
+    targets_rad: Float,
+    cycles: int,
+    both_ways: bool,
+    seconds_a_station: float = 5.0,
+    begin_s: float = 0.0,
+) -> Stations:
+    """Every target in turn up, in every cycle; ``both_ways``: and down again.
+
+    Each direction's pass is a run. The temperature is constant.
+    """
+    turned: list[Float] = []
+    direction: list[Float] = []
+    number: list[Integer] = []
+    cycle: list[Integer] = []
+    run: list[Integer] = []
+    for turn in range(cycles):
+        for way in (1, -1) if both_ways else (1,):
+            order = np.arange(targets_rad.size)[:: 1 if way > 0 else -1]
+            # Up and up again goes on over the turn; up and down comes back to where it began.
+            over = 0.0 if both_ways else 2 * np.pi * turn
+            turned.append(targets_rad[order] + over)
+            direction.append(np.full(order.size, float(way)))
+            number.append(order)
+            cycle.append(np.full(order.size, turn))
+            run.append(np.full(order.size, len(run)))
+    rows = sum(part.size for part in turned)
+    at = Conditions(
+        time_s=begin_s + seconds_a_station * np.arange(rows),
+        turned_rad=np.concatenate(turned),
+        speed_rad_s=np.zeros(rows),
+        direction=np.concatenate(direction),
+        warming_k=np.zeros(rows),
+        run=np.concatenate(run),
+        station=np.concatenate(number),
+    )
+    return Stations(at, np.concatenate(cycle))

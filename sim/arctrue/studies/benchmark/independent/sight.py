@@ -1,0 +1,138 @@
+"""What an oracle sees of a cause: its projected error over the noise by which rows were drawn.
+
+The oracle knows each cause's exact form and all others, the noise process and the index's scatter.
+Beside them it fits 20 orders of the disc, an offset a run and a zero of the reference, and pays
+for its search of an order, a frequency or an instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
+from arctrue.studies.benchmark.independent.causes.cause import Cause
+from arctrue.studies.benchmark.independent.noise import NoiseProcess
+
+Float = NDArray[np.floating[Any]]
+BASE_ORDERS = 20
+FALSE_ALARM, POWER = 0.01, 0.95
+"""As the benchmark states them for every generator."""
+DEPENDENT = 1e-8
+"""Singular values of the scaled base below this share of the largest are no column of their own."""
+EXACT_INDEX_ARCSEC = 1e-6
+"""An index that repeats exactly holds the offset of a run at zero."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Rows of one file as the oracle takes them."""
+
+    name: str
+    angle_rad: Float
+    """Of head 1, or the target."""
+    time_s: Float
+    noise: NoiseProcess
+    run: NDArray[np.int64] | None
+    """Of a capture; None: a reference."""
+    kept: NDArray[np.int64]
+    """Which rows of the exact signal were kept."""
+    separation_rad: float = 0.0
+
+    def base(self) -> Float:
+        """Orders 1 to 20 as this channel shows them, (n, 40)."""
+        here = _waves(self.angle_rad)
+        if self.run is None:
+            return here
+        return _waves(self.angle_rad + self.separation_rad) - here
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What the oracle makes of one cause."""
+
+    noncentrality: float
+    """Square of what no base column and no other cause absorbs, over the noise."""
+    needed: float
+    """At which the cause is found in 95 % of such sets at a false alarm of 1 %."""
+    rms_arcsec: float
+    """The largest channel's RMS of what the base leaves of it; offsets of runs included."""
+
+
+@cache
+def needed_noncentrality(columns: int, places: int) -> float:
+    """λ at which a noncentral χ² with ``columns`` passes the threshold with POWER."""
+    threshold = chi2.isf(FALSE_ALARM / places, columns)
+    return float(brentq(lambda value: ncx2.sf(threshold, columns, value) - POWER, 1e-3, 1e5))
+
+
+def look(
+    channels: Sequence[Channel],
+    alone: Sequence[Mapping[str, Float]],
+    causes: Sequence[Cause],
+    index_arcsec: float,
+) -> list[Sight]:
+    """A sight of each cause; ``alone``: what it shows by channel."""
+    if not causes:
+        return []
+    bases = [_base(channel, channels) for channel in channels]
+    signals = [
+        np.column_stack([signal[channel.name][channel.kept] for signal in alone])
+        for channel in channels
+    ]
+    white = [
+        channel.noise.whiten(np.column_stack([base, signal]), channel.time_s)
+        for channel, base, signal in zip(channels, bases, signals, strict=True)
+    ]
+    width, runs = bases[0].shape[1], _runs(channels)
+    held = np.zeros((runs, width + len(causes)))
+    held[:, 2 * BASE_ORDERS : 2 * BASE_ORDERS + runs] = np.eye(runs) / max(
+        index_arcsec, EXACT_INDEX_ARCSEC
+    )
+    rows = np.concatenate([*white, held])
+    found = []
+    for number, cause in enumerate(causes):
+        others = [width + place for place in range(len(causes)) if place != number]
+        nuisance = rows[:, [*range(width), *others]]
+        scale = np.linalg.norm(nuisance, axis=0)
+        scale[scale == 0] = 1.0
+        signal = rows[:, width + number]
+        absorbed = np.linalg.lstsq(nuisance / scale, signal, rcond=DEPENDENT)[0] / scale
+        left = signal - nuisance @ absorbed
+        moved = [0.0]
+        for base, plain in zip(bases, signals, strict=True):
+            rest = plain[:, number] - base @ absorbed[:width]
+            moved.append(float(np.sqrt(np.mean(rest**2))))
+        offsets = absorbed[2 * BASE_ORDERS : 2 * BASE_ORDERS + runs]
+        if runs:
+            moved.append(float(np.sqrt(np.mean(offsets**2))))
+        found.append(
+            Sight(float(left @ left), needed_noncentrality(cause.columns, cause.places), max(moved))
+        )
+    return found
+
+
+def _runs(channels: Sequence[Channel]) -> int:
+    return sum(int(item.run.max()) + 1 for item in channels if item.run is not None)
+
+
+def _base(channel: Channel, channels: Sequence[Channel]) -> Float:
+    """Orders, offset of each run, zero of the reference: (n, 40 + runs + 1)."""
+    runs, rows = _runs(channels), channel.angle_rad.size
+    offsets = np.zeros((rows, runs + 1))
+    if channel.run is None:
+        offsets[:, runs] = 1.0
+    else:
+        offsets[np.arange(rows), channel.run] = 1.0
+    return np.column_stack([channel.base(), offsets])
+
+
+def _waves(angle_rad: Float) -> Float:
+    phase = angle_rad[:, None] * np.arange(1, BASE_ORDERS + 1)
+    return np.column_stack([np.cos(phase), np.sin(phase)])

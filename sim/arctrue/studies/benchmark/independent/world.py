@@ -1,0 +1,42 @@
+"""The worlds of the second generator: every file of ``worlds`` is one, found by a scan."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from arctrue.studies.benchmark.independent import worlds as folder
+from arctrue.studies.benchmark.independent.scene import Scene
+
+Draw = Callable[[np.random.Generator, bool, int], Scene]
+NOTHING, HIDDEN = "nothing", "hidden"
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """One kind of set."""
+
+    name: str
+    told: str
+    """What is measured in it, and what may be hidden: the first paragraph of its file."""
+    draw: Draw
+    """From a random generator, whether anything is hidden, and the most rows a run or a log."""
+    contents: tuple[str, ...]
+    """Which contents it has."""
+
+
+@cache
+def independent_worlds() -> dict[str, World]:
+    """Every world by the name of its file, in alphabetical order."""
+    found = {}
+    for item in pkgutil.iter_modules(folder.__path__):
+        module = importlib.import_module(f"{folder.__name__}.{item.name}")
+        told = " ".join((module.__doc__ or "").split("\n\n")[0].split())
+        contents = getattr(module, "CONTENTS", (NOTHING, HIDDEN))
+        found[item.name] = World(item.name, told, module.draw, contents)
+    return dict(sorted(found.items()))

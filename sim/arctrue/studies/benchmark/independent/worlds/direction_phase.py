@@ -1,0 +1,41 @@
+"""A drive's wave whose phase is another one on the way back: stiction, a tooth's other flank."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from arctrue.studies.benchmark.independent.causes.cause import log_uniform
+from arctrue.studies.benchmark.independent.causes.reference import AngleLine
+from arctrue.studies.benchmark.independent.conditions import sweeps
+from arctrue.studies.benchmark.independent.geometry import any_disc
+from arctrue.studies.benchmark.independent.noise import any_noise
+from arctrue.studies.benchmark.independent.scene import Accepted, Scene
+
+
+def draw(random: np.random.Generator, hidden: bool, rows: int) -> Scene:
+    """A scene of this world: a log of a turn up and a turn down, twice."""
+    speed = float(np.radians(1.0))
+    passes = sweeps([speed, -speed, speed, -speed], rows, 1.0)
+    order = int(random.integers(30, 140))
+    sigma = float(random.uniform(0.1, 1.0))
+    forth = random.uniform(0, 2 * np.pi)
+    back = forth + random.uniform(0.3, np.pi) * float(random.choice([-1, 1]))
+    stated = bool(random.random() < 0.5)
+    cause = AngleLine(sigma * log_uniform(random, 1.0, 20.0), float(order), forth, back)
+    step_s = float(passes[0].time_s[1])
+    return Scene(
+        any_disc(random),
+        causes=[cause] if hidden else [],
+        passes=passes,
+        reference_noise=any_noise(random, sigma, passes[-1].end_s, step_s),
+        table={"drive_gear_teeth": float(order)} if stated else {},
+        temperature=False,
+        columns=("run", "time_s", "direction"),
+        accepted=Accepted(
+            # The catalogue has the order, not its phase's dependence on direction.
+            names=("drive_gear_error", "high_order_graduation")
+            if stated
+            else ("high_order_graduation",),
+            verdicts=("unknown",),
+        ),
+    )

@@ -1,0 +1,34 @@
+"""What each effect would leave if it were added to the model, as ``arctrue add`` adds it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.inference.added import added, settled
+from arctrue.workbench.inference.left import Left, left_by
+from arctrue.workbench.inference.solution import Solution
+
+
+@dataclass(frozen=True, eq=False)
+class Adding:
+    """The model of ``base``, a fit of its terms, with one effect more; each is added once."""
+
+    base: Solution
+    effects: Mapping[str, type[Effect]]
+    found: dict[str, Left | None] = field(default_factory=dict)
+
+    @cached_property
+    def before(self) -> Left:
+        """What the model leaves without."""
+        return left_by(settled(self.base))
+
+    def after(self, name: str) -> Left | None:
+        """What it leaves with the effect of this name; None where that cannot be added."""
+        if name not in self.found:
+            kind = self.effects.get(name)
+            solution = None if kind is None else added(kind(), self.base)
+            self.found[name] = None if solution is None else left_by(solution)
+        return self.found[name]

@@ -1,0 +1,59 @@
+"""An effect added to a model: what ``arctrue add`` does, and what a diagnosis promises of it."""
+
+from __future__ import annotations
+
+from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.design_matrix import Term
+from arctrue.workbench.inference.every_row import on_every_row
+from arctrue.workbench.inference.fit import fit
+from arctrue.workbench.inference.likelihood_ratio import evidence, restricted_likelihood
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.search import places_of
+from arctrue.workbench.inference.search_parameters import refined
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.fit import white_noise
+
+
+def settled(solution: Solution) -> Solution:
+    """A fit as the ladder shows it: searches refined, every row used."""
+    return on_every_row(refined(solution))
+
+
+def added(effect: Effect, base: Solution) -> Solution | None:
+    """The model of ``base`` with one effect more, noise and coefficients estimated anew.
+
+    ``base`` is a fit of its terms; None where the search finds no place.
+    """
+    place: Nonlinear | None = {}
+    if effect.search:
+        place = likeliest_place(effect, Residuals(base))
+    if place is None:
+        return None
+    # As a model file has it: floats in a dictionary.
+    return settled(fit([*base.terms, Term(effect, dict(place))], base.observations))
+
+
+def likeliest_place(effect: Effect, residuals: Residuals) -> Nonlinear | None:
+    """Search parameters that make the data likeliest, the noise estimated anew beside each.
+
+    Noise that was estimated without the effect can have swallowed it: lost counts look like slow
+    noise. So the best place under that noise is compared with the best under its white part alone.
+    """
+    base = residuals.solution
+    noise = base.noise
+    white = white_noise(
+        base.observations,
+        (
+            None if noise.capture is None else noise.capture.white_rms_arcsec or None,
+            None if noise.reference is None else noise.reference.white_rms_arcsec or None,
+        ),
+    )
+    places = [
+        place.nonlinear
+        for seen in (residuals, Residuals(fit(base.terms, base.observations, noise=white)))
+        for place in places_of(effect, seen)[:1]
+    ]
+    if len(places) < 2 or places[0] == places[1]:
+        return places[0] if places else None
+    null = restricted_likelihood(residuals)
+    return max(places, key=lambda place: evidence(residuals, null, effect, place).gain)

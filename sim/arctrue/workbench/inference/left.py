@@ -1,0 +1,65 @@
+"""What a model leaves of a set: the one place where *left* and *held out* are worked out.
+
+Ladder, diagnosis, comparison, page and report show these figures and no others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from arctrue.workbench.inference.every_row import channel_figures
+from arctrue.workbench.inference.held_out import HeldOut, Improvement, falls, held_out
+from arctrue.workbench.inference.solution import Solution
+from arctrue.workbench.noise.repeats import row_noise_arcsec
+
+CHANNELS = ("capture", "reference")
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """Figures of a fitted model by channel; a channel that the set lacks is left out."""
+
+    rms_arcsec: Mapping[str, float]
+    """*Left*: RMS of the residual over every row that is used."""
+    peak_arcsec: Mapping[str, float]
+    heldout_rms_arcsec: Mapping[str, float]
+    """*Held out*: RMS over all rows, each predicted by a fit without it (:func:`held_out`)."""
+    noise_arcsec: Mapping[str, float]
+    """Scatter of the repeats (:func:`row_noise_arcsec`)."""
+    held_out: HeldOut
+    solution: Solution
+
+    def fall_from(self, before: Left) -> dict[str, Improvement]:
+        """By how much *held out* fell, by channel, both weighted with the noise of this model."""
+        return falls(before.held_out, self.held_out, self.solution.noise)
+
+    def rises_above(self, before: Left, tolerance: float) -> list[str]:
+        """Channels in which more is left than ``before`` by more than this share."""
+        return [
+            channel
+            for channel, value in self.rms_arcsec.items()
+            if value > (1.0 + tolerance) * before.rms_arcsec.get(channel, value)
+        ]
+
+
+def left_by(solution: Solution) -> Left:
+    """What a solution leaves, fitted and held out, beside the noise of the repeats."""
+    unseen = held_out(solution.terms, solution.observations, solution.context, solution.noise)
+    rms: dict[str, float] = {}
+    peak: dict[str, float] = {}
+    noise: dict[str, float] = {}
+    apart: dict[str, float] = {}
+    residuals = solution.capture_residual_arcsec(), solution.reference_residual_arcsec()
+    unseen_rms = unseen.capture_rms_arcsec, unseen.reference_rms_arcsec
+    for channel, values, of_unseen in zip(CHANNELS, residuals, unseen_rms, strict=True):
+        figures = channel_figures(solution, channel)
+        if figures is None or values is None:
+            continue
+        rms[channel], peak[channel] = figures.rms_arcsec, figures.peak_arcsec
+        noise[channel] = row_noise_arcsec(
+            solution.observations, values, channel, figures.rms_arcsec
+        )
+        if of_unseen is not None:
+            apart[channel] = of_unseen
+    return Left(rms, peak, apart, noise, unseen, solution)

@@ -1,0 +1,89 @@
+"""The model of the mean against its equation in exact numbers, and against what the mean is for."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
+from arctrue.gateware.weighted_mean import TERM_LSB_COUNTS, weighted_mean, whole_readings
+
+COUNTS = 2**24
+PLACES_DEG = np.array([0.0, 33.0, 162.5, 300.5])
+
+
+def mean_angle(angles: np.ndarray, mean: MeanSet, counts: int) -> np.ndarray:
+    """θ with E = 0, counts: the carrier's whole reading less the term."""
+    whole = whole_readings(angles, mean, counts)
+    return whole[:, mean.carrier - 1] - weighted_mean(whole, mean, counts).term * TERM_LSB_COUNTS
+
+
+def weights_for(places_deg: np.ndarray) -> tuple[int, ...]:
+    """Σw = 1, Σw·e^{jβ} = 0 with the least Σw², rounded; the first takes what rounding leaves."""
+    places = np.radians(places_deg)
+    rows = np.array([np.ones(places.size), np.cos(places), np.sin(places)])
+    words = np.rint(np.linalg.pinv(rows) @ [1.0, 0.0, 0.0] * WEIGHT_ONE).astype(int)
+    words[0] += WEIGHT_ONE - words.sum()
+    return tuple(words.tolist())
+
+
+@pytest.mark.parametrize("carrier", [1, 2, 3, 4])
+def test_it_is_the_weighted_mean_of_the_readings(carrier: int) -> None:
+    """Exactly, in fractions: the term leaves no rounding."""
+    rng = np.random.default_rng(carrier)
+    mean = MeanSet((20000, 45536, -30000, 30000), (3, 1600 * 16 + 5, 15, 4097 * 16), carrier)
+    true = rng.integers(2000, COUNTS - 9000, 500)
+    angles = true[:, np.newaxis] + rng.integers(-900, 900, (500, 4))
+    found = mean_angle(angles, mean, COUNTS)
+    for row, theta in zip(angles.tolist(), found.tolist(), strict=True):
+        expected = sum(
+            Fraction(weight, WEIGHT_ONE) * (reading - Fraction(offset, 16))
+            for weight, reading, offset in zip(mean.weights, row, mean.offsets, strict=True)
+        )
+        away = (Fraction(theta) - expected) % COUNTS
+        assert away == 0
+
+
+def test_the_same_angle_for_every_carrier_over_the_turns_end() -> None:
+    """Readings of a turn that ends between the heads: no carrier sees a step."""
+    weights, offsets = (16384,) * 4, (8, 777 * 16, 5, 16 * (COUNTS - 900) + 9)
+    true = np.arange(-3000, 3000, 7)
+    whole = np.array(offsets) // 16
+    angles = (true[:, np.newaxis] + whole + np.array([0, 40, -25, 700])) % COUNTS
+    found = [mean_angle(angles, MeanSet(weights, offsets, s), COUNTS) for s in (1, 2, 3, 4)]
+    expected = true + (0 + 40 - 25 + 700) / 4 - (8 + 0 + 5 + 9) / 64
+    for theta in found:
+        away = (theta - expected + COUNTS / 2) % COUNTS - COUNTS / 2
+        assert np.abs(away).max() == 0.0
+
+
+def test_a_translation_of_the_axis_is_not_in_the_mean() -> None:
+    """Heads at 0/33/162.5/300.5°, an axis moved by 2 µm at 52 mm radius: 5.4″ of head 1 and more.
+
+    Left: one count of rounding a head, weighted, and the rounding of the weights (2⁻¹⁷ of the
+    motion each).
+    """
+    weights = weights_for(PLACES_DEG)
+    mean = MeanSet(weights, (0,) * 4)
+    turn = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
+    motion_counts = 2e-6 / 52e-3 / (2.0 * np.pi) * COUNTS
+    places = np.radians(PLACES_DEG)
+    moved = motion_counts * np.sin(3.0 * turn[:, np.newaxis] + 0.3 - places)
+    true = np.arange(2000) * (COUNTS // 4000) + COUNTS // 8
+    angles = np.rint(true[:, np.newaxis] + moved).astype(int)
+    left = mean_angle(angles, mean, COUNTS) - true
+    bound = sum(abs(w) for w in weights) / WEIGHT_ONE * 0.5 + 4 * 2**-17 * motion_counts
+    assert np.abs(left).max() <= bound
+    assert np.abs(angles[:, 0] - true).max() > 60 * bound, "and head 1 alone is wrong by the motion"
+
+
+def test_a_difference_beyond_the_format_is_limited_and_said() -> None:
+    mean = MeanSet((32768, 32768), (0, 0))
+    readings = np.array([[0, 65_535], [0, 65_536], [65_536, 0], [65_537, 0]])
+    found = weighted_mean(readings, mean, COUNTS)
+    assert found.limited.tolist() == [False, True, False, True]
+    assert (found.term * TERM_LSB_COUNTS).tolist() == [-32767.5, -32767.96875, 32768.0, 32768.0]
+    unused = MeanSet((65536, 0), (0, 0), 1, 2)
+    assert not weighted_mean(readings, unused, COUNTS).limited.any()

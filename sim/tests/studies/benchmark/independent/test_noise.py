@@ -1,0 +1,137 @@
+"""The noise processes of the second generator, against their covariances written out in full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from arctrue.studies.benchmark.independent.noise import (
+    DrivenOscillator,
+    FlickerNoise,
+    NoiseProcess,
+    RandomWalk,
+    Relaxation,
+    StateNoise,
+)
+
+WHITE = 0.3
+UNEVEN_S = np.cumsum(np.random.default_rng(1).uniform(0.2, 1.5, 60))
+EXACT = 1e-8
+"""Relative; a Kalman filter over 60 rows in double precision."""
+DRAWS = 4_000
+FOUR_SIGMA = 4 * np.sqrt(2 / DRAWS)
+"""Of an empirical variance over its expectation."""
+
+
+def lags(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.abs(time_s[:, None] - time_s[None, :])
+
+
+def relaxation(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    return 0.5**2 * np.exp(-lags(time_s) / 7.0)
+
+
+def walk(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    begun = time_s - time_s[0]
+    return 0.2**2 * np.minimum(begun[:, None], begun[None, :])
+
+
+def oscillator(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """σ²·exp(−γt)·(cos ω₁t + γ/ω₁·sin ω₁t), the textbook's, with ω₁² = ω₀² − γ²."""
+    natural = 2 * np.pi * 0.15
+    damping = natural / (2 * 4.0)
+    rate = np.sqrt(natural**2 - damping**2)
+    lag = lags(time_s)
+    shape = np.cos(rate * lag) + damping / rate * np.sin(rate * lag)
+    return 0.4**2 * np.exp(-damping * lag) * shape
+
+
+STATES = (Relaxation(0.5, 7.0), RandomWalk(0.2), DrivenOscillator(0.4, 0.15, 4.0))
+COVARIANCES: tuple[Callable[[NDArray[np.float64]], NDArray[np.float64]], ...] = (
+    relaxation,
+    walk,
+    oscillator,
+)
+
+
+@pytest.mark.parametrize("chosen", [(0,), (1,), (2,), (0, 1), (0, 1, 2)])
+def test_whitening_is_the_inverse_cholesky_factor_of_the_covariance(chosen: tuple[int]) -> None:
+    noise = StateNoise(WHITE, tuple(STATES[place] for place in chosen))
+    covariance = WHITE**2 * np.eye(UNEVEN_S.size)
+    covariance += sum(COVARIANCES[place](UNEVEN_S) for place in chosen)
+    columns = np.random.default_rng(2).standard_normal((UNEVEN_S.size, 3))
+    expected = np.linalg.solve(np.linalg.cholesky(covariance), columns)
+    np.testing.assert_allclose(noise.whiten(columns, UNEVEN_S), expected, rtol=EXACT, atol=EXACT)
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_draws_have_the_stated_covariance(place: int) -> None:
+    noise = StateNoise(WHITE, (STATES[place],))
+    random = np.random.default_rng(3)
+    time_s = UNEVEN_S[:12]
+    drawn = np.array([noise.draw(random, time_s) for _ in range(DRAWS)])
+    expected = WHITE**2 * np.eye(time_s.size) + COVARIANCES[place](time_s)
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    found = drawn.T @ drawn / DRAWS
+    assert np.max(np.abs(found - expected) / scale) < 1.5 * FOUR_SIGMA  # the largest of 78
+
+
+def test_flicker_noise_is_whitened_by_the_inverse_of_its_impulse_response() -> None:
+    noise = FlickerNoise(0.2, 0.8)
+    rows = np.arange(40)
+    response = np.ones(40)
+    for at in rows[1:]:
+        response[at] = response[at - 1] * (at - 1 + 0.4) / at
+    factor = 0.2 * np.array([[response[i - j] if i >= j else 0.0 for j in rows] for i in rows])
+    columns = np.random.default_rng(4).standard_normal((40, 2))
+    expected = np.linalg.solve(factor, columns)
+    np.testing.assert_allclose(noise.whiten(columns, rows * 1.0), expected, rtol=0, atol=1e-9)
+
+
+def test_flicker_noise_falls_as_one_over_f() -> None:
+    """Averaged periodograms over two decades: the slope of log power against log frequency."""
+    noise, random = FlickerNoise(1.0, 1.0), np.random.default_rng(5)
+    time_s = np.arange(4096.0)
+    power = np.zeros(2049)
+    for _ in range(40):
+        power += np.abs(np.fft.rfft(noise.draw(random, time_s) * np.hanning(4096))) ** 2
+    at = np.arange(8, 400)
+    slope = np.polyfit(np.log(at), np.log(power[at]), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.08)  # 0.02 by chance, and the window's leakage
+
+
+def test_heavy_tails_keep_their_standard_deviation_and_tell_more_than_it_says() -> None:
+    """Fisher's information of a shift, integrated numerically over the density of Student's t."""
+    from scipy.stats import t
+
+    noise = StateNoise(0.3, (), 4.0)
+    drawn = noise.draw(np.random.default_rng(6), np.arange(400_000.0))
+    # The fourth moment is infinite at four degrees of freedom: the tolerance is by trial.
+    assert drawn.std() == pytest.approx(0.3, rel=0.03)
+    scale = 0.3 * np.sqrt(0.5)
+    x = np.linspace(-60, 60, 400_001) * scale
+    density = t.pdf(x, 4.0, scale=scale)
+    information = np.sum(np.gradient(density, x) ** 2 / density) * (x[1] - x[0])
+    whitened = noise.whiten(np.ones((1, 1)), np.zeros(1))[0, 0]
+    assert whitened**2 == pytest.approx(information, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [StateNoise(0.1, STATES[:1]), StateNoise(0.1, STATES[1:2]), FlickerNoise(0.1, 0.7)],
+)
+def test_scaling_and_stated_size(noise: NoiseProcess) -> None:
+    time_s = np.arange(300.0)
+    random = np.random.default_rng(7)
+    drawn = np.array([noise.draw(random, time_s) for _ in range(400)])
+    about = drawn - drawn.mean(axis=1, keepdims=True)
+    # A relaxation of 7 s and 1/f lose little by their mean over 300 s.
+    assert np.sqrt(np.mean(about**2)) == pytest.approx(noise.rms_arcsec(time_s), rel=0.1)
+    one = noise.whiten(drawn[:1].T, time_s)
+    np.testing.assert_allclose(noise.scaled(3.0).whiten(3 * drawn[:1].T, time_s), one)
+    assert np.all(
+        np.abs(noise.with_white(0.5).whiten(drawn[:1].T, time_s)).sum() < np.abs(one).sum()
+    )

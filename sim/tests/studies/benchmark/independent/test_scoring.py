@@ -1,0 +1,212 @@
+"""Sets of the second generator in plans, on the command line and in the scores."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from arctrue.cli import main
+from arctrue.studies.benchmark.independent.world import HIDDEN, NOTHING, independent_worlds
+from arctrue.studies.benchmark.outcome import Judged
+from arctrue.studies.benchmark.plan import (
+    CASES,
+    PlanError,
+    files_digest,
+    make_plan,
+    read_plan,
+)
+from arctrue.studies.benchmark.score import SCORES, scored
+from arctrue.studies.benchmark.sets import make_set
+from arctrue.studies.benchmark.worlds import WORLDS
+
+TASK = {"world": "mount_log", "content": HIDDEN, "seed": 7, "samples": 300}
+
+
+def line(hz: float, rms_arcsec: float) -> dict[str, Any]:
+    return {
+        "effect": "periodic_error",
+        "kind": "catalogue",
+        "parts": [],
+        "size": 1.0,
+        "unit": "arcsec",
+        "values": {"hz": [hz]},
+        "noncentrality": 1000.0,
+        "needed": 40.0,
+        "rms_arcsec": rms_arcsec,
+    }
+
+
+def judged(answer: dict[str, Any], *effects: dict[str, Any], **accepted: list[str]) -> Judged:
+    truth = {
+        "effects": list(effects),
+        "noise": [],
+        "told": [],
+        "accepted": accepted,
+        "resolution": {"hz": 0.001, "order": 1.0},
+        "floor_arcsec": {"reference": 0.1},
+    }
+    return Judged({**TASK, "subject": "x"}, truth, answer)
+
+
+def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
+    parameters = {} if hz is None else {"frequency": hz, "amplitude": 3.0}
+    return {"verdict": "named", "named": name, "parameters": parameters, **more}
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        (named("periodic_error", 0.1), "right"),
+        (named("periodic_error", 0.1014), "right"),
+        (named("periodic_error", 0.1016), "false name"),
+        (named("periodic_error"), "right"),
+        (named("vibration", 0.3), "right"),
+        (named("bearing_ball_pass", 0.1), "in class"),
+        (named("bearing_ball_pass", 0.2), "false name"),
+        (named("hysteresis"), "false name"),
+        ({"verdict": "ambiguous", "class": ["vibration", "hysteresis"]}, "first in class"),
+        ({"verdict": "ambiguous", "class": ["hysteresis", "vibration"]}, "in class"),
+        ({"verdict": "ambiguous", "class": ["hysteresis"]}, "class without it"),
+        ({"verdict": "unknown"}, "unknown, wrongly"),
+    ],
+)
+def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
+    answer: dict[str, Any], expected: str
+) -> None:
+    """Two lines, 0.1 and 0.3 Hz; places within 1.5 widths of resolution are the same."""
+    lines = (line(0.1, 2.0), line(0.3, 0.5))
+    found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
+    assert found.outcome == expected
+
+
+@pytest.mark.parametrize(
+    ("verdict", "expected"),
+    [
+        ({"verdict": "ambiguous", "class": ["hysteresis"]}, "left open, rightly"),
+        ({"verdict": "unknown"}, "unknown, rightly"),
+        ({"verdict": "cannot_tell"}, "cannot tell, rightly"),
+        ({"verdict": "adequate"}, "falsely adequate"),
+        (named("hysteresis"), "false name"),
+    ],
+)
+def test_a_design_that_cannot_tell_may_leave_it_open(
+    verdict: dict[str, Any], expected: str
+) -> None:
+    allowed = ["ambiguous", "unknown", "cannot_tell"]
+    assert judged(verdict, line(0.1, 2.0), verdicts=allowed).outcome == expected
+
+
+def test_what_is_allowed_for_something_is_not_for_nothing() -> None:
+    allowed = {"verdicts": ["ambiguous", "unknown"], "names": ["vibration"]}
+    assert judged({"verdict": "unknown"}, **allowed).outcome == "unknown, wrongly"
+    found = judged({"verdict": "ambiguous", "class": ["x"]}, **allowed)
+    assert found.outcome == "class without it"
+
+
+def test_probability_of_accepted_answers_counts_as_the_truth() -> None:
+    stated = {"periodic_error": 0.5, "vibration": 0.2, "unknown": 0.2, "none": 0.1}
+    answer = {**named("periodic_error"), "probability": stated}
+    found = judged(answer, line(0.1, 2.0), names=["vibration"], verdicts=["unknown"])
+    assert found.probability_of_truth() == pytest.approx(0.9)
+    assert judged(answer, line(0.1, 2.0)).probability_of_truth() == pytest.approx(0.5)
+
+
+def test_the_largest_line_is_to_be_named_first() -> None:
+    (score,) = (item for item in SCORES if item.name.startswith("the largest line"))
+    large, alike, small = line(0.1, 2.0), line(0.2, 1.7), line(0.3, 0.5)
+    sets = [
+        judged(named("periodic_error", 0.1), large, small),
+        judged(named("periodic_error", 0.3), large, small),
+        judged(named("periodic_error", 0.2), large, alike),
+        judged(named("periodic_error", 0.1), large),
+    ]
+    assert (score.of(sets).hits, score.of(sets).of) == (2, 3)
+
+
+def test_worlds_fail_by_the_lower_end_of_their_interval_and_generators_stand_apart() -> None:
+    """2 of 6 false is 4.3 … 77.7 % by Clopper and Pearson, 1 of 6 is 0.4 … 64.1 %."""
+    right, false = judged(named("periodic_error"), line(0.1, 2.0)), judged(named("hysteresis"))
+    sets = [right] * 4 + [false] * 2
+    assert scored(sets)["failed_worlds"] == ["mount_log"]
+    assert scored([right] * 5 + [false])["failed_worlds"] == []
+    first = replace(right, task={**right.task, "world": "white", "content": "one"})
+    found = scored([*sets, first])
+    assert found["generators"] == ["simulated", "independent"]
+    rates = found["rates"]["false name or falsely adequate"]
+    assert {name: (item["hits"], item["of"]) for name, item in rates.items()} == {
+        "all": (2, 7),
+        "simulated": (0, 1),
+        "independent": (2, 6),
+        "white": (0, 1),
+        "mount_log": (2, 6),
+    }
+
+
+def test_plans_of_the_second_generator_hold_every_world_and_nulls(tmp_path: Path) -> None:
+    plan = make_plan("quick", tmp_path, "independent", limit=48, seed=9)
+    assert read_plan(tmp_path) == plan
+    tasks = plan.tasks("arctrue")
+    assert len({task["seed"] for task in tasks}) == plan.sets == 48
+    contents = Counter((task["world"], task["content"]) for task in tasks)
+    for name, world in independent_worlds().items():
+        if world.contents == (NOTHING, HIDDEN):
+            assert (contents[name, NOTHING], contents[name, HIDDEN]) == (1, 2)
+        else:
+            assert contents[name, world.contents[0]] == 3
+    assert len(files_digest(("studies/benchmark/independent",))) == 16
+
+
+def test_a_fifth_of_both_is_of_the_second_generator(tmp_path: Path) -> None:
+    tasks = make_plan("quick", tmp_path, "both").tasks("arctrue")
+    worlds = [task["world"] for task in tasks]
+    assert len(tasks) == 60
+    assert sum(world in independent_worlds() for world in worlds) == 12
+    assert set(worlds) >= set(WORLDS)
+    # The first generator's sets are those of its own plan.
+    alone = make_plan("quick", tmp_path / "alone").tasks("arctrue")
+    assert [task for task in tasks if task["world"] in WORLDS] == alone[:48]
+
+
+@pytest.mark.parametrize(
+    ("tier", "change", "match"),
+    [
+        ("public", {"source": "independent"}, "are given"),
+        (CASES, {"limit": 3}, "are given"),
+        ("sealed", {"seed": 3}, "is drawn after"),
+    ],
+)
+def test_given_sets_and_drawn_seeds_cannot_be_chosen(
+    tier: str, change: dict[str, Any], match: str, tmp_path: Path
+) -> None:
+    with pytest.raises(PlanError, match=match):
+        make_plan(tier, tmp_path, **change)
+
+
+def test_a_set_is_made_again_by_its_command(tmp_path: Path) -> None:
+    made = make_set(TASK)
+    again = Judged({**TASK, "subject": "x"}, made.truth, {"verdict": "error"}).command()
+    done = CliRunner().invoke(main, again.replace("FOLDER", str(tmp_path / "set")).split()[1:])
+    assert done.exit_code == 0, done.output
+    truth = json.loads((tmp_path / "set.truth.json").read_text(encoding="utf-8"))
+    assert truth["effects"] == made.truth["effects"]
+
+
+def test_a_plan_is_made_run_and_scored_from_the_command_line(tmp_path: Path) -> None:
+    folder = str(tmp_path / "run")
+    arguments = ["make", folder, "--tier=quick", "--generator=independent", "--limit=3"]
+    for command in (
+        [*arguments, "--seed=4"],
+        ["run", folder, "--workers=1"],
+        ["score", folder, f"--json={tmp_path / 'score.json'}"],
+    ):
+        done = CliRunner().invoke(main, ["benchmark", *command])
+        assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "score.json").read_text(encoding="utf-8"))
+    assert (found["sets"], found["generators"]) == (3, ["independent"])
+    assert "calibration error" in done.output

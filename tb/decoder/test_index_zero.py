@@ -1,0 +1,7 @@
+"""index_zero in GHDL."""
+
+from tb.support.simulation import simulate
+
+
+def test_index_zero() -> None:
+    simulate("index_zero", "tb.decoder.index_zero_bench")
