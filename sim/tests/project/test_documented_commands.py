@@ -181,7 +181,7 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 PICTURES = {
     "alpha_maps.png": "docs/head-angle.md",
-    "blind.svg": "docs/blind.md",
+    "benchmark.svg": "docs/benchmark.md",
     "calibration_budget.svg": "docs/calibration-budget.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",
