@@ -12,7 +12,7 @@ PYTEST_OPTIONS ?=
 MUTATIONS ?=
 BOARD ?= pynq_z2
 ADAPTER ?= scripts/jtag/ft2232h.cfg
-BLIND ?=
+BENCHMARK_OPTIONS ?= $(BLIND)
 COVERAGE ?= tb
 TIER ?= dev
 SCALE ?= small
@@ -27,7 +27,7 @@ REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
 VHDL = $(shell find rtl tb -name '*.vhd' | sort)
 
-.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
+.PHONY: help setup generate demo test lint format docs firmware image flash flash-bitstream bitstream verify-bitstream instrument synth formal bench compare-lanes warming benchmark blind peers fuzz coverage-gateware coverage-firmware mutate site lock ci clean distclean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-17s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -129,16 +129,18 @@ warming: generate ## thermal eccentricity followed by the firmware alone (SCALE=
 	@scripts/install_ghdl_netlist.sh
 	$(VENV)/python -m scripts.warming $(SCALE)
 
-blind: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
+benchmark: generate ## the benchmark of the diagnosis, resumable (TIER=dev: 600 sets; quick, calibration, public, sealed, cases; SETS="--generator both --limit N"), and its page
 	@test -f build/benchmark/$(TIER)/plan.json || $(VENV)/arctrue benchmark make build/benchmark/$(TIER) --tier $(TIER) $(SETS)
-	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BLIND)
+	$(VENV)/arctrue benchmark run build/benchmark/$(TIER) $(BENCHMARK_OPTIONS)
 	$(VENV)/arctrue benchmark page build/benchmark/$(TIER) $(if $(wildcard build/benchmark/public/*/results*.jsonl),--peers build/benchmark/public) \
 	    --to build/benchmark/$(TIER)/page.md --out build/benchmark/$(TIER)
+
+blind: benchmark ## the former name of benchmark, for one release
 
 peers: generate ## simple rivals of the diagnosis, and it itself, on the 200 public sets, resumable
 	@test -f build/benchmark/public/plan.json || $(VENV)/arctrue benchmark make build/benchmark/public --tier public
 	for subject in periodogram_rule gaussian_process stepwise_bic arctrue; do \
-	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BLIND) || exit; done
+	    $(VENV)/arctrue benchmark run build/benchmark/public --subject $$subject $(BENCHMARK_OPTIONS) || exit; done
 
 fuzz: generate ## fuzz the firmware's console and its check of captures with clang (FUZZ_SECONDS=600)
 	@$(MAKE) -C firmware fuzz

@@ -10,11 +10,11 @@ import click
 from arctrue.base.whole_file import write_whole_text
 from arctrue.cli._campaign import CampaignBar, campaign_options, interruptible
 from arctrue.cli._group import Commands
+from arctrue.cli._loaded_set import console, for_people, write_json
 from arctrue.cli._numbers import SEED
 from arctrue.cli._outputs import OutputFile, OutputFolder
 from arctrue.cli._progress import Progress
 from arctrue.cli._terminal import tell_error
-from arctrue.cli._workbench import console, for_people, write_json
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.benchmark.answers import (
     judged_sets,

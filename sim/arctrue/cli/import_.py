@@ -13,12 +13,12 @@ import click
 
 from arctrue.base.printable import one_line
 from arctrue.cli._import_questions import Asker, all_open
+from arctrue.cli._loaded_set import console, for_people
 from arctrue.cli._numbers import Finite
 from arctrue.cli._outputs import OutputFolder
 from arctrue.cli._runs import print_runs
 from arctrue.cli._tables import table, words
 from arctrue.cli._terminal import note
-from arctrue.cli._workbench import console, for_people
 from arctrue.importing import (
     Ambiguous,
     AmbiguousError,

@@ -49,16 +49,16 @@ It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 
 for an order, a frequency or an instant paid for. What moves the prediction by less than half a
 count RMS does not count as visible.
 
-    make blind                                   # dev: 600 sets; TIER=quick, public, sealed, cases
-    make blind TIER=calibration                  # 180 sets: how often a sure answer is wrong
-    make blind TIER=sealed SETS="--generator both --limit 1500"   # a fifth of the second generator
+    make benchmark                                   # dev: 600 sets; TIER=quick, public, sealed, cases
+    make benchmark TIER=calibration                  # 180 sets: how often a sure answer is wrong
+    make benchmark TIER=sealed SETS="--generator both --limit 1500"   # a fifth of the second generator
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers
     arctrue benchmark bound FOLDER               # each effect at the size that is said to be found
     make peers                                   # the rivals on the 200 public sets: PUBLIC
     arctrue benchmark score FOLDER --keep        # its failures become cases, for TIER=cases
-    arctrue benchmark page FOLDER --peers PUBLIC --to docs/blind.md --out docs/images
+    arctrue benchmark page FOLDER --peers PUBLIC --to docs/benchmark.md --out docs/images
 
 Why a case fails stands as `looked_into` beside it in
 `sim/arctrue/studies/benchmark/cases.json`, and from there on this page. After a wanted change of

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from arctrue.cli import _workbench, main
+from arctrue.cli import _loaded_set, main
 from arctrue.measurement import write_measurement_set
 from arctrue.studies.simulate.experiment import short
 from arctrue.studies.simulate.simulated_set import simulate_set
@@ -40,7 +40,7 @@ ELSEWHERE = {
     "arctrue stop-and-go": ("a minute", "sim/tests/studies/stop_and_go/test_stop_and_go.py"),
     "arctrue paper": (INSTRUMENT, "sim/tests/studies/paper/test_experiment.py"),
     "arctrue hidden": (INSTRUMENT, "sim/tests/studies/hidden_effect/test_subdivision.py"),
-    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_look_report.py"),
+    "arctrue report": ("it ends in a page; read there", "sim/tests/report/test_analysis_report.py"),
     "arctrue serve": ("it serves until it is stopped", "sim/tests/page/test_browser.py"),
     "arctrue run": (INSTRUMENT, "sim/tests/studies/scenario/test_run.py"),
 }
@@ -158,7 +158,7 @@ INSTEAD = {"EFFECT": "hysteresis"}
 def test_commands_of_the_documents_run(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Word by word as they are printed, on small sets; a placeholder stands for one of them."""
     monkeypatch.chdir(place)
-    monkeypatch.setattr(_workbench.console, "width", 100)
+    monkeypatch.setattr(_loaded_set.console, "width", 100)
     for page, line in HERE:
         words = [INSTEAD.get(word, word) for word in shlex.split(line)[1:]]
         if words[0] == "add":
@@ -181,7 +181,7 @@ def test_the_example_of_a_wrong_name_says_what_the_page_says() -> None:
 
 PICTURES = {
     "alpha_maps.png": "docs/head-angle.md",
-    "blind.svg": "docs/blind.md",
+    "benchmark.svg": "docs/benchmark.md",
     "calibration_budget.svg": "docs/calibration-budget.md",
     "data_way.svg": "scripts/make_docs.py",
     "error_before_after.svg": "Makefile",

@@ -90,7 +90,7 @@ def test_a_missing_line_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    "page", ["tutorial", "own-effect", "real-data", "workbench", "effects", "blind"]
+    "page", ["tutorial", "own-effect", "real-data", "workbench", "effects", "benchmark"]
 )
 def test_links_and_pictures_are_there(page: str) -> None:
     import re

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from arctrue.report.story import angle_text, evidence_in_words
-from arctrue.report.view import View
+from arctrue.report.display import DisplaySettings
+from arctrue.report.sections import angle_text, evidence_in_words
 
 
 @pytest.mark.parametrize(
@@ -24,18 +24,18 @@ def test_evidence_says_how_rare_it_is(p_value: float, said: str) -> None:
 
 def test_angles_are_told_in_the_unit_of_the_reader() -> None:
     # 1″ is 4.848 µrad.
-    assert angle_text(View(), -1.0) == "−1.000″"
-    assert angle_text(View(unit="urad"), -1.0) == "−4.85 µrad"
-    assert angle_text(View(), None) == angle_text(View(), float("nan")) == "–"
+    assert angle_text(DisplaySettings(), -1.0) == "−1.000″"
+    assert angle_text(DisplaySettings(unit="urad"), -1.0) == "−4.85 µrad"
+    assert angle_text(DisplaySettings(), None) == angle_text(DisplaySettings(), float("nan")) == "–"
 
 
 def test_an_address_holds_the_view_and_nothing_else() -> None:
-    view = View.of_query(
+    display = DisplaySettings.of_query(
         {"unit": "urad", "along": "hz", "against": "temperature", "temperature": "21,5"}
     )
-    again = view.query()
+    again = display.query()
     assert again == "?unit=urad&against=temperature&along=hz&temperature=21.5"
-    nonsense = View.of_query({"unit": "furlong", "along": "x", "temperature": "nan"})
-    assert nonsense == View()
+    nonsense = DisplaySettings.of_query({"unit": "furlong", "along": "x", "temperature": "nan"})
+    assert nonsense == DisplaySettings()
     assert nonsense.query() == ""
-    assert view.query(unit="arcsec", along="order", against="", temperature_c=None) == ""
+    assert display.query(unit="arcsec", along="order", against="", temperature_c=None) == ""

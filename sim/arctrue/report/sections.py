@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from arctrue.base.percent import percent, probability_percent
 from arctrue.base.runs import run_spans
+from arctrue.report.analysis import Analysis
 from arctrue.report.charts.chart import URAD_PER_ARCSEC
-from arctrue.report.examined import Examined
+from arctrue.report.display import DisplaySettings, ranked_conditions
 from arctrue.report.ranking import Ranking
-from arctrue.report.view import View, ranked_conditions
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
 from arctrue.workbench.model.noise_floor import with_one_floor
@@ -32,7 +32,7 @@ CARDS, LEAST_CARDS = 6, 2
 LEAST_SHARE = 0.005
 """Probability from which a candidate has a card."""
 _SHOWN_SHARE = 0.005
-"""Shown as 1 % or more beside the name of a condition."""
+"""AmplitudeCurve as 1 % or more beside the name of a condition."""
 NAMED_P = 0.01
 """As in :mod:`arctrue.workbench.diagnose.diagnosis`: above it nothing is named."""
 
@@ -42,18 +42,18 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def angle_text(view: View, value: float | None, digits: int = 3) -> str:
+def angle_text(display: DisplaySettings, value: float | None, digits: int = 3) -> str:
     """A small angle in the reader's unit; an en dash where there is none."""
     if value is None or not math.isfinite(value):
         return "–"
-    if view.unit == "urad":
+    if display.unit == "urad":
         return f"{value * URAD_PER_ARCSEC:.{max(digits - 1, 1)}f} µrad".replace("-", "−")
     return f"{value:.{digits}f}″".replace("-", "−")
 
 
-def set_section(examined: Examined, ranking: Ranking | None) -> dict[str, Any]:
+def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
     """Runs, speeds, temperatures, faults, masked rows, and what the set cannot see."""
-    table = examined.measurement.table
+    table = analysis.measurement.table
     facts = [
         ("counts a turn", None if table.counts_per_rev is None else f"{table.counts_per_rev:,}"),
         ("grating lines", None if table.grating_lines is None else f"{table.grating_lines:,}"),
@@ -62,23 +62,23 @@ def set_section(examined: Examined, ranking: Ranking | None) -> dict[str, Any]:
             None if table.head_separation_deg is None else f"{table.head_separation_deg:g}°",
         ),
         ("teeth of the drive", table.drive_gear_teeth),
-        ("faces of the polygon", examined.observations.faces),
+        ("faces of the polygon", analysis.observations.faces),
     ]
     diagnosis = None if ranking is None else ranking["diagnosis"]
-    masked = examined.observations.masked
+    masked = analysis.observations.masked
     return {
         "facts": [(name, value) for name, value in facts if value is not None],
-        "channels": [_channel(examined, name) for name in examined.channels],
+        "channels": [_channel(analysis, name) for name in analysis.channels],
         "masked": len(masked),
         "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
-        "warnings": list(examined.measurement.warnings),
+        "warnings": list(analysis.measurement.warnings),
         "faults": None if diagnosis is None else diagnosis["data_faults"],
         "blind_orders": None if diagnosis is None else diagnosis["covers"]["blind_orders"],
     }
 
 
-def _channel(examined: Examined, channel: str) -> dict[str, Any]:
-    rows = examined.rows(channel)
+def _channel(analysis: Analysis, channel: str) -> dict[str, Any]:
+    rows = analysis.rows(channel)
     spans = run_spans(rows.run)
     runs = []
     for start, end in spans[:MOST_RUNS]:
@@ -95,7 +95,7 @@ def _channel(examined: Examined, channel: str) -> dict[str, Any]:
                 "seconds": None if rows.time_s is None else f"{np.ptp(rows.time_s[part]):.1f}",
             }
         )
-    whole = examined.observations.capture_rows if channel == "capture" else rows.run.size
+    whole = analysis.observations.capture_rows if channel == "capture" else rows.run.size
     return {"name": channel, "rows": f"{whole:,}", "runs": runs, "more": len(spans) - len(runs)}
 
 
@@ -110,10 +110,10 @@ def _signed(value: float, digits: int) -> str:
     return f"{value:+.{digits}f}".replace("-", "−")
 
 
-def model_section(examined: Examined, view: View) -> list[dict[str, Any]]:
+def model_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
     """Every effect of the model with its parameters; the last of its name can be dropped."""
     found = []
-    for entry in examined.model.effects:
+    for entry in analysis.model.effects:
         parameters = [
             {
                 "name": words(name),
@@ -129,7 +129,7 @@ def model_section(examined: Examined, view: View) -> list[dict[str, Any]]:
                 "words": words(entry.name),
                 "settings": entry.settings,
                 "parameters": parameters,
-                "can_be_dropped": len(examined.model.effects) > 1,
+                "can_be_dropped": len(analysis.model.effects) > 1,
             }
         )
     return found
@@ -139,32 +139,34 @@ def _unit(unit: str) -> str:
     return {"1": "", "arcsec": "″", "deg": "°"}.get(unit, unit.replace("arcsec", "″"))
 
 
-def channels_section(examined: Examined, view: View) -> list[dict[str, str]]:
+def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, str]]:
     """How far the model is from each channel."""
-    last = with_one_floor(examined.model.history)[-1]
+    last = with_one_floor(analysis.model.history)[-1]
     return [
         {
             "name": channel,
-            "rms": angle_text(view, last.rms_arcsec[channel]),
-            "peak": angle_text(view, last.peak_arcsec[channel]),
-            "held_out": angle_text(view, last.heldout_rms_arcsec.get(channel)),
-            "noise": angle_text(view, last.noise_arcsec.get(channel)),
+            "rms": angle_text(display, last.rms_arcsec[channel]),
+            "peak": angle_text(display, last.peak_arcsec[channel]),
+            "held_out": angle_text(display, last.heldout_rms_arcsec.get(channel)),
+            "noise": angle_text(display, last.noise_arcsec.get(channel)),
         }
-        for channel in examined.channels
+        for channel in analysis.channels
         if channel in last.rms_arcsec
     ]
 
 
-def where_section(examined: Examined, ranking: Ranking | None, view: View) -> dict[str, Any]:
+def where_section(
+    analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
+) -> dict[str, Any]:
     """The ranked conditions, the one that is drawn, and the findings in words."""
-    conditions = ranked_conditions(examined, ranking)
+    conditions = ranked_conditions(analysis, ranking)
     keys = [condition.key for condition, _ in conditions]
     return {
         "conditions": [
             {"key": item.key, "name": item.name, "share": percent(share)}
             for item, share in conditions
         ],
-        "against": view.against if view.against in keys else keys[0],
+        "against": display.against if display.against in keys else keys[0],
         "beyond_chance": bool(ranking and ranking["regressors"]),
         "judged": ranking is not None and ranking.get("whole", True),
         "some_share": any(share >= _SHOWN_SHARE for _, share in conditions),
@@ -184,7 +186,7 @@ def _lacking(ranking: Ranking | None) -> list[str]:
 
 
 def finding_section(
-    examined: Examined, ranking: Ranking | None, view: View
+    analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
     """The effect that is drawn, and over what it can be."""
     if ranking is None or ranking["finding"] is None or not ranking["finding"]["best"]:
@@ -195,13 +197,13 @@ def finding_section(
     return {
         "effect": words(found["effect"]),
         "added": found["added"],
-        "over": view.finding if view.finding in keys else found["best"],
+        "over": display.finding if display.finding in keys else found["best"],
         "conditions": [{"key": key, "name": names[key]} for key in keys],
     }
 
 
 def missing_section(
-    examined: Examined, ranking: Ranking | None, view: View
+    analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
 ) -> dict[str, Any] | None:
     """Verdict, cards, what was not tested and why; None before the diagnosis."""
     if ranking is None:
@@ -212,7 +214,7 @@ def missing_section(
         diagnosis["candidates"],
         key=lambda item: (-probability.get(item["effect"], 0.0), -item["delta_bic"]),
     )
-    cards = [_card(item, diagnosis, examined.effects, view) for item in candidates]
+    cards = [_card(item, diagnosis, analysis.effects, display) for item in candidates]
     worth = sum(card["in_class"] or card["share"] >= LEAST_SHARE for card in cards)
     shown = min(max(worth, LEAST_CARDS), CARDS)
     not_tested: dict[str, list[str]] = {}
@@ -236,7 +238,7 @@ def _card(
     item: Mapping[str, Any],
     diagnosis: Mapping[str, Any],
     effects: Mapping[str, type[Effect]],
-    view: View,
+    display: DisplaySettings,
 ) -> dict[str, Any]:
     name = item["effect"]
     effect = effects.get(name)
@@ -260,8 +262,8 @@ def _card(
         "held_out": [
             {
                 "channel": channel,
-                "before": angle_text(view, before[channel], 4),
-                "after": angle_text(view, after[channel], 4),
+                "before": angle_text(display, before[channel], 4),
+                "after": angle_text(display, after[channel], 4),
                 "rises": after[channel] > before[channel],
             }
             for channel in before
@@ -270,13 +272,13 @@ def _card(
         "left": [
             {
                 "channel": channel,
-                "before": angle_text(view, item["rms_before_arcsec"][channel], 4),
-                "after": angle_text(view, value, 4),
+                "before": angle_text(display, item["rms_before_arcsec"][channel], 4),
+                "after": angle_text(display, value, 4),
             }
             for channel, value in item["rms_after_arcsec"].items()
         ],
         "sizes": [
-            {"channel": channel, "size": angle_text(view, size)}
+            {"channel": channel, "size": angle_text(display, size)}
             for channel, size in item["size_arcsec"].items()
         ],
         "look_alikes": look_alikes,
@@ -314,10 +316,10 @@ def _round(value: float) -> int:
     return int(round(value / 10**digits) * 10**digits)
 
 
-def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:
+def ladder_section(analysis: Analysis, display: DisplaySettings) -> list[dict[str, Any]]:
     """A row a step and channel, as ``arctrue history`` prints it, with its date."""
     rows = []
-    for number, step in enumerate(with_one_floor(examined.model.history), start=1):
+    for number, step in enumerate(with_one_floor(analysis.model.history), start=1):
         for place, channel in enumerate(step.rms_arcsec):
             rows.append(
                 {
@@ -325,16 +327,16 @@ def ladder_section(examined: Examined, view: View) -> list[dict[str, Any]]:
                     "effect": words(step.effect) if place == 0 else "",
                     "date": step.date[:16].replace("T", " ") if place == 0 else "",
                     "channel": channel,
-                    "rms": angle_text(view, step.rms_arcsec[channel], 4),
-                    "held_out": angle_text(view, step.heldout_rms_arcsec.get(channel), 4),
-                    "peak": angle_text(view, step.peak_arcsec[channel]),
-                    "noise": angle_text(view, step.noise_arcsec.get(channel), 4),
+                    "rms": angle_text(display, step.rms_arcsec[channel], 4),
+                    "held_out": angle_text(display, step.heldout_rms_arcsec.get(channel), 4),
+                    "peak": angle_text(display, step.peak_arcsec[channel]),
+                    "noise": angle_text(display, step.noise_arcsec.get(channel), 4),
                 }
             )
     return rows
 
 
-def device_section(ranking: Ranking | None, view: View) -> dict[str, Any] | None:
+def device_section(ranking: Ranking | None, display: DisplaySettings) -> dict[str, Any] | None:
     """Lanes, what they leave out, and what speaks against them; None before it is known."""
     device = None if ranking is None else ranking["device"]
     if device is None or "refused" in device:
@@ -342,28 +344,30 @@ def device_section(ranking: Ranking | None, view: View) -> dict[str, Any] | None
     return {
         **device,
         "rows": [
-            {"order": order, "amplitude": angle_text(view, amplitude, 4)}
+            {"order": order, "amplitude": angle_text(display, amplitude, 4)}
             for order, amplitude in zip(device["orders"], device["amplitudes_arcsec"], strict=True)
         ],
     }
 
 
-def story(examined: Examined, ranking: Ranking | None, view: View) -> dict[str, Any]:
+def report_sections(
+    analysis: Analysis, ranking: Ranking | None, display: DisplaySettings
+) -> dict[str, Any]:
     """All sections."""
     return {
-        "title": examined.title,
-        "set": set_section(examined, ranking),
-        "model": model_section(examined, view),
-        "channels": channels_section(examined, view),
-        "where": where_section(examined, ranking, view),
-        "finding": finding_section(examined, ranking, view),
-        "missing": missing_section(examined, ranking, view),
-        "ladder": ladder_section(examined, view),
-        "device": device_section(ranking, view),
+        "title": analysis.title,
+        "set": set_section(analysis, ranking),
+        "model": model_section(analysis, display),
+        "channels": channels_section(analysis, display),
+        "where": where_section(analysis, ranking, display),
+        "finding": finding_section(analysis, ranking, display),
+        "missing": missing_section(analysis, ranking, display),
+        "ladder": ladder_section(analysis, display),
+        "device": device_section(ranking, display),
     }
 
 
-def addable(examined: Examined) -> Sequence[str]:
+def addable(analysis: Analysis) -> Sequence[str]:
     """Effects that ``add`` takes: those that are not there, and those with a search."""
-    absent = absent_effects(examined.effects, examined.model.names())
-    return [name for name, effect in examined.effects.items() if name in absent or effect.search]
+    absent = absent_effects(analysis.effects, analysis.model.names())
+    return [name for name, effect in analysis.effects.items() if name in absent or effect.search]

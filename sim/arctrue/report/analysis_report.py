@@ -1,4 +1,4 @@
-"""A look at a set and a model as one HTML file, and its figures as SVG and PNG."""
+"""An analysis of a set with a model as one HTML file, and its figures as SVG and PNG."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from markupsafe import Markup
 
 from arctrue.base.whole_file import write_whole_text
 from arctrue.measurement.digest import set_digest
+from arctrue.report.analysis import Analysis
 from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
-from arctrue.report.examined import Examined
+from arctrue.report.display import FIGURES, DisplaySettings, chart_of, ranked_conditions
 from arctrue.report.html_templates import html_environment
 from arctrue.report.ranking import Ranking
-from arctrue.report.story import story
-from arctrue.report.view import FIGURES, View, chart_of, ranked_conditions
+from arctrue.report.sections import report_sections
 
 PAGE = "report.html"
 
 
-def write_look_report(
-    examined: Examined,
+def write_analysis_report(
+    analysis: Analysis,
     ranking: Ranking,
-    view: View,
+    display: DisplaySettings,
     folder: Path,
     *,
     measurement_set: Path,
@@ -37,11 +37,11 @@ def write_look_report(
     """
     drawn: dict[str, Chart] = {}
     for name in FIGURES:
-        chart = chart_of(name, examined, ranking, view)
+        chart = chart_of(name, analysis, ranking, display)
         if chart is not None:
             drawn[name] = chart
     page = folder / PAGE
-    write_whole_text(page, _html(examined, ranking, view, drawn, measurement_set, command))
+    write_whole_text(page, _html(analysis, ranking, display, drawn, measurement_set, command))
     paths = [page]
     for name, chart in drawn.items():
         paths += [save_chart(chart, folder / f"{name}.{ending}") for ending in ("svg", "png")]
@@ -49,19 +49,19 @@ def write_look_report(
 
 
 def _html(
-    examined: Examined,
+    analysis: Analysis,
     ranking: Ranking,
-    view: View,
+    display: DisplaySettings,
     drawn: Mapping[str, Chart],
     measurement_set: Path,
     command: str,
 ) -> str:
-    against = examined.conditions.get(view.against) or ranked_conditions(examined, ranking)[0][0]
+    against = analysis.conditions.get(display.against) or ranked_conditions(analysis, ranking)[0][0]
     return (
         html_environment()
-        .get_template("look_report.html.j2")
+        .get_template("analysis_report.html.j2")
         .render(
-            story=story(examined, ranking, view),
+            sections=report_sections(analysis, ranking, display),
             figures={name: Markup(chart_svg(chart)) for name, chart in drawn.items()},
             against=against.name,
             program=f"arctrue {version('arctrue')}",

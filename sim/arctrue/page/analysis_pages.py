@@ -12,19 +12,19 @@ from werkzeug.exceptions import RequestEntityTooLarge
 from werkzeug.wrappers import Response as AnyResponse
 
 from arctrue.page.addresses import to_step
+from arctrue.page.analyses import Analyses
 from arctrue.page.commands import COEFFICIENTS, MODEL, Commands
 from arctrue.page.device import load_into_device
 from arctrue.page.jobs import Jobs
-from arctrue.page.looks import Looks
 from arctrue.page.people import PEOPLE_ERRORS, sentence
 from arctrue.page.settings import PageSettings
 from arctrue.report.charts.chart import Chart
 from arctrue.report.charts.matplotlib_chart import chart_svg, save_chart
 from arctrue.report.charts.plotly_chart import chart_data
 from arctrue.report.charts.spectrum import ALONG
+from arctrue.report.display import FIGURES, DisplaySettings, chart_of
 from arctrue.report.numbers import plain
-from arctrue.report.story import addable, story, words
-from arctrue.report.view import FIGURES, View, chart_of
+from arctrue.report.sections import addable, report_sections, words
 from arctrue.studies.simulate.truth import BrokenSealError, read_truth
 from arctrue.workbench.model.model_file import read_model
 
@@ -32,38 +32,40 @@ _WIDTH_PX = 900
 _ADDRESS = "/s/<name>/<int:number>/"
 
 
-def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Commands) -> Blueprint:
+def analysis_pages(
+    settings: PageSettings, analyses: Analyses, jobs: Jobs, commands: Commands
+) -> Blueprint:
     """Routes of the page of a step."""
-    pages = Blueprint("look", __name__)
-    sessions = looks.sessions
+    pages = Blueprint("analysis", __name__)
+    sessions = analyses.sessions
 
-    def page(name: str, number: int, status: int = 200, **told: str) -> tuple[str, int]:
-        """``told``: a sentence beside the button that it is about."""
+    def page(name: str, number: int, status: int = 200, **messages: str) -> tuple[str, int]:
+        """``messages``: a sentence beside the button that it is about."""
         session = sessions[name]
         step, opened = session.step(number), session.opened
-        view = View.of_query(request.args)
-        examined = looks.at(session, number)
-        ranking = looks.ranking(session, number, view.temperature_c)
+        display = DisplaySettings.of_query(request.args)
+        analysis = analyses.at(session, number)
+        ranking = analyses.ranking(session, number, display.temperature_c)
         if status == 200 and jobs.state(session, number)["state"] == "none":
             jobs.start(session, number)
         html = render_template(
-            "look.html.j2",
+            "analysis.html.j2",
             session=session,
             opened=opened,
             step=step,
             steps=session.steps(),
-            view=view,
-            query=view.query(),
-            story=story(examined, ranking, view),
+            display=display,
+            query=display.query(),
+            sections=report_sections(analysis, ranking, display),
             ranking=jobs.state(session, number),
-            addable=[(effect, words(effect)) for effect in addable(examined)],
+            addable=[(effect, words(effect)) for effect in addable(analysis)],
             drawn=[figure for figure in FIGURES if _there(figure, ranking)],
             along=ALONG,
             commands=commands,
             port=settings.port,
             serve=commands.serve(settings.folder, settings.state, settings.port),
-            truth=_truth(opened.folder) if view.reveal and opened.generated else None,
-            told={"add": "", "drop": "", "model": "", "device": "", "ranking": "", **told},
+            truth=_truth(opened.folder) if display.reveal and opened.generated else None,
+            messages={"add": "", "drop": "", "model": "", "device": "", "ranking": "", **messages},
             files={"model": MODEL, "coefficients": COEFFICIENTS},
             words=words,
         )
@@ -75,16 +77,16 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
         return to_step(session, session.steps()[-1].number)
 
     @pages.get(_ADDRESS)
-    def look(name: str, number: int) -> tuple[str, int]:
+    def step_page(name: str, number: int) -> tuple[str, int]:
         return page(name, number)
 
     def chart(name: str, number: int, figure: str) -> Chart:
         session = sessions[name]
         session.step(number)
-        view = View.of_query(request.args)
+        display = DisplaySettings.of_query(request.args)
         try:
-            ranking = looks.ranking(session, number, view.temperature_c)
-            found = chart_of(figure, looks.at(session, number), ranking, view)
+            ranking = analyses.ranking(session, number, display.temperature_c)
+            found = chart_of(figure, analyses.at(session, number), ranking, display)
         except KeyError:
             found = None
         if found is None:
@@ -115,7 +117,7 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
     def add(name: str, number: int) -> tuple[str, int] | AnyResponse:
         effect = request.form.get("effect", "")
         try:
-            step = looks.add(sessions[name], number, effect, {})
+            step = analyses.add(sessions[name], number, effect, {})
         except PEOPLE_ERRORS as error:
             return page(name, number, 422, add=sentence(error))
         return to_step(sessions[name], step.number, _query(), "ladder")
@@ -124,7 +126,7 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
     def drop(name: str, number: int) -> tuple[str, int] | AnyResponse:
         effect = request.form.get("effect", "")
         try:
-            step = looks.drop(sessions[name], number, effect)
+            step = analyses.drop(sessions[name], number, effect)
         except PEOPLE_ERRORS as error:
             return page(name, number, 422, drop=sentence(error))
         return to_step(sessions[name], step.number, _query(), "ladder")
@@ -139,7 +141,7 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
                 if file is None or not file.filename:
                     raise ValueError("no file was chosen: choose a model file")
                 file.save(path)
-                step = looks.load(session, number, read_model(path))
+                step = analyses.load(session, number, read_model(path))
             except RequestEntityTooLarge:
                 return page(name, number, 413, model="The file is larger than the limit.")
             except PEOPLE_ERRORS as error:
@@ -187,8 +189,8 @@ def look_pages(settings: PageSettings, looks: Looks, jobs: Jobs, commands: Comma
     def _ranking(name: str, number: int) -> dict[str, Any]:
         session = sessions[name]
         session.step(number)
-        view = View.of_query(request.args)
-        found = looks.ranking(session, number, view.temperature_c)
+        display = DisplaySettings.of_query(request.args)
+        found = analyses.ranking(session, number, display.temperature_c)
         if found is None:
             abort(404, "the diagnosis of this step is not there yet")
         return found
@@ -216,7 +218,7 @@ def _there(figure: str, ranking: dict[str, Any] | None) -> bool:
 
 
 def _query() -> str:
-    return View.of_query(request.args).query(reveal=False)
+    return DisplaySettings.of_query(request.args).query(reveal=False)
 
 
 def _truth(folder: str) -> dict[str, Any]:

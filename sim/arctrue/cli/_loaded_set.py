@@ -60,7 +60,7 @@ PEOPLE_ERRORS = (
 
 
 @dataclass(frozen=True)
-class Workbench:
+class LoadedSet:
     """A measurement set, a model and the effects that are known."""
 
     observations: Observations
@@ -200,7 +200,7 @@ def load(
     folders: tuple[Path, ...],
     *,
     may_be_new: bool = False,
-) -> Workbench:
+) -> LoadedSet:
     """Everything that a command needs."""
     model = load_model(model_file, may_be_new=may_be_new)
     effects = effects_for(model, model_file, folders)
@@ -224,7 +224,7 @@ def load(
         tell_warning(warning)
     _tell_masked(observations)
     title = measurement.title or one_line(measurement_set.resolve().name)
-    return Workbench(observations, model, effects, title, measurement)
+    return LoadedSet(observations, model, effects, title, measurement)
 
 
 def _table_warnings(model: Model, model_file: Path | None, observations: Observations) -> list[str]:

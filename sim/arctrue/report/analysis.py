@@ -1,4 +1,4 @@
-"""A set beside a model, as the page and the report look at it."""
+"""A set with a fitted model, as the page and the report show it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Examined:
+class Analysis:
     """A set with a model fitted to it."""
 
     measurement: MeasurementSet
@@ -139,13 +139,13 @@ def _conditions_of(rows: CaptureRows | ReferenceRows) -> dict[str, Float]:
     return {key: values for key, values in found.items() if values is not None and values.size}
 
 
-def look_at(
+def analyse(
     measurement: MeasurementSet,
     title: str,
     model: Model,
     effects: Mapping[str, type[Effect]],
     observations: Observations | None = None,
-) -> Examined:
+) -> Analysis:
     """The model fitted to the set; a history begins where there is none yet.
 
     ``observations``: the set's rows, where the caller has them already.
@@ -160,10 +160,10 @@ def look_at(
     if not grown.history:
         step = step_of("fit", ", ".join(grown.names()), title, solution)
         grown = replace(grown, history=[step])
-    return Examined(measurement, title, observations, grown, solution, effects)
+    return Analysis(measurement, title, observations, grown, solution, effects)
 
 
-def with_effect(before: Examined, name: str, settings: dict[str, object]) -> Examined:
+def with_effect(before: Analysis, name: str, settings: dict[str, object]) -> Analysis:
     """The set beside a model with one effect more. Raises what ``add_effect`` raises."""
     grown, solution = add_effect(
         before.model, name, settings, before.observations, before.effects, before.title
@@ -171,7 +171,7 @@ def with_effect(before: Examined, name: str, settings: dict[str, object]) -> Exa
     return replace(before, model=grown, solution=solution)
 
 
-def without_effect(before: Examined, name: str) -> Examined:
+def without_effect(before: Analysis, name: str) -> Analysis:
     """The set beside a model with one effect less. Raises what ``drop_effect`` raises."""
     shrunk, solution = drop_effect(
         before.model, name, before.observations, before.effects, before.title

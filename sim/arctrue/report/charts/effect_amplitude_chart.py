@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from arctrue.report.charts.chart import ARCSEC, CHANNEL_COLOUR, Axis, Chart, Curve, Panel
-from arctrue.report.finding import Finding
+from arctrue.report.effect_amplitude import EffectAmplitude
 
 _INK = "#5a6470"
 
 
-def finding_chart(finding: Finding, condition: str) -> Chart:
+def effect_amplitude_chart(finding: EffectAmplitude, condition: str) -> Chart:
     """Measured amplitude with its standard error in each step, and the fitted effect's."""
     panels = []
     for item in finding.over(condition):

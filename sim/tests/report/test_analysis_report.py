@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from arctrue.cli import main
 from arctrue.measurement import write_measurement_set
-from arctrue.report.view import FIGURES
+from arctrue.report.display import FIGURES
 from tests.workbench.small_sets import measurement_set, paper_error
 
 MOST_BYTES = 5_000_000

@@ -14,7 +14,7 @@ from arctrue.measurement import read_measurement_set
 from arctrue.page.commands import Commands
 from arctrue.page.ranking_key import ranking_key
 from arctrue.page.session import Opened, Session, Sessions, Step
-from arctrue.report.examined import Examined, look_at, with_effect, without_effect
+from arctrue.report.analysis import Analysis, analyse, with_effect, without_effect
 from arctrue.report.numbers import plain
 from arctrue.report.ranking import Ranking, device_data
 from arctrue.workbench.effects.base import Effect
@@ -26,7 +26,7 @@ from arctrue.workbench.observations import Observations
 MOST_KEPT = 8
 
 
-class Looks:
+class Analyses:
     """Fits models and keeps the latest in memory. Safe to use from several threads."""
 
     def __init__(
@@ -36,7 +36,7 @@ class Looks:
         self.sessions = sessions
         self.effects = effects
         self.commands = commands
-        self._kept: OrderedDict[tuple[str, int], Examined] = OrderedDict()
+        self._kept: OrderedDict[tuple[str, int], Analysis] = OrderedDict()
         self._devices: dict[tuple[str, int, float], dict[str, Any]] = {}
         self._busy: dict[tuple[str, int], threading.Lock] = {}
         self._lock = threading.Lock()
@@ -44,12 +44,12 @@ class Looks:
     def first(self, folder: Path, opened: Opened) -> tuple[Session, Step]:
         """A session in ``folder``, with the default model fitted. Raises what a fit raises."""
         start = time.perf_counter()
-        examined = examine(opened, default_model(), self.effects)
+        analysis = analyse_opened(opened, default_model(), self.effects)
         session = self.sessions.open(folder, opened)
-        return session, self._grown(session, examined, None, "open", "", start)
+        return session, self._grown(session, analysis, None, "open", "", start)
 
-    def at(self, session: Session, number: int) -> Examined:
-        """The look of a step, fitted again where it is no longer in memory."""
+    def at(self, session: Session, number: int) -> Analysis:
+        """The analysis of a step, fitted again where it is no longer in memory."""
         key = (session.name, number)
         with self._lock:
             if key in self._kept:
@@ -61,9 +61,9 @@ class Looks:
                 if key in self._kept:
                     return self._kept[key]
             session.step(number)
-            examined = examine(session.opened, session.model(number), self.effects)
-            self._keep(key, examined)
-        return examined
+            analysis = analyse_opened(session.opened, session.model(number), self.effects)
+            self._keep(key, analysis)
+        return analysis
 
     def ranking(self, session: Session, number: int, temperature_c: float | None) -> Ranking | None:
         """What was found at a step; what the device would get, at another temperature."""
@@ -99,8 +99,8 @@ class Looks:
             entry.effect(self.effects)
         refuse_other_table(model, self.at(session, number).observations)
         model = replace(model, folders=[])
-        examined = examine(opened, model, self.effects)
-        return self._grown(session, examined, number, "load", "", start)
+        analysis = analyse_opened(opened, model, self.effects)
+        return self._grown(session, analysis, number, "load", "", start)
 
     def _changed(
         self,
@@ -108,7 +108,7 @@ class Looks:
         number: int,
         action: str,
         effect: str,
-        change: Callable[[Examined], Examined],
+        change: Callable[[Analysis], Analysis],
     ) -> Step:
         start = time.perf_counter()
         before = self.at(session, number)
@@ -119,7 +119,7 @@ class Looks:
     def _grown(
         self,
         session: Session,
-        examined: Examined,
+        analysis: Analysis,
         parent: int | None,
         action: str,
         effect: str,
@@ -127,41 +127,41 @@ class Looks:
     ) -> Step:
         opened = session.opened
         step = session.grow(
-            examined.model,
+            analysis.model,
             parent=parent,
             action=action,
             effect=effect,
             command=self.commands.of_step(action, effect, opened),
             seconds=time.perf_counter() - start,
         )
-        self._keep((session.name, step.number), examined)
-        key = ranking_key(Path(opened.folder), opened.title, examined.model, self.effects)
+        self._keep((session.name, step.number), analysis)
+        key = ranking_key(Path(opened.folder), opened.title, analysis.model, self.effects)
         found = self.sessions.ranked(key)
         session.write_ranking_key(step.number, key)
         if found is not None:
             session.write_ranking(step.number, found)
         return step
 
-    def _keep(self, key: tuple[str, int], examined: Examined) -> None:
+    def _keep(self, key: tuple[str, int], analysis: Analysis) -> None:
         with self._lock:
-            self._kept[key] = examined
+            self._kept[key] = analysis
             self._kept.move_to_end(key)
             while len(self._kept) > MOST_KEPT:
                 self._kept.popitem(last=False)
             self._busy.pop(key, None)
 
 
-def examine(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Examined:
+def analyse_opened(opened: Opened, model: Model, effects: Mapping[str, type[Effect]]) -> Analysis:
     """The set of a session beside a model; a first step of the history has its date.
 
     Raises MeasurementError, NotTestableError, ValueError.
     """
     folder = Path(opened.folder)
     measurement = read_measurement_set(folder)
-    examined = look_at(measurement, opened.title, model, effects)
+    analysis = analyse(measurement, opened.title, model, effects)
     if not model.history:
-        return replace(examined, model=with_provenance(examined.model, 0, folder))
-    return examined
+        return replace(analysis, model=with_provenance(analysis.model, 0, folder))
+    return analysis
 
 
 def refuse_other_table(model: Model, observations: Observations) -> None:

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.report.analysis import OWN_PHASE, Analysis, Condition
 from arctrue.report.charts.angle_window import AngleWindow
 from arctrue.report.charts.bins import turn_group
-from arctrue.report.examined import OWN_PHASE, Condition, Examined
 from arctrue.workbench.inference.design_matrix import channel_columns
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.solution import Solution
@@ -38,7 +38,7 @@ _OF_A_PHASE = 0.5
 
 
 @dataclass(frozen=True)
-class Shown:
+class AmplitudeCurve:
     """An effect over one condition in one channel; arrays (steps,), arcseconds."""
 
     channel: str
@@ -65,7 +65,7 @@ class Shown:
         }
 
     @classmethod
-    def of_data(cls, data: Mapping[str, Any]) -> Shown:
+    def of_data(cls, data: Mapping[str, Any]) -> AmplitudeCurve:
         """From JSON."""
         arrays = ("x", "measured", "standard_error", "effect")
         values: dict[str, Any] = {
@@ -75,26 +75,26 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Finding:
+class EffectAmplitude:
     """An effect over every condition of the set, and the one that shows it best."""
 
     effect: str
-    shown: list[Shown]
+    shown: list[AmplitudeCurve]
     best: str
     """Key of a condition; empty where nothing can be drawn."""
 
-    def over(self, condition: str) -> list[Shown]:
+    def over(self, condition: str) -> list[AmplitudeCurve]:
         """Both channels over one condition."""
         return [item for item in self.shown if item.condition == condition]
 
 
-def finding_of(examined: Examined, solution: Solution) -> Finding:
-    """The last effect of ``solution``, a model of the set of ``examined``."""
+def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
+    """The last effect of ``solution``, a model of the set of ``analysis``."""
     term = solution.terms[-1]
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
-    shown: list[Shown] = []
-    for channel in examined.channels:
+    shown: list[AmplitudeCurve] = []
+    for channel in analysis.channels:
         left = residuals.capture_arcsec if channel == "capture" else residuals.reference_arcsec
         assert left is not None
         columns = channel_columns(
@@ -103,7 +103,7 @@ def finding_of(examined: Examined, solution: Solution) -> Finding:
         own = columns @ coefficients
         if not float(own @ own) > 0.0:
             continue
-        conditions = [*examined.conditions.values(), *_own_phases(examined, term.nonlinear)]
+        conditions = [*analysis.conditions.values(), *_own_phases(analysis, term.nonlinear)]
         phases = [
             values
             for condition in conditions
@@ -114,18 +114,18 @@ def finding_of(examined: Examined, solution: Solution) -> Finding:
             if values is not None:
                 item = _shown(channel, condition, values, phases, own, left)
                 shown += [item] if item.x.size else []
-    return Finding(term.effect.name, shown, _best(shown))
+    return EffectAmplitude(term.effect.name, shown, _best(shown))
 
 
-def _own_phases(examined: Examined, nonlinear: Mapping[str, float]) -> list[Condition]:
+def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Condition]:
     """The phase of the order or the frequency that a search of the effect has found."""
     order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
     found = []
     if order > 0.0:
-        values = {name: order * examined.angle_rad(name) for name in examined.channels}
+        values = {name: order * analysis.angle_rad(name) for name in analysis.channels}
         found.append(Condition(OWN_PHASE, f"phase of order {order:.6g}", "deg", values))
     elif hertz > 0.0:
-        times = {name: examined.rows(name).time_s for name in examined.channels}
+        times = {name: analysis.rows(name).time_s for name in analysis.channels}
         values = {
             name: 2.0 * np.pi * hertz * time_s
             for name, time_s in times.items()
@@ -135,7 +135,7 @@ def _own_phases(examined: Examined, nonlinear: Mapping[str, float]) -> list[Cond
     return found
 
 
-def _best(shown: list[Shown]) -> str:
+def _best(shown: list[AmplitudeCurve]) -> str:
     """A phase that holds most of it, else the condition whose steps differ most.
 
     Conditions that change together hold nearly as much as one another: the first of
@@ -160,21 +160,23 @@ def _shown(
     phases: list[Float],
     own: Float,
     left: Float,
-) -> Shown:
+) -> AmplitudeCurve:
     if condition.goes_round:
         window = AngleWindow.over(values)
         seen = window.bins(values, own + left, _PHASE_BINS)
         told = window.bins(values, own, _PHASE_BINS)
         share = float(np.sum(told.rows * told.mean**2)) / float(own @ own)
         lines = (told.centre, seen.mean, seen.standard_error, told.mean)
-        return Shown(channel, condition.key, condition.name, "deg", False, share, share, *lines)
+        return AmplitudeCurve(
+            channel, condition.key, condition.name, "deg", False, share, share, *lines
+        )
     group = _steps(values)
     best = max(
         (_along(own, left, values, group, phase) for phase in [None, *phases]),
         key=lambda item: item[0],
     )
     share, variation, *found = best
-    return Shown(
+    return AmplitudeCurve(
         channel,
         condition.key,
         condition.name,
