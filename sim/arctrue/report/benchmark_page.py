@@ -49,9 +49,9 @@ It *sees* a cause that it would find in 95 % of such sets at a false alarm of 1 
 for an order, a frequency or an instant paid for. What moves the prediction by less than half a
 count RMS does not count as visible.
 
-    make benchmark                                   # dev: 600 sets; TIER=quick, public, sealed, cases
-    make benchmark TIER=calibration                  # 180 sets: how often a sure answer is wrong
-    make benchmark TIER=sealed SETS="--generator both --limit 1500"   # a fifth of the second generator
+    make benchmark                               # dev: 600 sets; TIER=quick, public, sealed, cases
+    make benchmark TIER=calibration              # 180 sets: how often a sure answer is wrong
+    make benchmark TIER=sealed SETS="--generator both --limit 1500"  # a fifth of the second one
     arctrue benchmark make FOLDER --tier sealed  # seals generator and scoring, then draws the seed
     arctrue benchmark run FOLDER                 # --workers N, --scheduler ADDRESS, --shard i/n
     arctrue benchmark score FOLDER               # every rate; --answers FILE: anybody's answers

@@ -117,7 +117,7 @@ SCORES = (
         _any,
         lambda item: item.outcome in (FALSE_NAME, FALSE_ADEQUATE),
         at_most=0.01,
-        world_at_most=WORLD_GOAL,
+        world_at_most=0.02,
     ),
     Score("false name where nothing is", _nothing, lambda item: item.outcome == FALSE_NAME),
     Score(
