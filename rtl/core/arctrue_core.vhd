@@ -9,7 +9,7 @@
 --
 -- **Heads.** Two heads, of which head 1 is corrected. With MEAN it is the weighted mean of all heads, of which one, chosen at
 -- run time, is the carrier (head_mean); HEADS of 3 and 4 have it in any case, decode further heads and capture them too.
--- Settings and faults of heads 3 and 4 have no registers yet: they have the pins' levels as they are, and the common filter.
+-- Their settings, faults and snapshot have registers of their own (head_registers), and each head's levels may be delayed.
 --
 -- **Latency.** 29 clocks from the angle of head 1 to the corrected angle, 30 with more than two heads; the decoder before them and the
 -- output after them have their own (see there). With FOLD > 1, 28 + FOLD clocks from an accepted angle, one
@@ -163,6 +163,14 @@ architecture rtl of arctrue_core is
   signal mean_written   : std_ulogic;
   signal mean_done      : std_ulogic;
   signal mean_data      : std_ulogic_vector(31 downto 0);
+  signal heads_read     : std_ulogic;
+  signal heads_write    : std_ulogic;
+  signal heads_done     : std_ulogic;
+  signal heads_data     : std_ulogic_vector(31 downto 0);
+  signal take_snapshot  : std_ulogic;
+  signal further_pins   : std_ulogic_vector(31 downto 0);
+  signal further_clear  : std_ulogic_vector(1 downto 0);
+  signal head_delays    : std_ulogic_vector(31 downto 0);
 
   signal capture_ready   : std_ulogic;
   signal capture_overrun : std_ulogic;
@@ -231,9 +239,8 @@ begin
 
   pins       <= head1_a & head1_b & head1_z & head2_a & head2_b & head2_z
                 & head3_a & head3_b & head3_z & head4_a & head4_b & head4_z;
-  clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value & "00";
-
-  upright_pins(7 to 3 * HEADS_MAX) <= pins(7 to 3 * HEADS_MAX);
+  clear_head <= hwif_out.command.clear_head1.value & hwif_out.command.clear_head2.value
+                & further_clear(0) & further_clear(1);
 
   turn_length : entity work.rearm_control
     port map (
@@ -256,7 +263,9 @@ begin
       filter_lengths(2) <= filter_of(hwif_out.head2_input.pins.filter_length.value, hwif_out.filter_length.value.value);
 
       for number in 3 to HEADS loop
-        filter_lengths(number) <= u_unsigned(hwif_out.filter_length.value.value);
+        filter_lengths(number) <= filter_of(
+          further_pins(16 * number - 33 downto 16 * number - 40), hwif_out.filter_length.value.value
+        );
       end loop;
 
     end if;
@@ -294,6 +303,9 @@ begin
   decoders : for number in decoded'range generate
 
     decoder : entity work.quadrature_decoder
+      generic map (
+        DELAYED => HAS_MEAN
+      )
       port map (
         clock                => clock,
         reset                => reset,
@@ -301,6 +313,7 @@ begin
         b                    => upright_pins(3 * number - 1),
         z                    => upright_pins(3 * number),
         counts_per_rev       => counts_per_rev,
+        delay                => u_unsigned(head_delays(8 * number - 1 downto 8 * number - 8)),
         filter_length        => filter_lengths(number),
         minimum_edge_spacing => u_unsigned(hwif_out.minimum_edge_spacing.value.value),
         index_tolerance      => u_unsigned(hwif_out.index_tolerance.value.value),
@@ -414,6 +427,27 @@ begin
         jump              => jump
       );
 
+    further_registers : entity work.head_registers
+      port map (
+        clock              => clock,
+        reset              => reset,
+        read_enable        => heads_read,
+        write_enable       => heads_write,
+        address            => u_unsigned(access_address(7 downto 2)),
+        write_data         => access_data,
+        done               => heads_done,
+        read_data          => heads_data,
+        take_snapshot      => take_snapshot,
+        head3              => decoded(minimum(3, HEADS)),
+        head4              => decoded(minimum(4, HEADS)),
+        indices_seen       => std_ulogic_vector(resize(u_unsigned(indices_seen), 4)),
+        difference_limited => mean_limited,
+        clear_limited      => hwif_out.command.clear_output.value,
+        pins               => further_pins,
+        clear_heads        => further_clear,
+        delays             => head_delays
+      );
+
     -- The carrier's turns are captured, while every used head has its index. Another carrier begins another turn.
     used_seen <= and (indices_seen or not used);
 
@@ -444,6 +478,11 @@ begin
     jumped       <= '0';
     jump         <= (others => '0');
     mean_written <= '0';
+    heads_done    <= '0';
+    heads_data    <= (others => '0');
+    further_pins  <= (others => '0');
+    further_clear <= "00";
+    head_delays   <= (others => '0');
     mean_data    <= (others => '0');
     captures     <= hwif_out.control.capture_enable.value;
     reference_count       <= (others => '0');
@@ -453,6 +492,21 @@ begin
   further_heads : for head in 3 to HEADS_MAX generate
 
     is_built : if head <= HEADS generate
+
+      selection : entity work.input_selection
+        port map (
+          pin_a    => pins(3 * head - 2),
+          pin_b    => pins(3 * head - 1),
+          pin_z    => pins(3 * head),
+          invert_a => further_pins(16 * head - 48),
+          invert_b => further_pins(16 * head - 47),
+          invert_z => further_pins(16 * head - 46),
+          swap_ab  => further_pins(16 * head - 45),
+          a        => upright_pins(3 * head - 2),
+          b        => upright_pins(3 * head - 1),
+          z        => upright_pins(3 * head)
+        );
+
       further_samples((head - 2) * POSITION_WIDTH - 1 downto (head - 3) * POSITION_WIDTH)
       <= std_ulogic_vector(decoded(head).turn_position);
       further_flags(head - 3) <= decoded(head).index_seen;
@@ -732,6 +786,11 @@ begin
       mean_write        => mean_write,
       mean_done         => mean_done,
       mean_data         => mean_data,
+      heads_read        => heads_read,
+      heads_write       => heads_write,
+      heads_done        => heads_done,
+      heads_data        => heads_data,
+      take_snapshot     => take_snapshot,
       capture_read      => capture_read,
       capture_done      => capture_valid,
       capture_data      => capture_data

@@ -3,7 +3,7 @@
 -- # access_guard
 --
 -- Says whose an access is: the generated register block's, a coefficient of a lane, the coefficient
--- offset, a word of the mean or of the capture; and refuses what is nobody's or illegal for this core's generics or
+-- offset, a word of the mean, of the further heads or of the capture; and refuses what is nobody's or illegal for this core's generics or
 -- state: a coefficient word of a lane that is not built, a write of a coefficient, of the offset or of the mean
 -- without all four bytes, a word of a head that is not built, a capture word beyond the two words of every sample of a bank, any capture
 -- word while no bank is ready, a write of a capture word, and what the register map does not let a register's
@@ -43,6 +43,7 @@ entity access_guard is
     to_coefficients : out   std_ulogic;
     to_offset       : out   std_ulogic;
     to_mean         : out   std_ulogic;
+    to_heads        : out   std_ulogic;
     to_capture      : out   std_ulogic;
     refused         : out   std_ulogic;
     -- Pulses in the first clock of the verdict
@@ -53,6 +54,8 @@ entity access_guard is
     write_offset      : out   std_ulogic := '0';
     read_mean         : out   std_ulogic := '0';
     write_mean        : out   std_ulogic := '0';
+    read_heads        : out   std_ulogic := '0';
+    write_heads       : out   std_ulogic := '0';
     read_capture      : out   std_ulogic := '0'
   );
 end entity access_guard;
@@ -65,6 +68,7 @@ architecture rtl of access_guard is
   constant CAPTURE_FIRST      : byte_address := to_unsigned(CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant OFFSET_WORD        : byte_address := to_unsigned(COEFFICIENT_OFFSET_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant MEAN_FIRST         : byte_address := to_unsigned(MEAN_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
+  constant HEADS_FIRST        : byte_address := to_unsigned(HEAD3_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
   constant FURTHER_FIRST      : byte_address := to_unsigned(FURTHER_CAPTURE_ADDRESS, AXI_LITE_ADDRESS_WIDTH);
 
   -- The bit of a table, chosen half by half: an index would become a memory, whose contents a proof by induction
@@ -95,7 +99,7 @@ architecture rtl of access_guard is
 begin
 
   assert CAPTURE_ADDRESS = 16#20000# and FURTHER_CAPTURE_ADDRESS = 16#40000# and COEFFICIENTS_ADDRESS mod 1024 = 0
-         and MEAN_ADDRESS mod 64 = 0
+         and MEAN_ADDRESS mod 64 = 0 and HEAD3_ADDRESS mod 256 = 0
     report "access_guard: the windows of the register map have moved; adapt the decoding"
     severity failure;
 
@@ -114,6 +118,9 @@ begin
     variable capture      : boolean;
     variable mean_word    : boolean;
     variable of_mean      : boolean;
+    variable head_word    : natural range 0 to 63;
+    variable of_head      : boolean;
+    variable of_heads     : boolean;
 
   begin
 
@@ -138,6 +145,16 @@ begin
       mean_word    := (place(5) = '0' and is_at_most(place(3 downto 2), HEADS - 1)) or place(5 downto 2) = 2 * HEADS_MAX;
       of_mean      := MEAN and mean_word and not partial
                       and place(place'high downto 6) = MEAN_FIRST(place'high downto 6);
+      -- Of heads 3 and 4 the words 0 to 8, 10 and 11, of which the first may be written; delays, command and status.
+      head_word    := to_integer(place(7 downto 2));
+      of_head      := (head_word < 16 and HEADS > 2) or (head_word >= 16 and head_word < 32 and HEADS > 3);
+      of_head      := of_head and (head_word mod 16 < 9 or head_word mod 16 = 10 or head_word mod 16 = 11);
+      if is_write = '1' then
+        of_head := (of_head and head_word mod 16 = 0) or head_word = 32 or (head_word = 33 and HEADS > 2);
+      else
+        of_head := of_head or head_word = 32 or head_word = 34;
+      end if;
+      of_heads     := MEAN and of_head and not partial and place(place'high downto 8) = HEADS_FIRST(place'high downto 8);
       capture      := (place(place'high downto 17) = CAPTURE_FIRST(place'high downto 17)
                        or (HEADS > 2 and place(place'high downto 17) = FURTHER_FIRST(place'high downto 17)
                            and (HEADS > 3 or place(2) = '0')))
@@ -150,6 +167,8 @@ begin
       write_offset      <= '0';
       read_mean         <= '0';
       write_mean        <= '0';
+      read_heads        <= '0';
+      write_heads       <= '0';
       read_capture      <= '0';
       if judge = '1' then
         ask_registers     <= '1' when registers else '0';
@@ -159,13 +178,16 @@ begin
         write_offset      <= is_write when offset else '0';
         read_mean         <= not is_write when of_mean else '0';
         write_mean        <= is_write when of_mean else '0';
+        read_heads        <= not is_write when of_heads else '0';
+        write_heads       <= is_write when of_heads else '0';
         read_capture      <= '1' when capture else '0';
         to_registers    <= '1' when registers else '0';
         to_coefficients <= '1' when coefficients else '0';
         to_offset       <= '1' when offset else '0';
         to_mean         <= '1' when of_mean else '0';
+        to_heads        <= '1' when of_heads else '0';
         to_capture      <= '1' when capture else '0';
-        refused         <= '0' when registers or coefficients or offset or of_mean or capture else '1';
+        refused         <= '0' when registers or coefficients or offset or of_mean or of_heads or capture else '1';
       end if;
     end if;
 

@@ -57,6 +57,11 @@ entity register_access is
     mean_write        : out   std_ulogic;                     -- pulse
     mean_done         : in    std_ulogic := '0';              -- pulse
     mean_data         : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    heads_read        : out   std_ulogic;                     -- pulse
+    heads_write       : out   std_ulogic;                     -- pulse
+    heads_done        : in    std_ulogic := '0';              -- pulse
+    heads_data        : in    std_ulogic_vector(31 downto 0) := (others => '0');
+    take_snapshot     : out   std_ulogic;                     -- pulse: the registers of the snapshot are latched
     capture_read      : out   std_ulogic;                     -- pulse
     capture_done      : in    std_ulogic;                     -- pulse
     capture_data      : in    std_ulogic_vector(31 downto 0)
@@ -76,6 +81,7 @@ architecture rtl of register_access is
   signal to_coefficients : std_ulogic;
   signal to_offset       : std_ulogic;
   signal to_mean         : std_ulogic;
+  signal to_heads        : std_ulogic;
   signal to_capture      : std_ulogic;
 
   signal judge            : std_ulogic;
@@ -143,6 +149,7 @@ begin
       to_coefficients => to_coefficients,
       to_offset       => to_offset,
       to_mean         => to_mean,
+      to_heads        => to_heads,
       to_capture      => to_capture,
       refused         => refused,
       ask_registers   => register_request,
@@ -152,6 +159,8 @@ begin
       write_offset      => offset_write,
       read_mean         => mean_read,
       write_mean        => mean_write,
+      read_heads        => heads_read,
+      write_heads       => heads_write,
       read_capture      => capture_read
     );
 
@@ -184,6 +193,8 @@ begin
       hwif_out             => hwif_out
     );
 
+  take_snapshot <= register_request and not register_writes and word_asked(SNAPSHOT_ADDRESS / 4);
+
   -- Word and kind have registers of their own for the block, where they go to some 500 bits.
   hold_for_registers : process (clock) is
   begin
@@ -195,11 +206,12 @@ begin
 
   end process hold_for_registers;
 
-  answered <= register_read or register_written or coefficient_done or mean_done or capture_done;
+  answered <= register_read or register_written or coefficient_done or mean_done or heads_done or capture_done;
   data     <= (register_data and to_registers)
               or (coefficient_data and to_coefficients)
               or (offset_data and to_offset)
               or (mean_data and to_mean)
+              or (heads_data and to_heads)
               or (capture_data and to_capture);
 
 end architecture rtl;

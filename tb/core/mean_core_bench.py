@@ -238,6 +238,69 @@ async def three_heads_go_on_without_the_first(dut: Any) -> None:
 
 
 @cocotb.test()
+async def a_head_is_delayed(dut: Any) -> None:
+    """Each sample has the last head as it was so many clocks before the others."""
+    delay = 41
+    machine = await prepared(dut)
+    names = machine.registers
+    await names.update("head_delays", **{f"head{HEADS}": delay})
+    cocotb.start_soon(machine.run())
+    await machine.turn(COUNTS + 150)
+    await names.update("control", capture_enable=1)
+    await machine.turn(COUNTS + 100)
+    machine.moves = False
+    bank = await names.read_capture(HEADS)
+    await names.update("head_delays", **{f"head{HEADS}": 0})
+    assert len(bank.samples) > 50
+    rows = readings(np.array(machine.angle)) % COUNTS
+    late = np.column_stack([rows[delay:, :-1], rows[:-delay, -1:]])
+    known = {tuple(row) for row in late.tolist()}
+    assert all(tuple(row) in known for row in (bank.samples % COUNTS).tolist())
+
+
+@cocotb.test(skip=HEADS == 2)
+async def further_heads_have_registers(dut: Any) -> None:
+    """Snapshot, flags and pins of heads 3 and 4, as those of heads 1 and 2."""
+    machine = await prepared(dut)
+    names = machine.registers
+    cocotb.start_soon(machine.run())
+    await machine.turn(COUNTS + 150)
+    assert await names.read("heads_status.index_seen") == 2**HEADS - 1
+    seen = []
+    for _ in range(20):
+        snapshot = await names.snapshot()
+        row = [snapshot.head1_turn_position, snapshot.head2_turn_position]
+        row += [await names.read(f"head{head}.turn_position") for head in range(3, HEADS + 1)]
+        seen.append(row)
+        angle = await names.read(f"head{HEADS}.angle")
+        assert angle == row[-1] % COUNTS
+        edge = await names.read(f"head{HEADS}.edge_time")
+        assert 0 <= snapshot.time - edge < 3 * CLOCKS_PER_COUNT
+    known = {tuple(row) for row in (readings(np.array(machine.angle)) % COUNTS).tolist()}
+    assert all(tuple(np.array(row) % COUNTS) in known for row in seen), "not of one clock"
+
+    machine.moves = False
+    await ClockCycles(dut.clock, 20)
+    pins = [f"head{HEADS}_{pin}" for pin in "ab"]
+    for name in pins:
+        getattr(dut, name).value = 1 - int(getattr(dut, name).value)
+    await ClockCycles(dut.clock, 20)
+    flags = await names.read_fields(f"head{HEADS}.flags")
+    assert (flags["index_seen"], flags["illegal"]) == (1, 1)
+    assert await names.read(f"head{HEADS}.faults.illegals") == 1
+    await names.write_raw("heads_command", 1 << (HEADS - 3))
+    assert await names.read(f"head{HEADS}.flags.illegal") == 0
+    before = await names.read(f"head{HEADS}.flags.direction")
+    await names.update(f"head{HEADS}.pins", swap_ab=1)
+    assert (await names.read_fields(f"head{HEADS}.pins"))["swap_ab"] == 1
+    await ClockCycles(dut.clock, 20)
+    machine.moves = True
+    await machine.turn(20)
+    assert await names.read(f"head{HEADS}.flags.direction") == 1 - before
+    await names.update(f"head{HEADS}.pins", swap_ab=0)
+
+
+@cocotb.test()
 async def all_heads_are_captured_together(dut: Any) -> None:
     """Each sample is the readings of one clock, also of heads 3 and 4."""
     machine = await prepared(dut)

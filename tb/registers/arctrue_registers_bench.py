@@ -53,6 +53,8 @@ async def prepared(
     for word in range(16):
         if model.mean_exists(model_map.MEAN + 4 * word):
             await bus.write(model_map.MEAN + 4 * word, 0)
+    for address in model.heads_words(write=True):
+        await bus.write(address, 0)
     return bus, model
 
 
@@ -76,7 +78,7 @@ def random_address(generator: random.Random) -> int:
     if kind == 8:
         return model_map.CAPTURE + 4 * generator.randrange(model_map.CAPTURE_WORDS)
     if kind == 9:
-        return model_map.MEAN + 4 * generator.randrange(20)
+        return generator.choice([model_map.MEAN, model_map.HEADS]) + 4 * generator.randrange(70)
     if kind == 10:
         return model_map.FURTHER_CAPTURE + 4 * generator.randrange(2 * CAPTURE_DEPTH + 20)
     return 4 * generator.randrange(1 << 17)
@@ -129,6 +131,7 @@ async def every_word_of_the_map(dut):
     places += [model_map.CAPTURE + 4 * word for word in (2 * CAPTURE_DEPTH, 32767)]
     places += [model_map.CAPTURE - 4]
     places += [model_map.MEAN + 4 * word for word in range(-1, 17)]
+    places += [model_map.HEADS + 4 * word for word in range(-1, 65)]
     places += [model_map.FURTHER_CAPTURE + 4 * word for word in (0, 1, 2 * CAPTURE_DEPTH)]
     for address in places:
         expected, word = model.read(address)

@@ -117,6 +117,10 @@ architecture simulation of arctrue_registers_harness is
   signal mean_write        : std_ulogic;
   signal mean_done         : std_ulogic := '0';
   signal mean_data         : std_ulogic_vector(31 downto 0);
+  signal heads_read        : std_ulogic;
+  signal heads_write       : std_ulogic;
+  signal heads_done        : std_ulogic := '0';
+  signal heads_data        : std_ulogic_vector(31 downto 0);
   signal capture_read      : std_ulogic;
   signal capture_done      : std_ulogic := '0';
   signal capture_data      : std_ulogic_vector(31 downto 0);
@@ -160,6 +164,11 @@ begin
       mean_write        => mean_write,
       mean_done         => mean_done,
       mean_data         => mean_data,
+      heads_read        => heads_read,
+      heads_write       => heads_write,
+      heads_done        => heads_done,
+      heads_data        => heads_data,
+      take_snapshot     => open,
       capture_read      => capture_read,
       capture_done      => capture_done,
       capture_data      => capture_data
@@ -330,13 +339,14 @@ begin
     variable waiting      : natural range 0 to 15          := 0;
     variable word         : natural range 0 to 32767       := 0;
     variable mean_words   : words(0 to 15)                 := (others => (others => '0'));
-    variable window       : std_ulogic_vector(3 downto 0)  := "0000";
-    variable answer       : std_ulogic_vector(3 downto 0);
+    variable head_words   : words(0 to 63)                 := (others => (others => '0'));
+    variable window       : std_ulogic_vector(4 downto 0)  := "00000";
+    variable answer       : std_ulogic_vector(4 downto 0);
 
   begin
 
     if rising_edge(clock) then
-      answer := "0000";
+      answer := "00000";
       if waiting = 1 then
         answer := window;
       end if;
@@ -344,12 +354,12 @@ begin
         waiting := waiting - 1;
       end if;
 
-      if (coefficient_read or coefficient_write or offset_read or offset_write or mean_read or mean_write or capture_read) = '1' then
+      if (coefficient_read or coefficient_write or offset_read or offset_write or mean_read or mean_write or heads_read or heads_write or capture_read) = '1' then
         assert waiting = 0
           report "a request before the answer to the last one"
           severity failure;
         waiting  := to_integer(memory_latency);
-        window   := (mean_read or mean_write) & capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
+        window   := (heads_read or heads_write) & (mean_read or mean_write) & capture_read & (offset_read or offset_write) & (coefficient_read or coefficient_write);
         word     := to_integer(u_unsigned(access_address(16 downto 2)));
         if window(0) = '1' then
           word := to_integer(u_unsigned(access_address(9 downto 2)));
@@ -360,6 +370,8 @@ begin
           offset := access_data;
         elsif mean_write = '1' then
           mean_words(word mod 16) := access_data;
+        elsif heads_write = '1' then
+          head_words(word mod 64) := access_data;
         end if;
       end if;
 
@@ -368,6 +380,8 @@ begin
       offset_data      <= offset;
       mean_done        <= answer(3);
       mean_data        <= mean_words(word mod 16);
+      heads_done       <= answer(4);
+      heads_data       <= head_words(word mod 64);
       capture_done     <= answer(2);
       capture_data     <= not std_ulogic_vector(to_unsigned(word, 16)) & std_ulogic_vector(to_unsigned(word, 16));
     end if;

@@ -115,6 +115,11 @@ COEFFICIENT_WORDS = 256
 MEAN = 0x01800
 CAPTURE = 0x20000
 FURTHER_CAPTURE = 0x40000
+HEADS = 0x02000
+FURTHER_HEAD_READ = {*range(9), 10, 11}
+"""Words of a further head that may be read; only the first may be written."""
+DELAYS, HEADS_COMMAND, HEADS_STATUS = 32, 33, 34
+"""Words of the window of the heads."""
 CAPTURE_WORDS = 32_768
 
 CAPTURE_READY = 1 << 2
@@ -145,6 +150,7 @@ class RegisterModel:
     latched: dict[int, int] = field(default_factory=dict)
     coefficients: dict[int, int] = field(default_factory=dict)
     mean: dict[int, int] = field(default_factory=dict)
+    of_heads: dict[int, int] = field(default_factory=dict)
     offset: int = 0
     interrupts: int = 0
 
@@ -177,6 +183,8 @@ class RegisterModel:
             return True, self.coefficients.get(address, 0)
         if self.mean_exists(address):
             return True, self.mean.get(address, 0)
+        if address in self.heads_words(write=False):
+            return True, self.of_heads.get(address, 0)
         word = (address & 0x1FFFF) // 4
         windows = (CAPTURE,) if self.heads == 2 else (CAPTURE, FURTHER_CAPTURE)
         if address & ~0x1FFFF in windows and word < 2 * self.capture_depth:
@@ -189,6 +197,15 @@ class RegisterModel:
     def coefficient_exists(self, address: int) -> bool:
         """Whether ``address`` is a coefficient word of a lane that is built."""
         return COEFFICIENTS <= address < COEFFICIENTS + 16 * self.lanes
+
+    def heads_words(self, *, write: bool) -> set[int]:
+        """Addresses in the window of the heads that may be read, or written."""
+        if not self.has_mean:
+            return set()
+        words = {DELAYS, *([HEADS_COMMAND] * (self.heads > 2) if write else [HEADS_STATUS])}
+        for head in range(3, self.heads + 1):
+            words |= {16 * (head - 3) + word for word in ({0} if write else FURTHER_HEAD_READ)}
+        return {HEADS + 4 * word for word in words}
 
     def mean_exists(self, address: int) -> bool:
         """Whether ``address`` is a word of the mean for a head that is built, or the choice."""
@@ -219,5 +236,8 @@ class RegisterModel:
             return True
         if self.mean_exists(address):
             self.mean[address] = word
+            return True
+        if address in self.heads_words(write=True):
+            self.of_heads[address] = word
             return True
         return False
