@@ -109,8 +109,8 @@ def heads_page(found: Mapping[str, Any]) -> str:
             f"order at {fine};",
             f"measured with {every['turns']} turns: {every['left_2_sigma_arcsec']:.4f}″ and "
             f"{rest['left_2_sigma_arcsec']:.4f}″ beside {every['expected_2_sigma_arcsec']:.4f}″ "
-            f"and {rest['expected_2_sigma_arcsec']:.4f}″; the difference is mostly what places known "
-            "to 20″ make of high orders. TDR's published 0.006″ is",
+            f"and {rest['expected_2_sigma_arcsec']:.4f}″; the difference is mostly what places "
+            "known to 20″ make of high orders. TDR's published 0.006″ is",
             "passed where a column says less; order 1 is left out, since the axis' forward "
             "circle is in it and the mean does not see it.",
             "",
