@@ -95,8 +95,8 @@ def methods_page(found: Mapping[str, Any]) -> str:
             f"{given['most_order']} and 120",
             "where it can, and applies what has a noise gain up to 50.",
             "",
-            "*Later*: the same calibration after the hub has moved by 2 µm, with the balls of the "
-            "bearing at 0.25 µm (0.95″), some turns on.",
+            "*Later*: the same calibration after heat has moved the disc's centre by 2 µm, with "
+            "the balls of the bearing at 0.25 µm (0.95″), some turns on.",
             f"Uncorrected: {_span(raw['span_arcsec'])}″, {raw['rms_arcsec']:.2f}″ RMS.",
             "",
             "| Method | Heads | Output | Left, ″ | RMS, ″ | RMS, axis at rest, ″ | RMS, later, ″ "
@@ -157,8 +157,8 @@ def _verdict(found: Mapping[str, Any]) -> list[str]:
         "  from the disc: the table's own motion and the two circles of the axis take all three "
         f"readings ({three['rms_arcsec']:.3f}″ with the bearing that moves).",
         "  But three heads have a weighted mean that no motion of the axis reaches "
-        f"({mean3['rms_later_arcsec']:.3f}″ before and after the hub moves): what is left there "
-        "was taken for disc while calibrating.",
+        f"({mean3['rms_later_arcsec']:.3f}″ before and after the disc's centre moves): what is "
+        "left there was taken for disc while calibrating.",
         "- **A fourth head** tells disc and axis apart. While the axis is known to move at "
         f"orders 1 to 8 alone the worst gain to 128 is {_gain(listed['worst_gain_to_128'])}; with "
         "motion unknown at every order it is",

@@ -75,7 +75,7 @@ UNLISTED_MOTION = {1: -0.3, 9: 0.3, 13: -0.2}
 9 and 13 are in no method's list."""
 BALLS_M, BALLS_ORDER = 0.25e-6, 4.37
 HUB_SHIFT_M = 2e-6
-"""What happens after the calibration: the balls of the bearing, and heat that moves the hub."""
+"""What happens after the calibration: the balls of the bearing, and the disc moves on its hub."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class World:
     @cached_property
     def later(self) -> tuple[Cause, ...]:
         """What comes to the table after the calibration."""
-        return (BallPass(BALLS_ORDER, BALLS_M), RadialMotion(0, HUB_SHIFT_M * np.exp(0.8j)))
+        return (BallPass(BALLS_ORDER, BALLS_M), DiscEccentricity(HUB_SHIFT_M, 0.8))
 
     def table(
         self, places_rad: Sequence[float] = (0.0,), further: tuple[Cause, ...] = ()
