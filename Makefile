@@ -21,7 +21,7 @@ BITSTREAM_OPTIONS = $(if $(LANES),--lanes $(LANES)) $(if $(FOLD),--fold $(FOLD))
     $(if $(CAPTURE_DEPTH),--capture-depth $(CAPTURE_DEPTH)) $(if $(SEED),--seed $(SEED)) \
     $(if $(ROTATION),--rotation $(ROTATION)) \
     $(if $(TOP),--top $(TOP)) $(if $(PART),--part $(PART)) $(if $(PINS),--pins $(PINS))
-GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py) \
+GENERATORS := $(addprefix scripts/,generate.py generate_python.py number_formats.py register_block.py register_map.py register_words.py) \
   $(shell find scripts/register_block_templates -name "*.vhd")
 REGISTERS := $(wildcard rtl/registers/*.rdl)
 C_SOURCES = $(shell find firmware sim/arctrue/instrument scripts/bitstream_models -name '*.[ch]' -o -name '*.cpp' | sort)
