@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 import pytest
-from sim.tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_lines
 
 from arctrue.workbench.inference.forward.record import MOST_ROWS, Record, record_of
 from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.noise.kernel import KernelFactor, KernelNoise, Part, with_slopes
+from tests.workbench.noisy_logs import NULLS, clock, ornstein_uhlenbeck, with_lines
 
 WORM_S = 478.0
 MOUNT = [(8.5, WORM_S), (4.3, 180.3), (1.8, 71.9), (0.8, 43.1)]

@@ -19,7 +19,7 @@ from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.evidence import survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement, measurement_for
-from arctrue.workbench.diagnose.regular import Findings, findings_of, without
+from arctrue.workbench.diagnose.regular import Findings, findings_of
 from arctrue.workbench.diagnose.rules import decide, said_of
 from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
@@ -202,10 +202,10 @@ def _case_of(
             lambda text: None,
             negligible=False,
             looks=DEEPEST - 1,
-            regular=without(before.regular, first.regular),
+            findings=before.findings.without(first.regular),
         )
 
-    tried = survey(Residuals(base), effects, matters, progress, regular=findings.causes)
+    tried = survey(Residuals(base), effects, matters, progress, findings=findings)
     return Case(tried, effects, with_first, said_of, adding=adding)
 
 

@@ -18,9 +18,10 @@ from arctrue.workbench.diagnose.candidates import (
     regular_candidates,
     tried_effects,
     tried_products,
+    with_regular,
 )
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
-from arctrue.workbench.diagnose.regular import RegularCause
+from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.diagnose.survey import RUNS_ARE_THE_SAMPLE, Survey, fit_of_channels
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import absent_effects
@@ -68,14 +69,14 @@ def survey(
     *,
     negligible: bool = True,
     looks: int = 1,
-    regular: Sequence[RegularCause] = (),
+    findings: Findings | None = None,
 ) -> Survey:
     """Try everything beside the model of ``residuals``.
 
     Without ``negligible`` what is far too small to matter is not weighed: no verdict rests on it.
     An effect with a search is tried again beside itself: it may be there at another place.
-    ``looks``: surveys of this kind that the diagnosis makes. ``regular``: what a forward search
-    found beside this model, in place of where an effect of that name would be looked for.
+    ``looks``: surveys of this kind that the diagnosis makes. ``findings``: what a forward
+    search found beside this model, in place of where an effect of that name would be looked for.
     """
     present = {term.effect.name for term in residuals.solution.terms}
     absent = absent_effects(effects, present)
@@ -86,9 +87,9 @@ def survey(
     candidates, untestable = tried_effects(
         residuals, absent | repeatable, len(absent) * looks, progress
     )
-    lines = regular_candidates(residuals, regular, len(absent) * looks)
-    names = {item.name for item in lines}
-    candidates = [*lines, *(item for item in candidates if item.name not in names)]
+    found = Findings() if findings is None else findings
+    lines = regular_candidates(residuals, found.causes, len(absent) * looks)
+    candidates = with_regular(candidates, lines, found)
     progress("trying products of parts")
     tried = Survey(
         residuals,
@@ -99,7 +100,7 @@ def survey(
         tried_products(residuals, looks),
         untestable,
         channels,
-        tuple(regular),
+        found,
     )
     return weighed(tried, progress, negligible=negligible)
 

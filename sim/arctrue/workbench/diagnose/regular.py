@@ -6,21 +6,57 @@ scatter; the search predicts whole blocks of the record, and its lines have pass
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.inference.forward.events import Step
 from arctrue.workbench.inference.forward.of_solution import records_of
 from arctrue.workbench.inference.forward.record import Record
-from arctrue.workbench.inference.forward.search import Line, LineSearch, search_lines
-from arctrue.workbench.inference.forward.tests_of_a_line import nearest
+from arctrue.workbench.inference.forward.search import Line, LineSearch, search_record
+from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE, nearest
 from arctrue.workbench.inference.solution import Solution
 
 SAME_LINE = 1.5
 """Of 1/span: a line over the angle is so wide over time, at about one speed."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step of the reference's error."""
+
+    size_arcsec: float
+    time_s: float | None
+    turns: float | None
+    """Place, where there is no time."""
+
+    def data(self) -> dict[str, float | None]:
+        """As JSON."""
+        return {"size_arcsec": self.size_arcsec, "time_s": self.time_s, "turns": self.turns}
+
+    def words(self) -> str:
+        """When, and by how much."""
+        where = f"{self.time_s:.5g} s" if self.time_s is not None else f"{self.turns:.5g} turns"
+        return f"something jumped at {where} by {_angle(self.size_arcsec)}"
+
+
+def _angle(arcsec: float) -> str:
+    """In degrees where arcseconds are many."""
+    return f"{arcsec:.3g}″" if abs(arcsec) < MANY_ARCSEC else f"{arcsec / 3600.0:.3g}°"
+
+
+MANY_ARCSEC = 600.0
+
+
+@dataclass(frozen=True)
+class Band:
+    """Rates of a record up to which lines were looked for."""
+
+    in_time: bool
+    highest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +110,9 @@ class RegularCause:
     def words(self) -> str:
         """Its name, what it takes away and its lines, the largest first."""
         lines = ", ".join(
-            f"{line.amplitude_arcsec:.2g}″ at {self._where(line)}" for line in self.lines
+            f"{line.amplitude_arcsec:.3g}″ at {self._where(line)}" for line in self.lines
         )
-        return f"{self.effect.name} {self.taken_arcsec:.2g}″ RMS ({lines})"
+        return f"{self.effect.name} {self.taken_arcsec:.3g}″ RMS ({lines})"
 
     def _where(self, line: Line) -> str:
         period_s = self.period_s(line)
@@ -93,22 +129,52 @@ class Findings:
 
     causes: tuple[RegularCause, ...] = ()
     """By the error that they take away, the largest first."""
+    steps: tuple[Jump, ...] = ()
+    """What jumped once, listed apart: blocks cannot judge it."""
     whiteness_p: float | None = None
-    """Of Ljung and Box, with all lines in the model; None where nothing was searched."""
+    """Of Ljung and Box, with all lines and steps in the model; None where nothing was searched."""
+    bands: tuple[Band, ...] = ()
+    """Rates that were searched."""
+
+    def without(self, one: RegularCause | None) -> Findings:
+        """What is left with one of the causes in the model."""
+        return replace(self, causes=tuple(item for item in self.causes if item is not one))
+
+    def searched(self, nonlinear: Nonlinear) -> bool:
+        """A line there was looked for: if it is none of the causes, it is no line."""
+        in_time = bool(nonlinear["in_time"])
+        rate = nonlinear["frequency" if in_time else "order"]
+        if nonlinear["in_capture"]:
+            return False
+        return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
+
+    @property
+    def not_noise(self) -> bool:
+        """Something is there that is no line: a step, or what no kind of noise makes white.
+
+        A third of the family-wise level each for lines, steps and whiteness.
+        """
+        white = self.whiteness_p is None or self.whiteness_p >= FAMILY_WISE / 3.0
+        return bool(self.steps) or not white
 
     def data(self) -> dict[str, Any]:
         """As JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
+            "steps": [step.data() for step in self.steps],
             "whiteness_p": self.whiteness_p,
         }
 
     def sentences(self) -> list[str]:
         """In words, a sentence each."""
-        if not self.causes:
-            return []
-        words = "; ".join(cause.words() for cause in self.causes)
-        return [f"Regular in the reference, by the error that goes with it: {words}."]
+        found = []
+        if self.causes:
+            words = "; ".join(cause.words() for cause in self.causes)
+            found.append(f"Regular in the reference, by the error that goes with it: {words}.")
+        if self.steps:
+            words = "; ".join(step.words() for step in self.steps)
+            found.append(f"Once, which no other part of the record can confirm: {words}.")
+        return found
 
 
 def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
@@ -124,9 +190,14 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     whiteness: list[float] = []
     rows = solution.observations.reference
     timed = rows is not None and rows.time_s is not None
+    bands: list[Band] = []
+    steps: list[Jump] = []
     for record in records_of(solution, declared):
-        found = search_lines(record)
+        found = search_record(record)
         whiteness.append(found.whiteness_p)
+        bands.append(Band(record.in_time, record.highest))
+        if not steps:
+            steps = [_jump(step, record, timed=timed) for step in found.steps]
         turns_s = record.turns_on_the_clock if timed else None
         causes += [
             item
@@ -134,7 +205,14 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
             if not any(_is_same(item, other, record) for other in causes)
         ]
     causes.sort(key=lambda item: -item.taken_arcsec)
-    return Findings(tuple(causes), min(whiteness, default=None))
+    # Over time and over the angle the same rows are looked at: what either finds white is.
+    return Findings(tuple(causes), tuple(steps), max(whiteness, default=None), tuple(bands))
+
+
+def _jump(step: Step, record: Record, *, timed: bool) -> Jump:
+    if not timed:
+        return Jump(step.size_arcsec, None, step.place)
+    return Jump(step.size_arcsec, float(record.measured[step.row]), None)
 
 
 def _expected(solution: Solution, effects: Mapping[str, type[Effect]]) -> Effect | None:
@@ -181,8 +259,3 @@ def _place(line: Line, record: Record) -> dict[str, float]:
         "in_time": float(record.in_time),
         "in_capture": 0.0,
     }
-
-
-def without(causes: Sequence[RegularCause], one: RegularCause | None) -> tuple[RegularCause, ...]:
-    """What is left of some causes with one of them in the model."""
-    return tuple(item for item in causes if item is not one)

@@ -160,6 +160,18 @@ def left_undescribed(case: Case) -> Decision | None:
     return Decision("unknown", undescribed_arcsec=left) if left else None
 
 
+def jumped_or_not_white(case: Case) -> Decision | None:
+    """Nothing has a name, and something jumped once, or what is left of a log is no known noise."""
+    if case.best is not None or not case.survey.findings.not_noise:
+        return None
+    left = {
+        channel: item.excess_arcsec
+        for channel, item in case.survey.channels.items()
+        if channel == "reference"
+    }
+    return Decision("unknown", undescribed_arcsec=left)
+
+
 def nothing_found(case: Case) -> Decision | None:
     """No effect and no product of parts is real."""
     return Decision("adequate") if case.best is None else None
@@ -436,6 +448,7 @@ RULES = (
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),
     Rule("unknown", left_undescribed),
+    Rule("unknown", jumped_or_not_white),
     Rule("adequate", nothing_found),
     Rule("unknown", contradicts_itself),
     Rule("unknown", makes_it_worse),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
-from arctrue.workbench.diagnose.regular import RegularCause
+from arctrue.workbench.diagnose.regular import Findings
 from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -73,7 +73,7 @@ class Survey:
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
-    regular: Sequence[RegularCause] = ()
+    findings: Findings = field(default_factory=Findings)
     """What a forward search found, and the model lacks."""
 
     @property

@@ -37,6 +37,9 @@ def records_of(solution: Solution, declared: float | None) -> list[Record]:
     starts = stretch_starts(clock, rows.run)
     stretch = np.zeros(clock.size, dtype=np.int64)
     stretch[starts[1:]] = 1
+    if rows.direction is not None:
+        # What changes with the direction of approach is no step in time.
+        stretch[1:] |= np.diff(rows.direction) != 0.0
     stretch = np.cumsum(stretch)
     size = np.bincount(stretch)
     kept = size[stretch] >= LEAST_STRETCH_ROWS

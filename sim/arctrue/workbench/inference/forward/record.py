@@ -17,9 +17,9 @@ Integer = NDArray[np.int64]
 
 MOST_ROWS = 1600
 """A longer record is averaged to so many rows: a fit of the noise then takes 20 ms."""
-ROWS_A_PERIOD = 5.0
-"""Fewest averaged rows in a period that is looked for: their mean keeps 94 % of its amplitude
-(sinc 1/5), which the columns allow for."""
+ROWS_A_PERIOD = 4.0
+"""Fewest averaged rows in a period that is looked for: their mean keeps 90 % of its amplitude
+(sinc 1/4), which the columns allow for."""
 APART = 500.0
 """Longest stretches between two stretches on the common clock: noise with a decay time of ten
 stretches, the longest that is fitted, keeps e⁻⁵⁰ of its correlation."""
@@ -37,6 +37,8 @@ class Record:
 
     clock: Float
     """Of the noise: time or row number, with stretches far apart; shape (rows,)."""
+    measured: Float
+    """The same as it was measured, shape (rows,)."""
     place: Float
     """In which lines are regular: turns or seconds, shape (rows,)."""
     width: Float
@@ -146,6 +148,7 @@ def record_of(
     width = mean(each) * np.where(count > 1, count, 0.0)
     return Record(
         clock=np.ascontiguousarray(even),
+        measured=middle,
         place=where,
         width=width,
         readings=count,

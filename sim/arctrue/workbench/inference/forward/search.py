@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.inference.forward.record import Record
+from arctrue.workbench.inference.forward.events import Step, search_steps, step_column
+from arctrue.workbench.inference.forward.record import Record, orthonormal
 from arctrue.workbench.inference.forward.tests_of_a_line import (
     Coherence,
     coherence,
@@ -101,7 +102,9 @@ class LineSearch:
     noise: KernelFit
     """With all lines in the model."""
     whiteness_p: float
-    """Of Ljung and Box, of the whitened residuals with all lines in the model."""
+    """Of Ljung and Box, of the whitened residuals with all lines and steps in the model."""
+    steps: tuple[Step, ...] = ()
+    """What jumped once, the largest gain first."""
     rejected: tuple[Rejected, ...] = field(default=(), repr=False)
     """Of the last step."""
 
@@ -114,6 +117,18 @@ class _Tried:
     coherence: Coherence
     fit: KernelFit
     why: str | None
+
+
+def search_record(record: Record) -> LineSearch:
+    """Lines, then steps beside them; lines once more where there are steps."""
+    found = search_lines(record)
+    lines = record.columns(np.array([line.rate for line in found.lines]))
+    steps = search_steps(record, lines, found.noise)
+    if not steps:
+        return found
+    columns = np.hstack([step_column(record, step.row) for step in steps])
+    beside = replace(record, base=orthonormal([record.base, columns]))
+    return replace(search_lines(beside), steps=tuple(steps))
 
 
 def search_lines(record: Record, *, oscillator_gain: float = OSCILLATOR_GAIN) -> LineSearch:
@@ -472,4 +487,10 @@ def _ordered(
             )
         )
     lines.sort(key=lambda line: -line.taken_arcsec)
-    return LineSearch(record, tuple(lines), fit, whiteness_of(rows, fit.noise), tuple(rejected))
+    return LineSearch(
+        record,
+        tuple(lines),
+        fit,
+        whiteness_of(rows, fit.noise),
+        rejected=tuple(rejected),
+    )
