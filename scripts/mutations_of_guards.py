@@ -41,7 +41,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_second_survey_is_free",
         "what is looked for beside a name does not pay for the further look",
         f"{DIAGNOSE}/evidence.py",
-        "candidates * tried.analyses, found.freedom",
+        "candidates * tried.looks, found.freedom",
         "candidates, found.freedom",
         f"{GUARDS}::test_every_survey_of_a_diagnosis_is_charged",
     ),

@@ -25,43 +25,31 @@ struct command {
     command_action *action;
 };
 
-static void line(struct console *console, const char *text) {
-    text_word(&console->sink, text);
-    text_word(&console->sink, "\r\n");
-}
-
-static void error(struct console *console, const char *text, const char *word) {
-    text_word(&console->sink, "error: ");
-    text_word(&console->sink, text);
-    text_word(&console->sink, word);
-    text_word(&console->sink, "\r\n");
-}
-
 static void named(struct console *console, const char *name, uint64_t value) {
     text_word(&console->sink, name);
     text_word(&console->sink, " ");
     text_unsigned(&console->sink, value);
-    text_word(&console->sink, "\r\n");
+    text_line(&console->sink, "");
 }
 
 static void named_word(struct console *console, const char *name, const char *value) {
     text_word(&console->sink, name);
     text_word(&console->sink, " ");
-    line(console, value);
+    text_line(&console->sink, value);
 }
 
 static void named_fixed(struct console *console, const char *name, double value) {
     text_word(&console->sink, name);
     text_word(&console->sink, " ");
     text_fixed(&console->sink, value, 9);
-    text_word(&console->sink, "\r\n");
+    text_line(&console->sink, "");
 }
 
 static void named_hexadecimal(struct console *console, const char *name, uint32_t value) {
     text_word(&console->sink, name);
     text_word(&console->sink, " 0x");
     text_hexadecimal(&console->sink, value);
-    text_word(&console->sink, "\r\n");
+    text_line(&console->sink, "");
 }
 
 static void advise(struct console *console, const char *name) {
@@ -93,7 +81,7 @@ static void show_released(struct console *console) {
         if (causes & bit && core_fault_name(bit) != NULL) {
             text_word(&console->sink, "released ");
             text_word(&console->sink, core_fault_name(bit));
-            line(console, present & bit ? ", still present" : "");
+            text_line(&console->sink, present & bit ? ", still present" : "");
         }
     }
     advise(console, "released");
@@ -226,11 +214,11 @@ static void status(struct console *console, char *const *words, uint32_t number)
         named(console, "overruns", application->overruns);
         text_word(&console->sink, "head2_zero_counts ");
         text_signed(&console->sink, application->head2_zero);
-        line(console, "");
+        text_line(&console->sink, "");
         show_heads(console);
     }
     show_refusals(console);
-    line(console, "ok");
+    text_line(&console->sink, "ok");
 }
 
 static void show_harmonic(struct console *console, uint32_t place) {
@@ -243,15 +231,15 @@ static void show_harmonic(struct console *console, uint32_t place) {
         text_fixed(sink, values[value], 9);
     }
     text_word(sink, " ");
-    line(console, verdict_name(console->application->verdicts[place]));
+    text_line(&console->sink, verdict_name(console->application->verdicts[place]));
 }
 
 static void show_harmonics(struct console *console) {
-    line(console, "order cosine_arcsec sine_arcsec uncertainty_arcsec verdict");
+    text_line(&console->sink, "order cosine_arcsec sine_arcsec uncertainty_arcsec verdict");
     for (uint32_t place = 0; place < console->application->estimate.orders; place++) {
         show_harmonic(console, place);
     }
-    line(console, "ok");
+    text_line(&console->sink, "ok");
 }
 
 static void show(struct console *console, char *const *words, uint32_t number) {
@@ -260,9 +248,9 @@ static void show(struct console *console, char *const *words, uint32_t number) {
         show_harmonics(console);
     } else if (text_equal(words[1], "parameters")) {
         parameters_show(console, "");
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     } else {
-        error(console, "show harmonics or show parameters, not ", words[1]);
+        text_error(&console->sink, "show harmonics or show parameters, not ", words[1]);
     }
 }
 
@@ -270,7 +258,7 @@ static void show(struct console *console, char *const *words, uint32_t number) {
 static bool read_switch(struct console *console, const char *word, bool *on) {
     *on = text_equal(word, "on");
     if (!*on && !text_equal(word, "off")) {
-        error(console, "on or off, not ", word);
+        text_error(&console->sink, "on or off, not ", word);
         return false;
     }
     return true;
@@ -281,7 +269,7 @@ static void freeze(struct console *console, char *const *words, uint32_t number)
     (void)number;
     if (read_switch(console, words[1], &on)) {
         application_freeze(console->application, on);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     }
 }
 
@@ -290,7 +278,7 @@ static void bypass(struct console *console, char *const *words, uint32_t number)
     (void)number;
     if (read_switch(console, words[1], &on)) {
         application_bypass(console->application, on);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     }
 }
 
@@ -299,7 +287,7 @@ static void telemetry(struct console *console, char *const *words, uint32_t numb
     (void)number;
     if (read_switch(console, words[1], &on)) {
         application_telemetry(console->application, on);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     }
 }
 
@@ -309,21 +297,21 @@ static void temperature(struct console *console, char *const *words, uint32_t nu
     (void)number;
     if (text_equal(words[1], "none")) {
         application_choose_temperature(application, TEMPERATURE_NONE);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     } else if (text_equal(words[1], "sensor")) {
         if (application->table.read == NULL) {
-            error(console, "no thermometer answers", "");
+            text_error(&console->sink, "no thermometer answers", "");
             return;
         }
         application_choose_temperature(application, TEMPERATURE_SENSOR);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     } else if (!text_parse_decimal(words[1], &celsius)) {
-        error(console, "a temperature, sensor or none, not ", words[1]);
+        text_error(&console->sink, "a temperature, sensor or none, not ", words[1]);
     } else if (celsius < -55.0 || celsius > 150.0) {
-        error(console, "a temperature is -55 to 150, not ", words[1]);
+        text_error(&console->sink, "a temperature is -55 to 150, not ", words[1]);
     } else {
         application_tell_temperature(application, celsius);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     }
 }
 
@@ -331,7 +319,7 @@ static void forget(struct console *console, char *const *words, uint32_t number)
     (void)words;
     (void)number;
     application_forget(console->application);
-    line(console, "ok");
+    text_line(&console->sink, "ok");
 }
 
 static void tell_still_present(struct console *console) {
@@ -343,7 +331,7 @@ static void tell_still_present(struct console *console) {
             text_word(&console->sink, core_fault_name(bit));
         }
     }
-    line(console, "; try help released");
+    text_line(&console->sink, "; try help released");
 }
 
 static void clear_output(struct console *console, char *const *words, uint32_t number) {
@@ -351,23 +339,23 @@ static void clear_output(struct console *console, char *const *words, uint32_t n
     (void)number;
     switch (application_clear_output(console->application)) {
     case OUTPUT_CLEARED:
-        line(console, "ok, the output follows from the present position");
+        text_line(&console->sink, "ok, the output follows from the present position");
         break;
     case OUTPUT_DRIVEN:
-        line(console, "ok, the line drivers are enabled again");
+        text_line(&console->sink, "ok, the line drivers are enabled again");
         break;
     case OUTPUT_NO_FAULT:
-        error(console, "the output is at no fault", "");
+        text_error(&console->sink, "the output is at no fault", "");
         break;
     case OUTPUT_FAULT_AGAIN:
-        error(console, "the output came to a fault again; try help output", "");
+        text_error(&console->sink, "the output came to a fault again; try help output", "");
         break;
     case OUTPUT_STAYS_RELEASED:
         tell_still_present(console);
         break;
     case OUTPUT_NO_CORE:
     default:
-        error(console, "no core", "");
+        text_error(&console->sink, "no core", "");
     }
 }
 
@@ -376,10 +364,10 @@ static void rearm(struct console *console, char *const *words, uint32_t number) 
     (void)number;
     application_rearm(console->application);
     if (console->application->phase == PHASE_NO_CORE) {
-        error(console, "no core answers", "");
+        text_error(&console->sink, "no core answers", "");
         return;
     }
-    line(console, "ok, the index is looked for again");
+    text_line(&console->sink, "ok, the index is looked for again");
 }
 
 static void help(struct console *console, char *const *words, uint32_t number);
@@ -422,18 +410,18 @@ static void help(struct console *console, char *const *words, uint32_t number) {
     bool found = word == NULL;
     for (uint32_t place = 0; place < COMMANDS; place++) {
         if (word == NULL || text_equal(commands[place].name, word)) {
-            line(console, commands[place].use);
+            text_line(&console->sink, commands[place].use);
             found = true;
         }
     }
     if (word != NULL && advice_for(word) != NULL) {
-        line(console, advice_for(word));
+        text_line(&console->sink, advice_for(word));
         found = true;
     }
     if (found) {
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     } else {
-        error(console, "no command, reason or alarm ", word);
+        text_error(&console->sink, "no command, reason or alarm ", word);
     }
 }
 
@@ -445,11 +433,11 @@ void commands_run(struct console *console, char *const *words, uint32_t number) 
             continue;
         }
         if (number < command->least || number > command->most) {
-            error(console, "use: ", command->use);
+            text_error(&console->sink, "use: ", command->use);
             return;
         }
         command->action(console, words, number);
         return;
     }
-    error(console, "no such command, try help: ", words[0]);
+    text_error(&console->sink, "no such command, try help: ", words[0]);
 }

@@ -80,7 +80,7 @@ static void tell_row(const struct text_sink *sink, struct capture_copy *copy, ui
     text_signed(sink, counts.head2);
     text_word(sink, ",");
     text_hexadecimal(sink, crc_of(words, sizeof words / sizeof words[0]));
-    text_word(sink, "\r\n");
+    text_line(sink, "");
 }
 
 bool dump_busy(const struct console *console) {
@@ -142,9 +142,7 @@ void dump_command(struct console *console, char *const *words, uint32_t number) 
     } else if (number == 4 && text_equal(words[1], "rows")) {
         tell_rows_again(console, words);
     } else if (number != 1) {
-        text_word(sink, "error: use: ");
-        text_word(sink, dump_use);
-        text_word(sink, "\r\n");
+        text_error(sink, "use: ", dump_use);
     } else if (application->phase == PHASE_HELD) {
         text_word(sink, "error: nothing is captured in phase held; try help held\r\n");
     } else {

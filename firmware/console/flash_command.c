@@ -12,18 +12,12 @@ const char flash_use[] =
 
 enum { DIGITS_A_WORD = 8 };
 
-static void line(const struct console *console, const char *text) {
-    text_word(&console->sink, text);
-    text_word(&console->sink, "\r\n");
-}
-
 static void told(const struct console *console, enum image_answer answer) {
     if (answer == IMAGE_DONE) {
-        line(console, "ok");
+        text_line(&console->sink, "ok");
         return;
     }
-    text_word(&console->sink, "error: flash ");
-    line(console, image_answer_name(answer));
+    text_error(&console->sink, "flash ", image_answer_name(answer));
 }
 
 /* What has begun is told when it has ended. */
@@ -61,7 +55,7 @@ static void data(const struct console *console, struct image_store *store, char 
         found = crc32_add_word(found, content[place]);
     }
     if (!read || found != crc) {
-        line(console, "error: flash wrong_crc");
+        text_line(&console->sink, "error: flash wrong_crc");
         return;
     }
     begun(console, image_store_write(store, address, content, number));
@@ -69,12 +63,12 @@ static void data(const struct console *console, struct image_store *store, char 
 
 static void status(const struct console *console, struct image_store *store) {
     bool golden = image_store_has_golden(store);
-    line(console, golden ? "golden whole" : "golden none");
+    text_line(&console->sink, golden ? "golden whole" : "golden none");
     text_word(&console->sink, "sector_bytes ");
     text_unsigned(&console->sink, store->sector_bytes);
     text_word(&console->sink, "\r\nstarted_from 0x");
     text_hexadecimal(&console->sink, console->started_from);
-    line(console, "\r\nok");
+    text_line(&console->sink, "\r\nok");
 }
 
 static void check(const struct console *console, struct image_store *store, char *const *words) {
@@ -89,7 +83,7 @@ static void check(const struct console *console, struct image_store *store, char
     if (answer == IMAGE_DONE) {
         text_word(&console->sink, "crc ");
         text_hexadecimal(&console->sink, crc);
-        text_word(&console->sink, "\r\n");
+        text_line(&console->sink, "");
     }
     told(console, answer);
 }
@@ -113,8 +107,7 @@ void flash_command(struct console *console, char *const *words, uint32_t number)
     } else if (text_equal(what, "check") && number == 4) {
         check(console, store, words + 2);
     } else {
-        text_word(&console->sink, "error: use: ");
-        line(console, flash_use);
+        text_error(&console->sink, "use: ", flash_use);
     }
 }
 

@@ -23,18 +23,12 @@ enum {
     END_WORDS = 3
 };
 
-static void line(struct console *console, const char *text) {
-    text_word(&console->sink, text);
-    text_word(&console->sink, "\r\n");
-}
-
 static void answer(struct console *console, enum load_answer given) {
     if (given == LOAD_TAKEN) {
-        line(console, "ok");
+        text_line(&console->sink, "ok");
         return;
     }
-    text_word(&console->sink, "error: load ");
-    line(console, load_answer_name(given));
+    text_error(&console->sink, "load ", load_answer_name(given));
 }
 
 /* Whole numbers and, last, a CRC; false where one is none. */
@@ -52,7 +46,7 @@ static void begin(struct console *console, char *const *words) {
     int64_t values[2];
     uint32_t crc;
     if (application->phase == PHASE_NO_CORE) {
-        line(console, "error: no core");
+        text_line(&console->sink, "error: no core");
     } else if (!read_numbers(words, 3, values, &crc)) {
         answer(console, LOAD_WRONG_CRC);
     } else {
@@ -132,7 +126,7 @@ static void end(struct console *console, char *const *words) {
 static void order_line(struct console *console, const char *name, uint32_t order) {
     text_word(&console->sink, name);
     text_unsigned(&console->sink, order);
-    line(console, "");
+    text_line(&console->sink, "");
 }
 
 /* The lanes of `set` whose bits are set. */
@@ -160,13 +154,13 @@ static void tell_loaded(struct console *console, const struct load *load) {
             text_unsigned(&console->sink, order);
             text_word(&console->sink, " ");
             text_fixed(&console->sink, left, ARCSEC_DECIMALS);
-            line(console, "");
+            text_line(&console->sink, "");
         }
     }
     order_lines(console, "unjudged_order ", &load->loaded, load->unjudged);
     text_word(&console->sink, "loaded_crc ");
     text_hexadecimal(&console->sink, load->loaded_crc);
-    line(console, "");
+    text_line(&console->sink, "");
 }
 
 static void tell(struct console *console) {
@@ -177,7 +171,7 @@ static void tell(struct console *console) {
         text_word(&console->sink, " ");
         text_word(&console->sink, load_answer_name(load->reason));
     }
-    line(console, "");
+    text_line(&console->sink, "");
     if (load->state == LOAD_REFUSED && load->refused_order != 0) {
         order_line(console, "refused_order ", load->refused_order);
     }
@@ -187,7 +181,7 @@ static void tell(struct console *console) {
     if (load_at_work(load) != NULL) {
         tell_loaded(console, load);
     }
-    line(console, "ok");
+    text_line(&console->sink, "ok");
 }
 
 void load_command(struct console *console, char *const *words, uint32_t number) {
@@ -210,9 +204,8 @@ void load_command(struct console *console, char *const *words, uint32_t number) 
         tell(console);
     } else if (text_equal(what, "abort") && number == 2) {
         load_abort(&console->application->load);
-        line(console, "ok");
+        text_line(&console->sink, "ok");
     } else {
-        text_word(&console->sink, "error: use: ");
-        line(console, load_use);
+        text_error(&console->sink, "use: ", load_use);
     }
 }

@@ -17,21 +17,10 @@ const char compare_use[] = "compare | compare first COUNTS | compare interval CO
 
 enum { NAME_MOST = 32 };
 
-static void line(const struct text_sink *sink, const char *text) {
-    text_word(sink, text);
-    text_word(sink, "\r\n");
-}
-
-static void error(const struct text_sink *sink, const char *text, const char *word) {
-    text_word(sink, "error: ");
-    text_word(sink, text);
-    line(sink, word);
-}
-
 static void named(const struct text_sink *sink, const char *name, int64_t value) {
     text_word(sink, name);
     text_signed(sink, value);
-    line(sink, "");
+    text_line(sink, "");
 }
 
 void parameters_show(const struct console *console, const char *beginning) {
@@ -42,7 +31,7 @@ void parameters_show(const struct console *console, const char *beginning) {
             text_word(sink, name);
             text_word(sink, " ");
             text_fixed(sink, parameters_value(&console->application->parameters, place), 9);
-            line(sink, "");
+            text_line(sink, "");
         }
     }
 }
@@ -55,7 +44,7 @@ static void tell_range(const struct text_sink *sink, const char *name,
     text_fixed(sink, description->low, 2);
     text_word(sink, " to ");
     text_unsigned(sink, (uint64_t)description->high);
-    line(sink, "");
+    text_line(sink, "");
 }
 
 static void set(const struct console *console, const char *name, const char *word) {
@@ -63,23 +52,23 @@ static void set(const struct console *console, const char *name, const char *wor
     const struct parameter_description *description = NULL;
     double value;
     if (!text_parse_decimal(word, &value)) {
-        error(sink, "not a decimal number: ", word);
+        text_error(sink, "not a decimal number: ", word);
         return;
     }
     switch (application_set(console->application, name, value, &description)) {
     case PARAMETER_SET:
-        line(sink,
-             description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
+        text_line(sink,
+                  description->effect == EFFECT_REARM ? "ok, the index is looked for again" : "ok");
         break;
     case PARAMETER_OUT_OF_RANGE:
         tell_range(sink, name, description);
         break;
     case PARAMETER_NOT_WHOLE:
-        error(sink, "a whole number is needed, not ", word);
+        text_error(sink, "a whole number is needed, not ", word);
         break;
     case PARAMETER_UNKNOWN:
     default:
-        error(sink, "no parameter ", name);
+        text_error(sink, "no parameter ", name);
     }
 }
 
@@ -105,7 +94,7 @@ static void tell_unit(const struct console *console, const char *unit) {
         tell_probe(console);
     } else if (text_equal(unit, "compare")) {
         bool armed = core_status(&console->application->core).compare_armed;
-        line(&console->sink, armed ? "armed yes" : "armed no");
+        text_line(&console->sink, armed ? "armed yes" : "armed no");
     }
 }
 
@@ -121,7 +110,7 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
         return;
     }
     if (number == 2) {
-        error(&console->sink, "no value for ", words[1]);
+        text_error(&console->sink, "no value for ", words[1]);
         return;
     }
     parameters_show(console, name);
@@ -129,5 +118,5 @@ void pins_command(struct console *console, char *const *words, uint32_t number) 
         parameters_show(console, "pulse_filter");
     }
     tell_unit(console, words[0]);
-    line(&console->sink, "ok");
+    text_line(&console->sink, "ok");
 }

@@ -7,9 +7,7 @@
 const char save_use[] = "save: parameters, switches and coefficients into the flash, for power-on";
 
 static void refuse(const struct console *console, enum save_answer answer) {
-    text_word(&console->sink, "error: save ");
-    text_word(&console->sink, save_answer_name(answer));
-    text_word(&console->sink, "\r\n");
+    text_error(&console->sink, "save ", save_answer_name(answer));
 }
 
 void save_command(struct console *console, char *const *words, uint32_t number) {
@@ -41,5 +39,5 @@ void save_step_told(struct console *console) {
         text_word(&console->sink, "; worn sectors: ");
         text_unsigned(&console->sink, save_worn(save));
     }
-    text_word(&console->sink, "\r\n");
+    text_line(&console->sink, "");
 }

@@ -24,6 +24,17 @@ void text_word(const struct text_sink *sink, const char *word) {
     sink->put(sink->context, word, strlen(word));
 }
 
+void text_line(const struct text_sink *sink, const char *word) {
+    text_word(sink, word);
+    text_word(sink, "\r\n");
+}
+
+void text_error(const struct text_sink *sink, const char *text, const char *word) {
+    text_word(sink, "error: ");
+    text_word(sink, text);
+    text_line(sink, word);
+}
+
 static void digits(const struct text_sink *sink, uint64_t value, unsigned least) {
     char text[DIGITS_MOST];
     unsigned first = DIGITS_MOST;

@@ -23,6 +23,10 @@ struct text_sink {
 bool text_has_room(const struct text_sink *sink, size_t number);
 
 void text_word(const struct text_sink *sink, const char *word);
+/* The word and the end of its line. */
+void text_line(const struct text_sink *sink, const char *word);
+/* The line of an error: what is wrong, and the word that is. */
+void text_error(const struct text_sink *sink, const char *text, const char *word);
 void text_unsigned(const struct text_sink *sink, uint64_t value);
 /* Eight digits. */
 void text_hexadecimal(const struct text_sink *sink, uint32_t value);

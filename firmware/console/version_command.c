@@ -9,13 +9,13 @@ const char version_use[] = "version: of firmware and gateware, and the chip";
 static void named_word(const struct text_sink *sink, const char *name, const char *value) {
     text_word(sink, name);
     text_word(sink, value != NULL ? value : "unknown");
-    text_word(sink, "\r\n");
+    text_line(sink, "");
 }
 
 static void named(const struct text_sink *sink, const char *name, uint32_t value) {
     text_word(sink, name);
     text_unsigned(sink, value);
-    text_word(sink, "\r\n");
+    text_line(sink, "");
 }
 
 static void tell_gateware(const struct text_sink *sink, const struct application *application) {
@@ -38,7 +38,7 @@ static void tell_gateware(const struct text_sink *sink, const struct application
     text_word(sink, "dna 0x");
     text_hexadecimal(sink, (uint32_t)(origin.dna >> 32));
     text_hexadecimal(sink, (uint32_t)origin.dna);
-    text_word(sink, "\r\n");
+    text_line(sink, "");
 }
 
 void version_command(struct console *console, char *const *words, uint32_t number) {

@@ -69,9 +69,7 @@ def combined_estimate(
     full_values, full = np.zeros(2 * number), np.diag(np.full(2 * number, np.inf))
     full_values[both] = values
     full[np.ix_(both, both)] = covariance
-    effective, disagree = np.zeros(number), np.ones(number)
-    samples = sum(part.samples for part in turns)
-    effective[place] = samples / colour
+    disagree = np.ones(number)
     disagree[place] = disagreement
     statistical = 1.0 / np.sqrt(sum(p.samples / s**2 for p, s in zip(turns, sigmas, strict=True)))
     colour_of_mean = float(spectrum.at(np.array([0]))[0])
@@ -85,7 +83,6 @@ def combined_estimate(
         values=full_values,
         covariance=full,
         noise_gain=np.where(np.isin(orders, seen), noise_gain(orders, used_separation_rad), np.inf),
-        effective_samples=effective,
         disagreement=disagree,
         residual_rms_arcsec=rms,
         residual_peaks=tuple(

@@ -42,8 +42,6 @@ class Estimate:
     covariance: Float
     noise_gain: Float
     """|TF| of every order, (N,)."""
-    effective_samples: Float
-    """Samples that count as independent at every order, (N,)."""
     disagreement: Float
     """χ² a degree of freedom between the runs at every order, (N,); 1 where it cannot be judged."""
     residual_rms_arcsec: float

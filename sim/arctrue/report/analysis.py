@@ -64,12 +64,6 @@ class Analysis:
         """What the model leaves."""
         return Residuals(self.solution)
 
-    @property
-    def channels(self) -> list[str]:
-        """Those that were measured."""
-        there = (self.observations.capture, self.observations.reference)
-        return [name for name, rows in zip(CHANNELS, there, strict=True) if rows is not None]
-
     def rows(self, channel: str) -> CaptureRows | ReferenceRows:
         """The conditions of the rows of a channel that was measured."""
         found = self.observations.capture if channel == "capture" else self.observations.reference
@@ -102,7 +96,7 @@ class Analysis:
     def conditions(self) -> dict[str, Condition]:
         """Everything that varies in the set, by key."""
         found: dict[str, dict[str, Float]] = {}
-        for channel in self.channels:
+        for channel in self.observations.channels:
             for key, values in _conditions_of(self.rows(channel)).items():
                 if key in ROUND or float(np.ptp(values)) > 0.0:
                     found.setdefault(key, {})[channel] = values

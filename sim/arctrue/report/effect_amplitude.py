@@ -94,7 +94,7 @@ def effect_amplitude(analysis: Analysis, solution: Solution) -> EffectAmplitude:
     coefficients = solution.coefficients[solution.part(len(solution.terms) - 1)]
     residuals = Residuals(solution)
     shown: list[AmplitudeCurve] = []
-    for channel in analysis.channels:
+    for channel in analysis.observations.channels:
         left = residuals.capture_arcsec if channel == "capture" else residuals.reference_arcsec
         assert left is not None
         columns = channel_columns(
@@ -122,10 +122,10 @@ def _own_phases(analysis: Analysis, nonlinear: Mapping[str, float]) -> list[Cond
     order, hertz = nonlinear.get("order", 0.0), nonlinear.get("frequency", 0.0)
     found = []
     if order > 0.0:
-        values = {name: order * analysis.angle_rad(name) for name in analysis.channels}
+        values = {name: order * analysis.angle_rad(name) for name in analysis.observations.channels}
         found.append(Condition(OWN_PHASE, f"phase of order {order:.6g}", "deg", values))
     elif hertz > 0.0:
-        times = {name: analysis.rows(name).time_s for name in analysis.channels}
+        times = {name: analysis.rows(name).time_s for name in analysis.observations.channels}
         values = {
             name: 2.0 * np.pi * hertz * time_s
             for name, time_s in times.items()

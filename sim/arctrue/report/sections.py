@@ -68,7 +68,7 @@ def set_section(analysis: Analysis, ranking: Ranking | None) -> dict[str, Any]:
     masked = analysis.observations.masked
     return {
         "facts": [(name, value) for name, value in facts if value is not None],
-        "channels": [_channel(analysis, name) for name in analysis.channels],
+        "channels": [_channel(analysis, name) for name in analysis.observations.channels],
         "masked": len(masked),
         "masked_rows": [str(row) for row in masked[:MOST_MASKED]],
         "warnings": list(analysis.measurement.warnings),
@@ -150,7 +150,7 @@ def channels_section(analysis: Analysis, display: DisplaySettings) -> list[dict[
             "held_out": angle_text(display, last.heldout_rms_arcsec.get(channel)),
             "noise": angle_text(display, last.noise_arcsec.get(channel)),
         }
-        for channel in analysis.channels
+        for channel in analysis.observations.channels
         if channel in last.rms_arcsec
     ]
 

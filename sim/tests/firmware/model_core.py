@@ -213,6 +213,15 @@ class Firmware:
             self.library.console_receive(self.console, character)
         return self.said.decode()
 
+    def parameters(self) -> dict[str, str]:
+        """What ``show parameters`` says, by name."""
+        return dict(line.split() for line in self.send("show parameters").splitlines()[:-1])
+
+    def status(self, name: str) -> list[str]:
+        """The lines of ``status`` that begin with a name, without it."""
+        lines = self.send("status").splitlines()
+        return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
+
     def step(self, times: int = 1) -> str:
         """The main loop; what is said meanwhile."""
         self.said.clear()

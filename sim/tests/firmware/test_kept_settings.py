@@ -55,28 +55,18 @@ class Device:
             self.firmware.step(3)
 
 
-def parameters(device: Device) -> dict[str, str]:
-    lines = device.firmware.send("show parameters").splitlines()
-    return dict(line.split() for line in lines[:-1])
-
-
-def field(device: Device, name: str) -> list[str]:
-    lines = device.firmware.send("status").splitlines()
-    return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
-
-
 def test_a_new_start_after_a_fault_has_the_operators_settings() -> None:
     device = Device()
-    assert field(device, "settings") == ["preset"]
+    assert device.firmware.status("settings") == ["preset"]
     for order in ORDERS:
         assert device.firmware.send(order).startswith("ok")
-    ordered = parameters(device)
+    ordered = device.firmware.parameters()
     assert ordered["counts_per_rev"] == "3600000.000000000"
     device.start(after_fault=True)
-    assert parameters(device) == ordered
-    assert field(device, "settings") == ["kept"]
-    assert field(device, "coefficients") == ["frozen"]
-    assert field(device, "faults_in_a_row") == ["1"]
+    assert device.firmware.parameters() == ordered
+    assert device.firmware.status("settings") == ["kept"]
+    assert device.firmware.status("coefficients") == ["frozen"]
+    assert device.firmware.status("faults_in_a_row") == ["1"]
     assert device.core.get("counts_per_rev") == 3_600_000
     assert device.firmware.application.telemetry
 
@@ -97,7 +87,7 @@ def test_the_output_after_a_fault_is_what_was_ordered(bypassed: bool) -> None:
         if offset == address("command")
     )
     assert not device.firmware.application.has_active, "which coefficients is not known"
-    assert field(device, "compensation") == ["bypassed" if bypassed else "on"]
+    assert device.firmware.status("compensation") == ["bypassed" if bypassed else "on"]
     device.work(1)
     assert device.firmware.application.has_active
     assert controls(device.core)["compensate"] != bypassed
@@ -111,16 +101,18 @@ def test_lost_settings_leave_the_output_uncorrected() -> None:
     ffi, _ = firmware()
     ffi.buffer(device.kept)[:] = bytes(ffi.sizeof(device.kept[0]))
     device.start(after_fault=True)
-    assert field(device, "settings") == ["lost"]
-    assert any("as they were saved, else preset" in line for line in field(device, "advice"))
-    assert parameters(device)["separation_deg"] == "33.000000000"
+    assert device.firmware.status("settings") == ["lost"]
+    assert any(
+        "as they were saved, else preset" in line for line in device.firmware.status("advice")
+    )
+    assert device.firmware.parameters()["separation_deg"] == "33.000000000"
     device.work(1)
     assert device.firmware.application.has_active
     assert not controls(device.core)["compensate"]
     device.firmware.send("bypass off")
     assert controls(device.core)["compensate"]
     device.start(after_fault=True)
-    assert field(device, "settings") == ["kept"], "what has been ordered since"
+    assert device.firmware.status("settings") == ["kept"], "what has been ordered since"
 
 
 def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
@@ -133,7 +125,7 @@ def test_lost_settings_leave_a_correction_that_is_at_work() -> None:
     device.start(after_fault=True)
     assert device.firmware.phase == "held"
     assert not device.core.writes
-    assert field(device, "compensation") == ["on"]
+    assert device.firmware.status("compensation") == ["on"]
     # The operator may take it off; on again comes with a re-arm.
     assert device.firmware.send("bypass on") == "ok\r\n"
     assert not controls(device.core)["compensate"]
@@ -155,9 +147,9 @@ def test_a_start_without_a_fault_has_presets() -> None:
     device.firmware.send("set separation_deg 47.5")
     device.firmware.send("bypass on")
     device.start(after_fault=False)
-    assert field(device, "settings") == ["preset"]
-    assert field(device, "compensation") == ["off"]
-    assert parameters(device)["separation_deg"] == "33.000000000"
+    assert device.firmware.status("settings") == ["preset"]
+    assert device.firmware.status("compensation") == ["off"]
+    assert device.firmware.parameters()["separation_deg"] == "33.000000000"
 
 
 def test_faults_in_a_row_end_in_a_state_that_works_on_nothing() -> None:
@@ -179,14 +171,14 @@ def test_faults_in_a_row_end_in_a_state_that_works_on_nothing() -> None:
         "output_enable": True,
         "capture_enable": True,
     }
-    assert any("third fault in a row" in line for line in field(device, "advice"))
+    assert any("third fault in a row" in line for line in device.firmware.status("advice"))
     assert device.firmware.send("dump").startswith("error: nothing is captured in phase held")
     assert device.firmware.send("rearm").startswith("ok")
     device.core.see_index()
     device.firmware.step()
     device.work(1)
     assert controls(device.core)["compensate"]
-    assert field(device, "faults_in_a_row") == []
+    assert device.firmware.status("faults_in_a_row") == []
     device.start(after_fault=True)
     assert device.firmware.phase == "capture"
 
@@ -200,7 +192,7 @@ def test_a_fault_long_ago_does_not_count() -> None:
     device.start(after_fault=True)
     device.work(FORGOTTEN_AFTER_TURNS - 1)
     device.start(after_fault=True)
-    assert field(device, "faults_in_a_row") == ["2"]
+    assert device.firmware.status("faults_in_a_row") == ["2"]
 
 
 def test_every_order_is_kept_before_it_is_confirmed() -> None:

@@ -68,8 +68,7 @@ class Board:
         raise AssertionError("no answer")
 
     def status(self, name: str) -> list[str]:
-        lines = self.firmware.send("status").splitlines()
-        return [line.split(" ", 1)[1] for line in lines if line.startswith(f"{name} ")]
+        return self.firmware.status(name)
 
     def work(self, turns: range, disc: Disc = DISC) -> None:
         for seed in turns:
@@ -88,18 +87,13 @@ def working() -> Board:
     return board
 
 
-def parameters(board: Board) -> dict[str, str]:
-    lines = board.firmware.send("show parameters").splitlines()
-    return dict(line.split() for line in lines[:-1])
-
-
 def test_power_off_and_on_needs_one_turn_and_no_word(working: Board) -> None:
     working.firmware.send("set keep 0.5")
-    ordered = parameters(working)
+    ordered = working.firmware.parameters()
     assert working.order("save").startswith("ok, record 1: parameters and ")
     bank = active_coefficients(working.core)
     working.power_on()
-    assert parameters(working) == ordered
+    assert working.firmware.parameters() == ordered
     assert working.status("settings") == ["saved"]
     assert working.status("saved") == ["waiting"]
     assert not controls(working.core)["compensate"], "no turn has confirmed them yet"
@@ -190,7 +184,7 @@ def test_a_save_before_the_first_turn_keeps_the_coefficients_that_wait(working: 
     assert working.order("save") == said.replace("record 1", "record 2")
     assert working.status("saved") == ["waiting"]
     working.power_on()
-    assert parameters(working)["keep"] == "0.500000000"
+    assert working.firmware.parameters()["keep"] == "0.500000000"
     working.work(range(9, 10))
     assert working.status("saved") == ["confirmed"]
     assert left(working.firmware) < LEFT_ARCSEC
@@ -273,7 +267,7 @@ def test_after_a_fault_that_lost_the_settings_the_saved_ones_and_bypass(working:
     working.order("save")
     working.power_on(after_fault=True)
     assert working.status("settings") == ["lost"]
-    assert parameters(working)["separation_deg"] == "33.500000000"
+    assert working.firmware.parameters()["separation_deg"] == "33.500000000"
     assert working.status("compensation") == ["bypassed"]
 
 
@@ -326,7 +320,7 @@ def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> N
     board.power_on()
     assert board.status("saved_record") == ["unread"]
     assert any("did not answer" in advice for advice in board.status("advice"))
-    assert parameters(board)["keep"] == "0.800000000"
+    assert board.firmware.parameters()["keep"] == "0.800000000"
     board.chip.fault = "silent"
     erased = len(board.chip.erased)
     assert board.order("save") == "error: save flash_unknown\r\n"
@@ -336,7 +330,7 @@ def test_a_start_at_which_the_flash_is_silent_costs_no_record(silence: str) -> N
     assert len(board.chip.erased) == erased, "nothing is written before somebody was asked"
     assert board.status("saved_record") == ["5"]
     board.power_on()
-    assert parameters(board)["keep"] == "0.050000000", "what was saved is used again"
+    assert board.firmware.parameters()["keep"] == "0.050000000", "what was saved is used again"
 
 
 def test_the_operator_may_replace_what_was_not_read_at_the_start() -> None:
@@ -349,7 +343,7 @@ def test_the_operator_may_replace_what_was_not_read_at_the_start() -> None:
     assert board.order("save").startswith("ok, record 7: ")
     board.power_on()
     assert board.status("saved_record") == ["7"]
-    assert parameters(board)["keep"] == "0.900000000"
+    assert board.firmware.parameters()["keep"] == "0.900000000"
 
 
 def test_an_empty_flash_that_was_silent_at_the_start_is_written_at_once() -> None:
@@ -377,7 +371,7 @@ def test_a_worn_sector_is_skipped(kind: str, wear: str) -> None:
     (kept,) = board.status("saved_record")
     board.power_on()
     assert board.status("saved_record") == [kept]
-    assert parameters(board)["keep"] == f"0.{number:02}0000000"
+    assert board.firmware.parameters()["keep"] == f"0.{number:02}0000000"
     assert_only_records_are_written(board.chip)
 
 
@@ -390,7 +384,7 @@ def test_the_last_good_sector_keeps_its_record() -> None:
         assert board.order("save") == "error: save flash_not_read_back\r\n"
         assert board.status("saved_record") == ["2"]
     board.power_on()
-    assert parameters(board)["keep"] == "0.020000000"
+    assert board.firmware.parameters()["keep"] == "0.020000000"
     assert board.chip.erased.count(good) == 1
 
 
@@ -411,7 +405,7 @@ def test_a_record_that_was_not_confirmed_is_not_preferred() -> None:
     board.firmware.send("set keep 0.6")
     assert board.order("save").startswith("ok, record 3: ")
     board.power_on()
-    assert parameters(board)["keep"] == "0.600000000"
+    assert board.firmware.parameters()["keep"] == "0.600000000"
 
 
 @pytest.mark.parametrize(

@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
-from arctrue.measurement import MeasurementSet
-from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 
 
-def _diagnosis(measurement: MeasurementSet) -> Diagnosis:
-    base = [Term(EFFECTS["graduation_harmonics"](), {})]
-    return diagnose(observations_of(measurement), base, EFFECTS)
-
-
 def test_nothing_hidden_is_adequate() -> None:
-    result = _diagnosis(measurement_set())
+    result = diagnosis_of(measurement_set())
     assert result.verdict == "adequate"
     assert result.named is None
 
@@ -32,7 +24,7 @@ def test_thermal_eccentricity_is_named_with_its_size() -> None:
             disc + 0.7
         )
 
-    result = _diagnosis(measurement_set(error))
+    result = diagnosis_of(measurement_set(error))
     assert result.named is not None
     assert result.named.name == "thermal_eccentricity"
     found = result.named.parameters()
@@ -41,13 +33,13 @@ def test_thermal_eccentricity_is_named_with_its_size() -> None:
 
 
 def test_subdivision_error_is_named() -> None:
-    result = _diagnosis(measurement_set(electrical=lambda phase: 0.4 * np.cos(phase + 1.0)))
+    result = diagnosis_of(measurement_set(electrical=lambda phase: 0.4 * np.cos(phase + 1.0)))
     assert result.named is not None
     assert result.named.name == "subdivision_error"
 
 
 def test_hysteresis_is_named_with_the_reversal_error() -> None:
-    result = _diagnosis(measurement_set(reversal_arcsec=0.8))
+    result = diagnosis_of(measurement_set(reversal_arcsec=0.8))
     assert result.named is not None
     assert result.named.name == "hysteresis"
     assert result.named.parameters()["reversal_error"].value == pytest.approx(0.8, abs=0.06)
@@ -55,7 +47,7 @@ def test_hysteresis_is_named_with_the_reversal_error() -> None:
 
 def test_timing_skew_is_named_from_the_speeds() -> None:
     # 2 µs at 90°/s are 0.65″: ten times the scatter of the index.
-    result = _diagnosis(
+    result = diagnosis_of(
         measurement_set(head2_only=lambda time, speed: speed * 2e-6 / np.pi * 648_000.0 + 0 * time)
     )
     assert result.named is not None
@@ -69,7 +61,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
             2 * disc + 0.7
         )
 
-    result = _diagnosis(measurement_set(error))
+    result = diagnosis_of(measurement_set(error))
     assert result.verdict == "unknown"
     assert result.described.effect.parts == ["temperature", "order:2", "disc"]  # type: ignore[attr-defined]
     assert "order 2" in str(result.description)
@@ -77,7 +69,7 @@ def test_an_effect_in_no_catalogue_is_unknown_with_its_parts() -> None:
 
 def test_too_small_to_matter_is_said_not_named() -> None:
     # 0.03″ of reversal is found in 480 × 6 rows, but is less than half a count.
-    result = _diagnosis(measurement_set(reversal_arcsec=0.05, cycles=60))
+    result = diagnosis_of(measurement_set(reversal_arcsec=0.05, cycles=60))
     assert result.verdict == "adequate"
     assert [item.name for item in result.negligible] == ["hysteresis"]
 
@@ -87,7 +79,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
     assert good.capture is not None
     good.capture.head1_counts[5000:] += 5000
     good.capture.head2_counts[5000:] += 5000
-    result = _diagnosis(good)
+    result = diagnosis_of(good)
     assert result.verdict == "bad_data"
     assert "run 1" in result.decision.faults[0]
 
@@ -95,7 +87,7 @@ def test_a_jump_of_both_heads_is_bad_data() -> None:
 def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
     # 39.75 periods a turn of 12 s: three turns resolve 1/6, so it is no half order.
     frequency = 39.75 / 12.0
-    result = _diagnosis(
+    result = diagnosis_of(
         measurement_set(
             runs=1,
             reference=False,
@@ -108,9 +100,9 @@ def test_one_run_at_one_speed_does_not_choose_between_time_and_angle() -> None:
     assert "speed" in result.next_measurement
 
 
-def test_the_same_seed_gives_the_same_diagnosis() -> None:
+def test_the_same_seed_gives_the_samediagnosis_of() -> None:
     first, second = (
-        _diagnosis(measurement_set(reversal_arcsec=0.8, runs=2, cycles=3)) for _ in range(2)
+        diagnosis_of(measurement_set(reversal_arcsec=0.8, runs=2, cycles=3)) for _ in range(2)
     )
     assert [item.p_corrected for item in first.candidates] == [
         item.p_corrected for item in second.candidates

@@ -18,7 +18,7 @@ def heat_map(analysis: Analysis) -> Chart:
     Runs of the capture, cycles (else runs) of the reference.
     """
     panels = []
-    for channel in analysis.channels:
+    for channel in analysis.observations.channels:
         rows, left = analysis.rows(channel), analysis.left(channel)
         if isinstance(rows, CaptureRows) or rows.cycle is None:
             word, label = "run", rows.run

@@ -22,9 +22,6 @@ from arctrue.workbench.model.noise_floor import with_one_floor
 
 Float = NDArray[np.float64]
 
-_DATE = 10
-"""Characters of the day in an ISO 8601 date."""
-
 
 def ladder(history: Sequence[HistoryStep]) -> Chart:
     """RMS of each channel at every step, fitted and held out; the noise is the floor."""

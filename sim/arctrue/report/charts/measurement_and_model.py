@@ -25,7 +25,7 @@ def measurement_and_model(analysis: Analysis, *, whitened: bool = False) -> Char
     ``whitened``: both multiplied by the inverse root of the noise's covariance, so that noise
     alone would scatter by 1 about the model.
     """
-    panels = [_panel(analysis, channel, whitened) for channel in analysis.channels]
+    panels = [_panel(analysis, channel, whitened) for channel in analysis.observations.channels]
     how = "whitened" if whitened else "as measured"
     return Chart(
         "measurement_and_model",

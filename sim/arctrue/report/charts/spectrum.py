@@ -39,7 +39,7 @@ _MOST_POINTS = 2000
 
 def spectrum(residuals: Residuals, along: Along = "order") -> Chart:
     """Amplitude of a line at every place, each channel that shows any; see :func:`all_spectra`."""
-    panels = [_panel(residuals, channel, along) for channel in _channels(residuals)]
+    panels = [_panel(residuals, channel, along) for channel in residuals.observations.channels]
     words = f"Amplitude of lines in what the model leaves, by {ALONG[along]}."
     return Chart("spectrum", words, panels, panel_height=2.5)
 
@@ -51,15 +51,12 @@ def all_spectra(residuals: Residuals) -> Chart:
     over all places of its panel.
     """
     panels = [
-        _panel(residuals, channel, along) for channel in _channels(residuals) for along in ALONG
+        _panel(residuals, channel, along)
+        for channel in residuals.observations.channels
+        for along in ALONG
     ]
     words = "Amplitude of lines in what the model leaves, by order, frequency and period."
     return Chart("spectra", words, panels, columns=len(ALONG), panel_height=2.6)
-
-
-def _channels(residuals: Residuals) -> list[str]:
-    there = (residuals.observations.capture, residuals.observations.reference)
-    return [name for name, rows in zip(CHANNEL_COLOUR, there, strict=True) if rows is not None]
 
 
 def _panel(residuals: Residuals, channel: str, along: Along) -> Panel:

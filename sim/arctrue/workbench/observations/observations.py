@@ -96,6 +96,12 @@ class Observations:
         return 0.0
 
     @property
+    def channels(self) -> list[str]:
+        """Names of the channels that were measured: capture, reference, or both."""
+        there = {"capture": self.capture, "reference": self.reference}
+        return [name for name, rows in there.items() if rows is not None]
+
+    @property
     def has_temperature(self) -> bool:
         """Was a temperature recorded with either channel?"""
         channels = (self.capture, self.reference)

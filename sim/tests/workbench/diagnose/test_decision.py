@@ -5,23 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set, paper_error
 
 from arctrue.workbench.diagnose.case import OF_THE_SAME_KIND
-from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.diagnose.every_pass import on_every_pass
 from arctrue.workbench.diagnose.report import diagnosis_data, sentences
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 COUNT_ARCSEC = 2.0 * np.pi / COUNTS_PER_REV / ARCSEC
-
-
-def _diagnosis(measurement) -> Diagnosis:  # type: ignore[no-untyped-def]
-    base = [Term(EFFECTS["graduation_harmonics"](), {})]
-    return diagnose(observations_of(measurement), base, EFFECTS)
 
 
 def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
@@ -32,7 +25,7 @@ def test_a_head_that_knocks_again_and_again_has_not_slipped() -> None:
     def knocks(time, speed):  # type: ignore[no-untyped-def]
         return counts * COUNT_ARCSEC * (np.searchsorted(instants, time) % 2)
 
-    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=knocks))
+    found = diagnosis_of(measurement_set(runs=2, cycles=3, head2_only=knocks))
     assert found.verdict == "unknown"
     assert found.named is None
     assert found.decision.resembles is not None
@@ -47,7 +40,7 @@ def test_one_slip_of_whole_counts_keeps_its_name() -> None:
     def slip(time, speed):  # type: ignore[no-untyped-def]
         return 12 * COUNT_ARCSEC * ((time > 15.2) & (time < 60.0))
 
-    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=slip))
+    found = diagnosis_of(measurement_set(runs=2, cycles=3, head2_only=slip))
     assert found.named is not None
     assert found.named.name == "count_slip"
     assert found.beside == []
@@ -57,7 +50,7 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
     def slip(time, speed):  # type: ignore[no-untyped-def]
         return 12.5 * COUNT_ARCSEC * ((time > 18.2) & (time < 60.0))
 
-    found = _diagnosis(measurement_set(runs=2, cycles=3, head2_only=slip))
+    found = diagnosis_of(measurement_set(runs=2, cycles=3, head2_only=slip))
     assert found.verdict == "unknown"
     assert found.decision.resembles is not None
     assert found.decision.resembles.name == "count_slip"
@@ -73,7 +66,7 @@ def test_a_small_second_matter_does_not_take_the_name_of_the_first() -> None:
             2 * disc + 0.7
         )
 
-    found = _diagnosis(measurement_set(error, reversal_arcsec=1.6))
+    found = diagnosis_of(measurement_set(error, reversal_arcsec=1.6))
     assert found.named is not None
     assert found.named.name == "hysteresis"
 
@@ -84,7 +77,7 @@ def test_what_only_the_reference_shows_is_not_asked_of_the_runs_of_the_capture()
     assert measurement.reference is not None
     target = np.radians(measurement.reference.target_deg)
     measurement.reference.error_arcsec[:] += 0.5 * np.cos(target + 2.0)
-    found = _diagnosis(measurement)
+    found = diagnosis_of(measurement)
     assert found.base is not None
     lean = next(item for item in found.candidates if item.name == "polygon_eccentricity")
     rows = found.base.observations.capture

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import COUNTS_PER_REV, measurement_set
 
 from arctrue.measurement import MeasurementSet
-from arctrue.workbench.diagnose.diagnosis import Diagnosis, diagnose
 from arctrue.workbench.effects.registry import built_in
-from arctrue.workbench.inference.design_matrix import Term
-from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
 COUNT_ARCSEC = 1_296_000.0 / COUNTS_PER_REV
@@ -49,27 +47,22 @@ def _with_wandering_reference(made: MeasurementSet, seed: int) -> MeasurementSet
     return replace(made, reference=replace(made.reference, error_arcsec=error + wander))
 
 
-def _diagnosis(made: MeasurementSet) -> Diagnosis:
-    base = [Term(EFFECTS["graduation_harmonics"](), {})]
-    return diagnose(observations_of(made), base, EFFECTS)
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 def test_slow_noise_of_a_head_gets_no_name(seed: int) -> None:
     """In white noise of the same size it was a slip, a drift or a vibration in every set."""
-    assert _diagnosis(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
+    assert diagnosis_of(_with_slow_capture(measurement_set(seed=seed), seed)).verdict == "adequate"
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_wandering_reference_gets_no_name(seed: int) -> None:
     made = _with_wandering_reference(measurement_set(seed=seed, cycles=10), seed)
-    assert _diagnosis(made).verdict == "adequate"
+    assert diagnosis_of(made).verdict == "adequate"
 
 
 def test_a_reversal_stands_out_of_a_wandering_reference() -> None:
     """24 stations one way take as long as the wander keeps: it must not be taken for noise."""
     made = measurement_set(reversal_arcsec=0.8, cycles=10)
-    result = _diagnosis(_with_wandering_reference(made, 3))
+    result = diagnosis_of(_with_wandering_reference(made, 3))
     assert result.named is not None
     assert result.named.name == "hysteresis"
 
@@ -80,7 +73,7 @@ def test_a_slip_is_not_taken_for_slow_noise() -> None:
     assert made.capture is not None
     run = made.capture.run
     made.capture.head2_counts[np.flatnonzero(run == 1)[1500:]] += 12
-    result = _diagnosis(made)
+    result = diagnosis_of(made)
     assert result.named is not None
     assert result.named.name == "count_slip"
 
@@ -94,6 +87,6 @@ def test_one_polygon_cycle_alone_cannot_tell() -> None:
         for name, value in vars(made.reference).items()
     }
     alone = replace(made, capture=None, reference=type(made.reference)(**first))
-    result = _diagnosis(alone)
+    result = diagnosis_of(alone)
     assert result.verdict == "cannot_tell"
     assert result.next_measurement is not None
