@@ -37,7 +37,8 @@
 -- 0 <= corrected_angle < counts_per_rev.
 --
 -- **Number formats.** pair sums s15.F, F = PAIR_FRACTION, in magnitude at most 2¹⁴ + 2; offset s13.11 counts; mean_term s19.20
--- counts, in magnitude at most 2¹⁸·1.5 + 1, so that the sum of all stays below 2²⁰; ε s20.F; total s19.F; correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
+-- counts, in magnitude at most 2¹⁸·1.5 + 1, so that the sum of all stays below 2²⁰; ε s20.F; total s19.F;
+-- correction s19.11 counts; angles u24.0 counts; positions s31.0 counts modulo 2³².
 --
 -- **Reset.** The total, r and the last `apply` are 0: the first angle with `apply` high starts a
 -- ramp from no correction. Angles in the pipeline are not cleared. While `counts_per_rev` changes,
